@@ -2,6 +2,7 @@
 
 mod accuracy_study;
 mod control_campaign;
+mod control_hands;
 mod control_twin;
 mod declared;
 mod faults;

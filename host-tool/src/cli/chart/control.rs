@@ -1,6 +1,6 @@
 //! `flexor chart control`: control laws on random plants, error against cycles.
 
-use super::write;
+use super::{hands, write};
 use crate::cli::{Output, wrong};
 use anyhow::ensure;
 use clap::{Args, ValueEnum};
@@ -32,7 +32,7 @@ pub struct Control {
         "Decides the plants; any but {TRAINING_SEED}, on whose plants the gains were searched"
     ))]
     seed: u64,
-    /// How many plants; each runs one- and two-point [200; 60 with --quick]
+    /// How many plants; each runs one- and two-point [200; 60 with --quick; 60 hands; 8]
     #[arg(long)]
     plants: Option<u64>,
     /// What the earlier wearers are to follow [sine]
@@ -76,10 +76,12 @@ enum WearersName {
     Earlier,
     /// Strength × 0.5…2.8, delay to 100 ms, loads, knocks; sines, steps, holds
     Widened,
+    /// Forearms that are a mechanism, as `two-points` draws them; a sine that each holds
+    Hands,
 }
 
 /// # Errors
-/// E560 to E564. E575: a file cannot be written.
+/// E560 to E564; E621 to E623 of hands. E575: a file cannot be written.
 pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     ensure!(
         args.quick || args.out.is_dir(),
@@ -88,6 +90,12 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     );
     if args.search {
         return search(args, output);
+    }
+    if matches!(args.wearers, WearersName::Hands) {
+        return match hands_plan(args) {
+            Ok(plan) => hands::main(plan, (!args.quick).then_some(&args.out), output),
+            Err(refused) => wrong(refused),
+        };
     }
     let plan = match plan(args) {
         Ok(plan) => plan,
@@ -103,18 +111,38 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     }
 }
 
-/// What is asked for, or why it cannot be.
-fn plan(args: &Control) -> Result<Plan, String> {
-    let (chart, quick) = PLANTS;
-    let plants = args
-        .plants
-        .unwrap_or(if args.quick { quick } else { chart });
+/// Which hands are asked for, or why they cannot be.
+fn hands_plan(args: &Control) -> Result<hands::Plan, String> {
+    if args.course.is_some() || args.optimum.is_some() {
+        let why = "a hand's target is what it holds, and no optimum is looked for";
+        return Err(format!(
+            "--course and --optimum need --wearers earlier: {why}"
+        ));
+    }
+    Ok(hands::Plan {
+        seed: args.seed,
+        draws: plants(args, hands::DRAWS)?,
+    })
+}
+
+/// How many are asked for, of a chart's and a quick look's.
+fn plants(args: &Control, (chart, quick): (u64, u64)) -> Result<u64, String> {
+    let usual = if args.quick { quick } else { chart };
+    let plants = args.plants.unwrap_or(usual);
     if plants > MOST_PLANTS {
-        return Err("--plants: 100000 at most; 200 for a chart".into());
+        return Err(format!("--plants: 100000 at most; {chart} for a chart"));
     }
     if plants < 2 {
-        return Err("--plants: 2 or more, since intervals are printed; 200 for a chart".into());
+        return Err(format!(
+            "--plants: 2 or more, since intervals are printed; {chart} for a chart"
+        ));
     }
+    Ok(plants)
+}
+
+/// What is asked for, or why it cannot be.
+fn plan(args: &Control) -> Result<Plan, String> {
+    let plants = plants(args, PLANTS)?;
     if args.seed == TRAINING_SEED {
         let seed = args.seed;
         return Err(format!(
@@ -130,6 +158,8 @@ fn plan(args: &Control) -> Result<Plan, String> {
             ));
         }
         WearersName::Widened => Wearers::Widened,
+        // Planned apart.
+        WearersName::Hands => Wearers::Earlier,
     };
     let has_optimum = wearers == Wearers::Earlier && !args.quick && !args.ablate;
     Ok(Plan {

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod control;
+mod hands;
 mod ladder;
 mod stability;
 

@@ -7,6 +7,7 @@ mod accuracy;
 mod control;
 mod cycles;
 mod failure;
+mod hands;
 mod ladder;
 mod map;
 
@@ -14,5 +15,6 @@ pub use accuracy::picture as accuracy_picture;
 pub use control::picture as control_picture;
 pub use cycles::picture as cycles_picture;
 pub use failure::picture as failure_picture;
+pub use hands::picture as hands_picture;
 pub use ladder::picture as ladder_picture;
 pub use map::picture as map_picture;

@@ -3,7 +3,7 @@
 
 use super::TrackingError;
 use super::driver::Floating;
-use super::wearer::{self, Points};
+use super::wearer::{self, Known, Points};
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, WearerModel};
 use methods::control::parameters::parameters;
 use methods::control::{AddOns, Controller, DelayCompensation, DerivativeKind, Form, Parameter};
@@ -65,11 +65,19 @@ impl Candidate {
     /// # Errors
     /// [`TrackingError::Law`] if a number is missing or unusable.
     pub fn driver<R: Real>(&self, points: Points) -> Result<Floating<R>, TrackingError> {
+        self.driver_of(&Known::nominal(points))
+    }
+
+    /// The same for whoever else is known so.
+    ///
+    /// # Errors
+    /// [`TrackingError`] if a number is missing or unusable, or nobody can be known so.
+    pub fn driver_of<R: Real>(&self, known: &Known) -> Result<Floating<R>, TrackingError> {
         let wanted = parameters(self.form, self.add_ons);
         let value = |p: &Parameter| {
             let value = self.values.get(p.name).copied().unwrap_or(f64::NAN);
             if self.add_ons.feed_forward {
-                value * schedule(p.name, points)
+                value * schedule(p.name, &known.model)
             } else {
                 value
             }
@@ -77,16 +85,15 @@ impl Candidate {
         let values: Vec<R> = wanted.iter().map(|p| R::of(value(p))).collect();
         let h = R::of(f64::from(self.period_ms) / 1000.0);
         let law = Controller::from_parameters(self.form, self.add_ons, h, &values)?;
-        Floating::new(law, self.period_ms, self.hold(), points)
+        Floating::new(law, self.period_ms, self.hold(), known)
     }
 }
 
-/// What the nominal wearer's strength with these points makes of a number: the
+/// What the strength of whom a law knows makes of a number: the
 /// same rule for every law that knows the wearer as for the device's default
 /// ([`LawSpec::for_wearer`]).
-fn schedule(name: &str, points: Points) -> f64 {
-    let strength = f64::from(wearer::model(points, 0).strength_mrad())
-        / f64::from(WearerModel::REFERENCE_MRAD);
+fn schedule(name: &str, model: &WearerModel) -> f64 {
+    let strength = f64::from(model.strength_mrad()) / f64::from(WearerModel::REFERENCE_MRAD);
     match name {
         "k1" | "k2_per_rad" | "kp_per_rad" | "ki_per_rad_s" | "kd_s_per_rad" => 1.0 / strength,
         "smith_gain_rad" | "adapt_scale_per_rad_s" => strength,

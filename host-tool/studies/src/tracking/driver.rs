@@ -1,7 +1,7 @@
 //! Who drives the finger: the device's own joint, or any law in floats.
 
 use super::TrackingError;
-use super::wearer::{self, Points, Volts};
+use super::wearer::{Known, Volts};
 use firmware::arithmetic::fixed_point::Q;
 use firmware::control::setpoint::SetpointTrack;
 use firmware::control::{
@@ -167,15 +167,15 @@ impl<R: Real> Floating<R> {
         law: Controller<R>,
         period_ms: u32,
         hold: HoldPolicy,
-        points: Points,
+        known: &Known,
     ) -> Result<Self, TrackingError> {
         let lead_ms = (law.lead_s().to_f64() * 1000.0).round() as u16;
         Ok(Self {
             law,
             period_ms,
             hold,
-            forward: wearer::feed_forward(points, lead_ms)?,
-            mapping: wearer::mapping(points)?,
+            forward: known.feed_forward(lead_ms)?,
+            mapping: known.mapping()?,
             track: SetpointTrack::default(),
             measured: None,
             wait_ms: 0,

@@ -19,6 +19,7 @@ pub mod default;
 pub mod driver;
 pub mod exercise;
 pub mod gains;
+pub mod hands;
 pub mod optimum;
 pub mod plant;
 pub mod reach;

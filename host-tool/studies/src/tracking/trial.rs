@@ -17,9 +17,14 @@ pub const SCORED_FROM_MS: usize = 10_000;
 pub const RIPPLE_FROM_MS: usize = 27_000;
 /// Pulses come every so many ms (50 Hz, Hamana 2022 §II-D), 200 µs wide.
 pub const PULSE_EVERY_MS: usize = 20;
-const PULSE_US: u32 = 200;
+pub(super) const PULSE_US: u32 = 200;
 /// Trials begin 15 s before the device's 32-bit microseconds wrap.
 const START: Micros = Micros::new(u32::MAX - 15_000_000);
+
+/// The device's clock at this time of a trial.
+pub(super) fn device_time(at_us: u64) -> Micros {
+    START + us(at_us as u32)
+}
 
 /// A frame on its way.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +37,7 @@ struct Frame {
 
 /// The frames of a trial as the line delivers them.
 #[derive(Debug)]
-struct Frames {
+pub(super) struct Frames {
     line: Line,
     luck: Draws,
     taken: u64,
@@ -41,10 +46,10 @@ struct Frames {
 }
 
 impl Frames {
-    fn new(plant: &Plant) -> Self {
+    pub(super) fn new(line: Line, seed: u64) -> Self {
         let mut frames = Self {
-            line: plant.line,
-            luck: Draws::new(plant.seed, 0, 4),
+            line,
+            luck: Draws::new(seed, 0, 4),
             taken: 0,
             sample_us: 0.0,
             under_way: VecDeque::with_capacity(4),
@@ -61,7 +66,7 @@ impl Frames {
 
     /// Takes a frame if it is time. A frame states the time it should have been
     /// sampled at.
-    fn take(&mut self, now_us: u64, wanted: &[f64], finger: &RandomFinger) {
+    pub(super) fn take(&mut self, now_us: u64, wanted: &[f64], sensed_deg: f64) {
         if self.sample_us > now_us as f64 {
             return;
         }
@@ -74,15 +79,14 @@ impl Frames {
             due_us: now_us + way as u64,
             at_us,
             setpoint: wanted.get(ms).copied().filter(|_| !is_lost),
-            measured: finger.sensed_deg(),
+            measured: sensed_deg,
         });
         self.taken += 1;
         self.sample_us = self.late();
     }
 
     /// Hands over what has arrived; frames stay in order.
-    fn deliver(&mut self, now_us: u64, driver: &mut dyn Driver) {
-        let device_time = |at_us: u64| START + us(at_us as u32);
+    pub(super) fn deliver(&mut self, now_us: u64, driver: &mut dyn Driver) {
         let now = device_time(now_us);
         while let Some(frame) = self.under_way.front().copied() {
             if frame.due_us > now_us {
@@ -133,13 +137,13 @@ pub fn run(
     wanted: &[f64],
 ) -> Result<Attempt, TrackingError> {
     let mut finger = RandomFinger::new(plant.finger.clone(), plant.seed)?;
-    let mut frames = Frames::new(plant);
+    let mut frames = Frames::new(plant.line, plant.seed);
     let mut angles = Vec::with_capacity(wanted.len());
     for ms in 0..wanted.len() {
         let now_us = ms as u64 * 1000;
-        frames.take(now_us, wanted, &finger);
+        frames.take(now_us, wanted, finger.sensed_deg());
         frames.deliver(now_us, driver);
-        let volts = driver.tick(START + us(now_us as u32));
+        let volts = driver.tick(device_time(now_us));
         if ms % PULSE_EVERY_MS == 0 {
             pulse(&mut finger, now_us, volts);
         }

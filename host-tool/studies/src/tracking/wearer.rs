@@ -120,14 +120,53 @@ pub fn shipped(points: Points) -> JointSpec {
     }
 }
 
+/// What laws in floats know of whom they drive.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Known {
+    /// Points and range of angles; its law is not used.
+    pub joint: JointSpec,
+    /// Strength, spring and rest, for feed-forward; its lead is not used.
+    pub model: WearerModel,
+}
+
+impl Known {
+    /// The nominal wearer's file.
+    pub fn nominal(points: Points) -> Self {
+        Self {
+            joint: joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold),
+            model: model(points, 0),
+        }
+    }
+
+    /// From an effort to amplitudes.
+    ///
+    /// # Errors
+    /// The device refuses the points.
+    pub fn mapping(&self) -> Result<Mapping, TrackingError> {
+        self.joint.mapping().map_err(Into::into)
+    }
+
+    /// The wearer's inverse.
+    ///
+    /// # Errors
+    /// The model is out of range, or the lead above half a second.
+    pub fn feed_forward(&self, lead_ms: u16) -> Result<FeedForward, TrackingError> {
+        let (low, high) = (self.joint.angle_min_mdeg, self.joint.angle_max_mdeg);
+        let model = WearerModel {
+            lead_ms,
+            ..self.model
+        };
+        let refused = |e| TrackingError::Joint(SpecError::Range(e));
+        FeedForward::new(&model, low, high).map_err(refused)
+    }
+}
+
 /// From an effort to the nominal wearer's amplitudes.
 ///
 /// # Errors
 /// None: the nominal wearer is valid (tested).
 pub fn mapping(points: Points) -> Result<Mapping, TrackingError> {
-    joint(LawSpec::RECOMMENDED, points, HoldPolicy::Hold)
-        .mapping()
-        .map_err(Into::into)
+    Known::nominal(points).mapping()
 }
 
 /// The effort, −1…1, that the nominal wearer's mapping turns into these volts.
@@ -140,14 +179,4 @@ pub fn effort_of(points: Points, [a, _, extensor]: Volts) -> f64 {
     // Both points of a pair go the same part of their way.
     let flexion = spec.flexors.first().map_or(0.0, |point| share(point, a));
     flexion - share(&spec.extensor, extensor)
-}
-
-/// The nominal wearer's inverse.
-///
-/// # Errors
-/// [`TrackingError::Joint`] for a lead above half a second.
-pub fn feed_forward(points: Points, lead_ms: u16) -> Result<FeedForward, TrackingError> {
-    let (low, high) = RANGE_MDEG;
-    let refused = |e| TrackingError::Joint(SpecError::Range(e));
-    FeedForward::new(&model(points, lead_ms), low, high).map_err(refused)
 }

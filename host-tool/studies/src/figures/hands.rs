@@ -1,0 +1,87 @@
+//! Control laws on hands: every hand's error, and means.
+
+use crate::tracking::hands::{Contender, Hands};
+use crate::tracking::wearer::Points;
+use host_core::plot::ink::{Color, MUTED, PALETTE, stroke};
+use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Shape};
+
+const PITCH: f64 = 40.0;
+/// Errors run from 0 to this, % of what a hand holds; what goes beyond is at the edge.
+const ERROR_TOP: f64 = 100.0;
+
+/// A row for each law; a file of its own.
+pub fn picture(hands: &Hands) -> String {
+    let dots = [
+        ("a hand", MUTED, Shape::Disc),
+        ("mean, device", PALETTE[1], Shape::Star),
+        ("mean, law in floats", PALETTE[0], Shape::Square),
+    ];
+    let dots =
+        dots.map(|(name, color, shape)| (Key::Dot(shape, Paint::Full(color)), name.to_owned()));
+    let to = (
+        Key::Line(stroke(MUTED, 2.0)),
+        "to the 95th percentile".to_owned(),
+    );
+    Figure {
+        title: "Control laws on simulated hands".to_owned(),
+        subtitle: format!(
+            "{} of {} drawn hands can be driven, seed {}: no evidence about people.",
+            hands.cases.len(),
+            hands.plan.draws,
+            hands.plan.seed
+        ),
+        description: format!(
+            "Tracking error of control laws on {} simulated hands",
+            hands.cases.len()
+        ),
+        legend: dots.into_iter().chain([to]).collect(),
+        rows: vec![Points::ALL.map(|points| errors(hands, points)).into()],
+        notes: vec![
+            "Target: a sine between 15 and 85 % of what each hand holds at its greatest voltages. \
+             Table: control_hands.csv."
+                .to_owned(),
+        ],
+    }
+    .file()
+}
+
+const fn mark(contender: &Contender) -> (Color, Shape) {
+    match contender {
+        Contender::Unknown | Contender::Calibrated => (PALETTE[1], Shape::Star),
+        Contender::Searched(..) => (PALETTE[0], Shape::Square),
+    }
+}
+
+fn errors(hands: &Hands, points: Points) -> Panel {
+    let at_rest = hands
+        .cases
+        .first()
+        .map_or(0.0, |case| 100.0 * case.at_rest_deg / case.holds_deg);
+    let x = Axis::linear("RMSE (% of what the hand holds)", (0.0, ERROR_TOP), 5.0);
+    let x = x.rule(at_rest, "stays at rest", MUTED);
+    let names = hands.contenders.iter().map(Contender::name);
+    let y = Axis::rows("", names).silent(points == Points::Two);
+    let height = hands.contenders.len() as f64 * PITCH;
+    let mut panel = Panel::new(points.name(), x, y, height);
+    for (row, n) in (0..).map(f64::from).zip(0..hands.contenders.len()) {
+        let tracked = hands.tracked(points, n);
+        for (case, rmse) in &tracked {
+            let at = ((100.0 * rmse / case.holds_deg).min(ERROR_TOP), row + 0.22);
+            let paint = Paint::Full(MUTED);
+            panel.marks.push(Mark::Dot(at, Shape::Disc, 1.8, paint));
+        }
+        if tracked.is_empty() {
+            continue;
+        }
+        let (color, shape) = mark(&hands.contenders[n]);
+        let score = hands.score(points, n);
+        let at = |part: f64| ((100.0 * part).min(ERROR_TOP), row - 0.1);
+        let (mean, p95) = (at(score.mean_part), at(score.p95_part));
+        panel.marks.extend([
+            Mark::Line(vec![mean, p95], stroke(color, 2.0)),
+            Mark::Dot(p95, Shape::End, 4.0, Paint::Full(color)),
+            Mark::Dot(mean, shape, 4.0, Paint::Full(color)),
+        ]);
+    }
+    panel
+}

@@ -1,0 +1,212 @@
+//! All contenders on the same hands.
+
+use super::HandsError;
+use super::contender::{Contender, Outcome};
+use super::drawn::Drawn;
+use crate::tracking::statistics::{Interval, mean, paired, percentile};
+use crate::tracking::wearer::Points;
+use crate::two_points::Population;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Which hands.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Plan {
+    /// Decides the draws.
+    pub seed: u64,
+    /// How many are drawn.
+    pub draws: u64,
+}
+
+/// One hand: what it holds, and what each contender made of it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Case {
+    /// Number of its draw.
+    pub index: u64,
+    /// How far above rest greatest voltages hold it in the end, one- and two-point, °.
+    pub held_deg: [f64; 2],
+    /// The lesser of them: what the target is made of.
+    pub holds_deg: f64,
+    /// RMSE of a finger that stays at rest, °.
+    pub at_rest_deg: f64,
+    /// One- and two-point, by contender.
+    pub outcomes: [Vec<Outcome>; 2],
+}
+
+/// What a campaign on hands found.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Hands {
+    /// What was done.
+    pub plan: Plan,
+    /// Who took part.
+    pub contenders: Vec<Contender>,
+    /// Hands that laws could drive, in order of drawing.
+    pub cases: Vec<Case>,
+    /// Draws that none could, by why: never dropped, counted.
+    pub missing: BTreeMap<&'static str, u64>,
+    /// Stretches of time, over all trials, in which no consistent currents were found.
+    pub unsettled: u64,
+}
+
+/// One contender with one number of points.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Score {
+    /// Hands that it refused.
+    pub refused: usize,
+    /// Hands on which it is not better than a finger that stays at rest; not refused.
+    pub no_better: usize,
+    /// Mean RMSE of those not refused, °; like all that follows no number without any.
+    pub mean_deg: f64,
+    /// 95th percentile.
+    pub p95_deg: f64,
+    /// The same in parts of what the hand holds.
+    pub mean_part: f64,
+    /// 95th percentile.
+    pub p95_part: f64,
+    /// RMSE less the best PID's on the same hand, °.
+    pub over_pid: Interval,
+}
+
+fn place(points: Points) -> usize {
+    usize::from(points == Points::Two)
+}
+
+/// A hand with its outcomes and unsettled stretches, or why there is none.
+type Driven = Result<(Case, u64), &'static str>;
+
+fn drive(
+    population: &Population,
+    contenders: &[Contender],
+    (seed, index): (u64, u64),
+) -> Result<Driven, HandsError> {
+    let drawn = match Drawn::draw(population, seed, index)? {
+        Ok(drawn) => drawn,
+        Err(missing) => return Ok(Err(missing)),
+    };
+    let mut unsettled = 0;
+    let mut outcomes = [Vec::new(), Vec::new()];
+    for (way, outcomes) in drawn.ways.iter().zip(&mut outcomes) {
+        for contender in contenders {
+            let (outcome, without) = contender.attempt(&drawn, way)?;
+            outcomes.push(outcome);
+            unsettled += without;
+        }
+    }
+    let case = Case {
+        index,
+        held_deg: drawn.ways.map(|way| way.held_deg),
+        holds_deg: drawn.holds_deg,
+        at_rest_deg: drawn.at_rest_deg(),
+        outcomes,
+    };
+    Ok(Ok((case, unsettled)))
+}
+
+impl Hands {
+    /// Lets every contender drive every hand, one- and two-point. The same plan gives
+    /// the same numbers, to the bit, on any number of threads.
+    ///
+    /// # Errors
+    /// The population's declaration, or a hand or law that cannot be.
+    pub fn run(
+        plan: Plan,
+        contenders: Vec<Contender>,
+        mut progress: impl FnMut(f64),
+    ) -> Result<Self, HandsError> {
+        let population = Population::declared()?;
+        let (mut cases, mut missing, mut unsettled) = (Vec::new(), BTreeMap::new(), 0);
+        let indices: Vec<u64> = (0..plan.draws).collect();
+        let mut done = 0;
+        for some in indices.chunks(2 * rayon::current_num_threads()) {
+            let driven = some
+                .par_iter()
+                .map(|index| drive(&population, &contenders, (plan.seed, *index)));
+            for driven in driven.collect::<Result<Vec<_>, _>>()? {
+                match driven {
+                    Ok((case, without)) => {
+                        cases.push(case);
+                        unsettled += without;
+                    }
+                    Err(why) => *missing.entry(why).or_insert(0) += 1,
+                }
+            }
+            done += some.len();
+            progress(done as f64 / indices.len() as f64);
+        }
+        Ok(Self {
+            plan,
+            contenders,
+            cases,
+            missing,
+            unsettled,
+        })
+    }
+
+    /// Hands that a contender did not refuse, each with its RMSE, °.
+    pub fn tracked(&self, points: Points, contender: usize) -> Vec<(&Case, f64)> {
+        let of = |case: &Case| {
+            let outcome = &case.outcomes[place(points)][contender];
+            outcome.refused.is_none().then_some(outcome.rmse_deg)
+        };
+        let cases = self.cases.iter();
+        cases.filter_map(|case| Some((case, of(case)?))).collect()
+    }
+
+    /// The PID with the least mean RMSE; the first contender if there is none.
+    pub fn best_pid(&self, points: Points) -> usize {
+        let of = |n: &usize| {
+            let tracked = self.tracked(points, *n);
+            mean(&tracked.iter().map(|it| it.1).collect::<Vec<_>>())
+        };
+        let pids = (0..self.contenders.len()).filter(|n| self.contenders[*n].is_pid());
+        pids.min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
+    }
+
+    /// How far above rest hands hold with these points, °: 5 %, median, 95 %.
+    pub fn held(&self, points: Points) -> [f64; 3] {
+        let held = self.cases.iter().map(|case| case.held_deg[place(points)]);
+        let held: Vec<f64> = held.collect();
+        [0.05, 0.5, 0.95].map(|part| percentile(&held, part))
+    }
+
+    /// Names under which a contender refused, each with how often.
+    pub fn refusals(&self, points: Points, contender: usize) -> BTreeMap<&str, u64> {
+        let mut counts = BTreeMap::new();
+        for case in &self.cases {
+            if let Some(name) = &case.outcomes[place(points)][contender].refused {
+                *counts.entry(name.as_str()).or_insert(0) += 1;
+            }
+        }
+        counts
+    }
+
+    /// A contender's score.
+    pub fn score(&self, points: Points, contender: usize) -> Score {
+        let tracked = self.tracked(points, contender);
+        let all: Vec<f64> = tracked.iter().map(|it| it.1).collect();
+        let parts = tracked.iter().map(|(case, rmse)| rmse / case.holds_deg);
+        let parts: Vec<f64> = parts.collect();
+        let pid = self.best_pid(points);
+        let theirs = |(case, _): &(&Case, f64)| case.outcomes[place(points)][pid].rmse_deg;
+        let theirs: Vec<f64> = tracked.iter().map(theirs).collect();
+        let is_no_better = |(case, rmse): &&(&Case, f64)| *rmse >= case.at_rest_deg;
+        let nothing = Interval {
+            mean: f64::NAN,
+            low: f64::NAN,
+            high: f64::NAN,
+        };
+        let of = |number: f64| if all.is_empty() { f64::NAN } else { number };
+        Score {
+            refused: self.cases.len() - tracked.len(),
+            no_better: tracked.iter().filter(is_no_better).count(),
+            mean_deg: of(mean(&all)),
+            p95_deg: of(percentile(&all, 0.95)),
+            mean_part: of(mean(&parts)),
+            p95_part: of(percentile(&parts, 0.95)),
+            over_pid: match all.is_empty() {
+                true => nothing,
+                false => paired(&all, &theirs),
+            },
+        }
+    }
+}

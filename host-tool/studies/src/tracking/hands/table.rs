@@ -1,0 +1,132 @@
+//! A campaign on hands as tables: for people, for machines, as CSV.
+
+use super::campaign::{Hands, Score};
+use crate::tracking::columns::{Column, cells, names, tell};
+use crate::tracking::wearer::Points;
+use serde_json::{Value, json};
+
+/// For people, at most 80 columns.
+pub fn text(hands: &Hands) -> String {
+    let (plan, follow) = (hands.plan, hands.cases.len());
+    let mut out = format!(
+        "{} hands drawn, seed {}: forearms that are a mechanism, {follow} with all voltages.\n\
+         A sine between 15 and 85 % of what each holds, 0.2 Hz, 10…30 s scored.\n\
+         Simulated hands, not people.\n",
+        plan.draws, plan.seed
+    );
+    for (why, count) in &hands.missing {
+        out += &format!("  {count} × {why}\n");
+    }
+    if hands.unsettled > 0 {
+        out += &format!("  {} stretches without currents\n", hands.unsettled);
+    }
+    for points in Points::ALL {
+        let [low, middle, high] = hands.held(points);
+        out += &format!(
+            "\n{}: greatest voltages hold {middle:.1}° in the end ({low:.1} to {high:.1})\n\
+             {:<22}{:>7}{:>6}{:>6}{:>6}{:>6}{:>6}  - PID, ° [95 %]\n",
+            points.name(),
+            "law",
+            "refused",
+            "mean°",
+            "p95°",
+            "mean%",
+            "p95%",
+            "rest"
+        );
+        for (n, contender) in hands.contenders.iter().enumerate() {
+            let s = hands.score(points, n);
+            let d = s.over_pid;
+            if s.refused == follow {
+                out += &format!("{:<22}{:>7}\n", contender.name(), s.refused);
+            } else {
+                out += &format!(
+                    "{:<22}{:>7}{:>6.2}{:>6.2}{:>6.1}{:>6.1}{:>6}  {:+.2} [{:+.2} {:+.2}]\n",
+                    contender.name(),
+                    s.refused,
+                    s.mean_deg,
+                    s.p95_deg,
+                    100.0 * s.mean_part,
+                    100.0 * s.p95_part,
+                    s.no_better,
+                    d.mean,
+                    d.low,
+                    d.high
+                );
+            }
+            for (name, count) in hands.refusals(points, n) {
+                out += &format!("  {count} × {name}\n");
+            }
+        }
+        let pid = hands.contenders[hands.best_pid(points)].name();
+        out += &format!("best PID: {pid}\n");
+    }
+    out + "\n%: of what the hand holds. rest: hands on which it is no better than a finger\n\
+           that stays at rest.\n"
+}
+
+const NUMBERS: [Column<Score>; 7] = [
+    ("mean_deg", |s| s.mean_deg),
+    ("p95_deg", |s| s.p95_deg),
+    ("mean_pct", |s| 100.0 * s.mean_part),
+    ("p95_pct", |s| 100.0 * s.p95_part),
+    ("over_pid_deg", |s| s.over_pid.mean),
+    ("over_pid_low_deg", |s| s.over_pid.low),
+    ("over_pid_high_deg", |s| s.over_pid.high),
+];
+
+/// A line per contender and number of points.
+pub fn csv(hands: &Hands) -> String {
+    let mut out = "points,law,arithmetic,seed,drawn,hands,held_p5_deg,held_median_deg,\
+                   held_p95_deg,refused,no_better_than_rest"
+        .to_owned()
+        + &names(&NUMBERS)
+        + "\n";
+    for points in Points::ALL {
+        let [low, middle, high] = hands.held(points);
+        for (n, contender) in hands.contenders.iter().enumerate() {
+            let s = hands.score(points, n);
+            out += &format!(
+                "{},{},{},{},{},{},{low:.2},{middle:.2},{high:.2},{},{}{}\n",
+                points.name(),
+                contender.name().replace(',', ""),
+                contender.arithmetic(),
+                hands.plan.seed,
+                hands.plan.draws,
+                hands.cases.len(),
+                s.refused,
+                s.no_better,
+                cells(&NUMBERS, &s).replace("NaN", "")
+            );
+        }
+    }
+    out
+}
+
+/// For machines.
+pub fn json(hands: &Hands) -> Value {
+    let points = Points::ALL.map(|points| {
+        let laws = hands.contenders.iter().enumerate().map(|(n, contender)| {
+            let s = hands.score(points, n);
+            let mut law = json!({
+                "law": contender.name(), "arithmetic": contender.arithmetic(),
+                "refused": s.refused, "refusals": hands.refusals(points, n),
+                "no_better_than_rest": s.no_better,
+            });
+            tell(&NUMBERS, &s, &mut law);
+            law
+        });
+        let [low, middle, high] = hands.held(points);
+        json!({
+            "points": points.name(),
+            "held_deg": { "p5": low, "median": middle, "p95": high },
+            "best_pid": hands.contenders[hands.best_pid(points)].name(),
+            "laws": laws.collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "seed": hands.plan.seed, "wearers": "hands", "drawn": hands.plan.draws,
+        "hands": hands.cases.len(), "missing": hands.missing,
+        "unsettled": hands.unsettled, "points": points,
+    })
+}

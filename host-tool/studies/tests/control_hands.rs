@@ -1,0 +1,84 @@
+//! Control laws on a few drawn hands: repeatable, nobody dropped.
+
+use hal_sim::body::hand::spec::{A, B};
+use studies::tracking::hands::{Contender, Drawn, Hands, Plan, contenders, table};
+use studies::tracking::wearer::Points;
+use studies::two_points::Population;
+
+/// No chart and no development has drawn these.
+const SEED: u64 = 4;
+const DRAWS: u64 = 4;
+
+fn campaign() -> Hands {
+    let plan = Plan {
+        seed: SEED,
+        draws: DRAWS,
+    };
+    let mut few = contenders().unwrap();
+    few.retain(|it| it.arithmetic() == "fixed");
+    Hands::run(plan, few, |_| {}).unwrap()
+}
+
+#[test]
+fn a_campaign_on_hands_repeats_to_the_bit_and_counts_every_draw() {
+    let found = campaign();
+    assert_eq!(found, campaign());
+    let missing: u64 = found.missing.values().sum();
+    assert_eq!(found.cases.len() as u64 + missing, DRAWS);
+    assert!(
+        !found.cases.is_empty(),
+        "a seed without hands tests nothing"
+    );
+    assert_eq!(found.unsettled, 0);
+    for case in &found.cases {
+        let at_rest = case.at_rest_deg / case.holds_deg;
+        assert!((at_rest - 0.5f64.hypot(0.35 / 2f64.sqrt())).abs() < 1e-3);
+        assert!(case.holds_deg >= 1.0);
+        assert!(
+            case.outcomes
+                .iter()
+                .flatten()
+                .all(|it| it.rmse_deg.is_finite())
+        );
+    }
+    let text = table::text(&found);
+    println!("{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80));
+    let rows = Points::ALL.len() * found.contenders.len();
+    assert_eq!(table::csv(&found).lines().count(), 1 + rows);
+    assert_eq!(table::json(&found)["drawn"], DRAWS);
+}
+
+#[test]
+fn the_contenders_are_the_default_the_papers_law_and_pids() {
+    let names: Vec<String> = contenders().unwrap().iter().map(Contender::name).collect();
+    for name in [
+        "device default",
+        "default, calibrated",
+        "paper",
+        "paper +",
+        "pid",
+        "pid +",
+    ] {
+        assert!(names.iter().any(|it| it == name), "{name}");
+    }
+}
+
+/// One point is used alone, and its target lies within what both ways hold.
+#[test]
+fn a_drawn_hand_has_a_target_that_it_holds() {
+    let population = Population::declared().unwrap();
+    let drawn = (0..DRAWS).find_map(|n| Drawn::draw(&population, SEED, n).unwrap().ok());
+    let drawn = drawn.expect("a hand");
+    let [one, two] = drawn.ways;
+    assert_eq!((one.points, two.points), (Points::One, Points::Two));
+    assert_ne!(one.leads().used[A], one.leads().used[B]);
+    assert_eq!(two.leads().used, [true; 3]);
+    for way in drawn.ways {
+        assert!(way.fresh_deg >= way.held_deg, "it tires");
+        let model = way.model(0);
+        assert!(model.flexion_unm > model.extension_unm);
+    }
+    let most = drawn.wanted.iter().copied().fold(0.0, f64::max);
+    assert!(most < 10.0 + one.held_deg.min(two.held_deg));
+}
