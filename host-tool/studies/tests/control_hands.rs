@@ -31,9 +31,8 @@ fn a_campaign_on_hands_repeats_to_the_bit_and_counts_every_draw() {
     );
     assert_eq!(found.unsettled, 0);
     for case in &found.cases {
-        let at_rest = case.at_rest_deg / case.holds_deg;
-        assert!((at_rest - 0.5f64.hypot(0.35 / 2f64.sqrt())).abs() < 1e-3);
         assert!(case.holds_deg >= 1.0);
+        assert!(case.held_deg.iter().all(|held| *held >= case.holds_deg));
         assert!(
             case.outcomes
                 .iter()
@@ -75,10 +74,11 @@ fn a_drawn_hand_has_a_target_that_it_holds() {
     assert_ne!(one.leads().used[A], one.leads().used[B]);
     assert_eq!(two.leads().used, [true; 3]);
     for way in drawn.ways {
-        assert!(way.fresh_deg >= way.held_deg, "it tires");
-        let model = way.model(0);
-        assert!(model.flexion_unm > model.extension_unm);
+        let [low, high] = way.held_deg;
+        assert!(way.fresh_deg >= high && low < high, "{way:?}");
     }
     let most = drawn.wanted.iter().copied().fold(0.0, f64::max);
-    assert!(most < 10.0 + one.held_deg.min(two.held_deg));
+    assert!(most < one.held_deg[1].min(two.held_deg[1]));
+    let least = drawn.wanted.iter().copied().fold(100.0, f64::min);
+    assert!(least > one.held_deg[0].max(two.held_deg[0]));
 }

@@ -1,12 +1,12 @@
 //! Control laws on hands: every hand's error, and means.
 
-use crate::tracking::hands::{Contender, Hands};
+use crate::tracking::hands::{Contender, Drawn, Hands};
 use crate::tracking::wearer::Points;
 use host_core::plot::ink::{Color, MUTED, PALETTE, stroke};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Shape};
 
 const PITCH: f64 = 40.0;
-/// Errors run from 0 to this, % of what a hand holds; what goes beyond is at the edge.
+/// Errors run from 0 to this, % of the range that a hand holds; what goes beyond is at the edge.
 const ERROR_TOP: f64 = 100.0;
 
 /// A row for each law; a file of its own.
@@ -37,8 +37,8 @@ pub fn picture(hands: &Hands) -> String {
         legend: dots.into_iter().chain([to]).collect(),
         rows: vec![Points::ALL.map(|points| errors(hands, points)).into()],
         notes: vec![
-            "Target: a sine between 15 and 85 % of what each hand holds at its greatest voltages. \
-             Table: control_hands.csv."
+            "Target: a sine between 15 and 85 % of the range that each hand holds. Held still: a \
+             finger held in the middle of the target. Table: control_hands.csv."
                 .to_owned(),
         ],
     }
@@ -53,12 +53,8 @@ const fn mark(contender: &Contender) -> (Color, Shape) {
 }
 
 fn errors(hands: &Hands, points: Points) -> Panel {
-    let at_rest = hands
-        .cases
-        .first()
-        .map_or(0.0, |case| 100.0 * case.at_rest_deg / case.holds_deg);
-    let x = Axis::linear("RMSE (% of what the hand holds)", (0.0, ERROR_TOP), 5.0);
-    let x = x.rule(at_rest, "stays at rest", MUTED);
+    let x = Axis::linear("RMSE (% of the range held)", (0.0, ERROR_TOP), 5.0);
+    let x = x.rule(100.0 * Drawn::STILL, "held still", MUTED);
     let names = hands.contenders.iter().map(Contender::name);
     let y = Axis::rows("", names).silent(points == Points::Two);
     let height = hands.contenders.len() as f64 * PITCH;

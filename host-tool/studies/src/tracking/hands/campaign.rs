@@ -23,12 +23,10 @@ pub struct Plan {
 pub struct Case {
     /// Number of its draw.
     pub index: u64,
-    /// How far above rest greatest voltages hold it in the end, one- and two-point, °.
+    /// Widths of the ranges that it holds, one- and two-point, °.
     pub held_deg: [f64; 2],
-    /// The lesser of them: what the target is made of.
+    /// Width of what it holds either way: what the target is made of, °.
     pub holds_deg: f64,
-    /// RMSE of a finger that stays at rest, °.
-    pub at_rest_deg: f64,
     /// One- and two-point, by contender.
     pub outcomes: [Vec<Outcome>; 2],
 }
@@ -53,13 +51,14 @@ pub struct Hands {
 pub struct Score {
     /// Hands that it refused.
     pub refused: usize,
-    /// Hands on which it is not better than a finger that stays at rest; not refused.
+    /// Hands on which it is not better than a finger that is held in the middle of the
+    /// target; not refused.
     pub no_better: usize,
     /// Mean RMSE of those not refused, °; like all that follows no number without any.
     pub mean_deg: f64,
     /// 95th percentile.
     pub p95_deg: f64,
-    /// The same in parts of what the hand holds.
+    /// The same in parts of the range that the hand holds.
     pub mean_part: f64,
     /// 95th percentile.
     pub p95_part: f64,
@@ -94,9 +93,8 @@ fn drive(
     }
     let case = Case {
         index,
-        held_deg: drawn.ways.map(|way| way.held_deg),
-        holds_deg: drawn.holds_deg,
-        at_rest_deg: drawn.at_rest_deg(),
+        held_deg: drawn.ways.map(|way| way.held_deg[1] - way.held_deg[0]),
+        holds_deg: drawn.holds_deg[1] - drawn.holds_deg[0],
         outcomes,
     };
     Ok(Ok((case, unsettled)))
@@ -162,7 +160,7 @@ impl Hands {
         pids.min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
     }
 
-    /// How far above rest hands hold with these points, °: 5 %, median, 95 %.
+    /// Widths of the ranges that hands hold with these points, °: 5 %, median, 95 %.
     pub fn held(&self, points: Points) -> [f64; 3] {
         let held = self.cases.iter().map(|case| case.held_deg[place(points)]);
         let held: Vec<f64> = held.collect();
@@ -189,7 +187,7 @@ impl Hands {
         let pid = self.best_pid(points);
         let theirs = |(case, _): &(&Case, f64)| case.outcomes[place(points)][pid].rmse_deg;
         let theirs: Vec<f64> = tracked.iter().map(theirs).collect();
-        let is_no_better = |(case, rmse): &&(&Case, f64)| *rmse >= case.at_rest_deg;
+        let is_no_better = |(case, rmse): &&(&Case, f64)| *rmse >= Drawn::STILL * case.holds_deg;
         let nothing = Interval {
             mean: f64::NAN,
             low: f64::NAN,

@@ -163,15 +163,16 @@ impl Way {
     }
 
     /// The file that a calibration would write: the flexors' torque is what holds the
-    /// angle that greatest voltages reach in 3 s, against the nominal finger's spring,
+    /// angle that all flexion reaches in 3 s, against the nominal finger's spring,
     /// which nobody measures; the extensor's is 0.7 of it, for what it pulls cannot be
     /// seen from rest. All else is the nominal finger's.
     pub fn model(&self, lead_ms: u16) -> WearerModel {
         let finger = nominal();
         let micro = |x: f64| (x * 1e6).round() as u32;
         let [low, high] = RANGES_DEG[INDEX];
-        let progress = (REST_DEG[INDEX] + self.fresh_deg - low) / (high - low);
-        let spring_nm = finger.stiffness_nm_per_rad * self.fresh_deg.to_radians();
+        let progress = (self.fresh_deg - low) / (high - low);
+        let bent_deg = self.fresh_deg - REST_DEG[INDEX];
+        let spring_nm = finger.stiffness_nm_per_rad * bent_deg.to_radians();
         let flexion_nm = spring_nm / (1.0 - finger.torque_loss * progress);
         WearerModel {
             rest_mdeg: (REST_DEG[INDEX] * 1000.0) as i32,

@@ -17,14 +17,13 @@ use std::f64::consts::TAU;
 
 /// Electrodes A, B and E are on channels 0, 1, 2.
 const CHANNELS: [usize; RETURN] = [A, B, E];
-/// A rested hand is at its greatest angle within this time, ms.
-const FRESH_MS: usize = 3_000;
-/// What is held is the mean over this last time, ms.
+/// What is held is the mean over this last time, ms, of 3 s and of the whole trial.
 const HELD_MS: usize = 1_000;
-/// Who holds less in the end holds nothing, °: the glove's noise is 0.3.
+const FRESH_MS: usize = 3_000;
+/// Who holds a range of less holds nothing, °: the glove's noise is 0.3.
 const LEAST_DEG: f64 = 1.0;
-/// The target, declared before any hand was driven: a sine between 15 % and 85 % of what
-/// is held, at Hamana 2022's 0.2 Hz.
+/// The target: a sine between 15 % and 85 % of the range that is held, at Hamana 2022's
+/// 0.2 Hz.
 const MIDDLE: f64 = 0.5;
 const SWING: f64 = 0.35;
 const HZ: f64 = 0.2;
@@ -36,10 +35,11 @@ pub struct Way {
     pub points: Points,
     /// Threshold and greatest voltage of A, B and E, V; of a point that is used.
     pub ranges_v: [Option<[f64; 2]>; RETURN],
-    /// How far above rest greatest voltages bend the finger at most in the first 3 s, °.
+    /// Angle that all flexion holds after 3 s, °.
     pub fresh_deg: f64,
-    /// How far they still hold it after 30 s without rest, °.
-    pub held_deg: f64,
+    /// Angles that all extension and all flexion still hold, rested as well as after 30 s
+    /// without rest, °: the narrower of both.
+    pub held_deg: [f64; 2],
 }
 
 /// A hand that laws drive.
@@ -50,8 +50,8 @@ pub struct Drawn {
     seed: u64,
     /// One-point (the point that holds further) and two-point.
     pub ways: [Way; 2],
-    /// How far above rest it holds with either, °: what the target is made of.
-    pub holds_deg: f64,
+    /// Angles that it holds with either, low to high, °: what the target is made of.
+    pub holds_deg: [f64; 2],
     /// The wanted angle each millisecond, °.
     pub wanted: Vec<f64>,
 }
@@ -65,10 +65,19 @@ impl Way {
         }
     }
 
-    /// Flexors at their greatest voltages, the extensor silent.
-    fn flexing(&self) -> Volts {
-        let greatest = |point: usize| self.ranges_v[point].map_or(0.0, |range| range[1]);
-        [greatest(A), greatest(B), 0.0]
+    /// All of an effort, its antagonist at threshold: the device has it so (Hamana 2022,
+    /// (7) to (12)).
+    fn all_of(&self, flexion: bool) -> Volts {
+        let at = |point: usize| {
+            let works = (point == E) != flexion;
+            self.ranges_v[point].map_or(0.0, |range| range[usize::from(works)])
+        };
+        [at(A), at(B), at(E)]
+    }
+
+    /// The range that it holds, °.
+    fn span_deg(&self) -> f64 {
+        self.held_deg[1] - self.held_deg[0]
     }
 }
 
@@ -103,7 +112,7 @@ impl Drawn {
             line,
             seed,
             ways: [Way::of(Points::One, [None; 2], extensor_v); 2],
-            holds_deg: 0.0,
+            holds_deg: [0.0; 2],
             wanted: Vec::new(),
         };
         Ok(match drawn.ways_of(&voltages, extensor_v)? {
@@ -134,7 +143,9 @@ impl Drawn {
         for ranges in [[Some([a, most_a]), None], [None, Some([b, most_b])]] {
             if ranges.iter().flatten().all(|range| is_range(*range)) {
                 let way = self.held(Way::of(Points::One, ranges, extensor_v))?;
-                one = one.filter(|it| it.held_deg >= way.held_deg).or(Some(way));
+                one = one
+                    .filter(|it| it.span_deg() >= way.span_deg())
+                    .or(Some(way));
             }
         }
         let Some(one) = one.filter(|_| pair.into_iter().all(is_range)) else {
@@ -146,40 +157,46 @@ impl Drawn {
 
     /// With the target of what it holds.
     fn aim(mut self) -> Result<Self, &'static str> {
-        let held = self.ways.map(|way| way.held_deg);
-        self.holds_deg = held[0].min(held[1]);
-        if self.holds_deg < LEAST_DEG {
-            return Err("holds less than 1° in the end");
+        let [one, two] = self.ways.map(|way| way.held_deg);
+        let [low, high] = [one[0].max(two[0]), one[1].min(two[1])];
+        if high - low < LEAST_DEG {
+            return Err("holds a range of less than 1°");
         }
+        self.holds_deg = [low, high];
         let at = |ms: usize| {
             let wave = (TAU * HZ * ms as f64 / 1000.0).sin();
-            REST_DEG[INDEX] + self.holds_deg * (MIDDLE + SWING * wave)
+            low + (high - low) * (MIDDLE + SWING * wave)
         };
         self.wanted = (0..TRIAL_MS).map(at).collect();
         Ok(self)
     }
 
-    /// How far above rest this way's greatest voltages bend and hold the finger.
+    /// This way with what it holds.
     fn held(&self, way: Way) -> Result<Way, TwoPointsError> {
-        let (mut hand, leads) = (self.moving()?, way.leads());
-        leads.begin(&mut hand);
-        let (mut fresh_deg, mut sum) = (0.0, 0.0);
-        for ms in 0..TRIAL_MS {
-            leads.pulse(&mut hand, ms, way.flexing());
-            hand.advance((ms as u64 + 1) * 1000);
-            let bent = hand.angle_deg() - REST_DEG[INDEX];
-            if ms < FRESH_MS {
-                fresh_deg = bent.max(fresh_deg);
-            }
-            if ms >= TRIAL_MS - HELD_MS {
-                sum += bent;
-            }
-        }
+        let extended = self.under(&way, way.all_of(false))?;
+        let flexed = self.under(&way, way.all_of(true))?;
         Ok(Way {
-            fresh_deg,
-            held_deg: sum / HELD_MS as f64,
+            fresh_deg: flexed[0],
+            held_deg: [extended[0].max(extended[1]), flexed[0].min(flexed[1])],
             ..way
         })
+    }
+
+    /// Where these volts hold the finger in the third and in the last second, °.
+    fn under(&self, way: &Way, volts: Volts) -> Result<[f64; 2], TwoPointsError> {
+        let (mut hand, leads) = (self.moving()?, way.leads());
+        leads.begin(&mut hand);
+        let mut sums = [0.0; 2];
+        for ms in 0..TRIAL_MS {
+            leads.pulse(&mut hand, ms, volts);
+            hand.advance((ms as u64 + 1) * 1000);
+            for (sum, end) in sums.iter_mut().zip([FRESH_MS, TRIAL_MS]) {
+                if (end - HELD_MS..end).contains(&ms) {
+                    *sum += hand.angle_deg();
+                }
+            }
+        }
+        Ok(sums.map(|sum| sum / HELD_MS as f64))
     }
 
     fn moving(&self) -> Result<MovingHand, TwoPointsError> {
@@ -210,7 +227,11 @@ impl Drawn {
         Ok((Attempt { angles, refused }, hand.unsettled()))
     }
 
-    /// RMSE from 10 to 30 s of a finger that stays at rest, °: what any law should beat.
+    /// RMSE from 10 to 30 s of a finger that is held in the middle of the target, as a
+    /// part of the range: what any law should beat.
+    pub const STILL: f64 = SWING * std::f64::consts::FRAC_1_SQRT_2;
+
+    /// RMSE from 10 to 30 s of a finger that is not stimulated, °.
     pub fn at_rest_deg(&self) -> f64 {
         let scored = self.wanted.iter().skip(SCORED_FROM_MS);
         let squares = scored.map(|w| (w - REST_DEG[INDEX]).powi(2));
@@ -224,7 +245,7 @@ impl Way {
             points,
             ranges_v: [a, b, Some(extensor_v)],
             fresh_deg: 0.0,
-            held_deg: 0.0,
+            held_deg: [0.0; 2],
         }
     }
 }

@@ -10,7 +10,7 @@ pub fn text(hands: &Hands) -> String {
     let (plan, follow) = (hands.plan, hands.cases.len());
     let mut out = format!(
         "{} hands drawn, seed {}: forearms that are a mechanism, {follow} with all voltages.\n\
-         A sine between 15 and 85 % of what each holds, 0.2 Hz, 10…30 s scored.\n\
+         A sine between 15 and 85 % of the range each holds, 0.2 Hz, 10…30 s scored.\n\
          Simulated hands, not people.\n",
         plan.draws, plan.seed
     );
@@ -23,7 +23,7 @@ pub fn text(hands: &Hands) -> String {
     for points in Points::ALL {
         let [low, middle, high] = hands.held(points);
         out += &format!(
-            "\n{}: greatest voltages hold {middle:.1}° in the end ({low:.1} to {high:.1})\n\
+            "\n{}: they hold a range of {middle:.1}° ({low:.1} to {high:.1})\n\
              {:<22}{:>7}{:>6}{:>6}{:>6}{:>6}{:>6}  - PID, ° [95 %]\n",
             points.name(),
             "law",
@@ -32,7 +32,7 @@ pub fn text(hands: &Hands) -> String {
             "p95°",
             "mean%",
             "p95%",
-            "rest"
+            "still"
         );
         for (n, contender) in hands.contenders.iter().enumerate() {
             let s = hands.score(points, n);
@@ -61,8 +61,8 @@ pub fn text(hands: &Hands) -> String {
         let pid = hands.contenders[hands.best_pid(points)].name();
         out += &format!("best PID: {pid}\n");
     }
-    out + "\n%: of what the hand holds. rest: hands on which it is no better than a finger\n\
-           that stays at rest.\n"
+    out + "\n%: of the range that the hand holds. still: hands on which it is no better than\n\
+           a finger that is held in the middle of the target.\n"
 }
 
 const NUMBERS: [Column<Score>; 7] = [
@@ -78,7 +78,7 @@ const NUMBERS: [Column<Score>; 7] = [
 /// A line per contender and number of points.
 pub fn csv(hands: &Hands) -> String {
     let mut out = "points,law,arithmetic,seed,drawn,hands,held_p5_deg,held_median_deg,\
-                   held_p95_deg,refused,no_better_than_rest"
+                   held_p95_deg,refused,no_better_than_still"
         .to_owned()
         + &names(&NUMBERS)
         + "\n";
@@ -111,7 +111,7 @@ pub fn json(hands: &Hands) -> Value {
             let mut law = json!({
                 "law": contender.name(), "arithmetic": contender.arithmetic(),
                 "refused": s.refused, "refusals": hands.refusals(points, n),
-                "no_better_than_rest": s.no_better,
+                "no_better_than_still": s.no_better,
             });
             tell(&NUMBERS, &s, &mut law);
             law
