@@ -252,10 +252,11 @@ impl PutOut {
             apart => format!("apart by at most {apart:.1e} of the flexors' own"),
         };
         format!(
-            "All numbers are of the body alone. The {device} put out {} patterns of {who} as well, \
-             into dummy loads: the same terminals at every microsecond, but that a point floats, \
-             while nothing drives, before its own pulse; torques are {torques}.",
-            self.patterns
+            "All numbers are of the body alone. {} patterns of {who} were put out by --device {} as \
+             well, into dummy loads: the same terminals at every microsecond, but that a point \
+             floats, while nothing drives, before its own pulse; torques are {torques}.",
+            self.patterns,
+            device.typed()
         )
     }
 }

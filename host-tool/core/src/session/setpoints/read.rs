@@ -7,6 +7,7 @@ use super::super::channel::Channel;
 use super::super::channels::Channels;
 use super::super::decimal::in_units;
 use super::super::error::Problem;
+use super::super::fields::DAY_US;
 use super::super::setup::SetupSpec;
 use super::super::table::Table;
 use super::{Bounds, Course, ForceCourse, Setpoints, to_centi};
@@ -257,6 +258,8 @@ fn check_force(t: &Table<'_>, name: &str, channel: &Channel, newton: f64) -> Opt
 fn read_time(item: &Table<'_>, before: Option<u64>, what: &str) -> Option<u64> {
     let at_us = item.whole::<u64>("at_s");
     match before {
+        // Told: what comes next is held against what came before.
+        Some(before) if at_us > DAY_US as u64 => return Some(before),
         None if at_us != 0 => item.out_of_range("at_s", "0 at first".into()),
         Some(before) if at_us <= before => {
             item.not_after("at_s", format!("the {what} at {} s", before as f64 / 1e6));
