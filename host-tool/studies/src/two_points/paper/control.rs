@@ -311,7 +311,13 @@ mod tests {
     /// Wearers who did what the paper printed: its numbers, its claims.
     #[test]
     fn what_is_printed_comes_out_of_what_is_printed() {
-        let study = Study::asked(Kind::Control, None, (None, None), DeviceName::Native).unwrap();
+        let study = Study::asked(
+            Kind::Control,
+            (None, None),
+            (None, None),
+            DeviceName::Native,
+        )
+        .unwrap();
         let parts = TABLE_8.map(|(name, trials)| as_printed(name, trials));
         for row in study.control_rows(&parts) {
             let is_paper_s = row.id.contains("paper's law") && !row.id.starts_with('R');

@@ -276,7 +276,13 @@ mod tests {
     /// P's first draw that has a number, otherwise another's, and it is said whose.
     #[test]
     fn whose_course_is_shown_is_said() {
-        let study = Study::asked(Kind::Control, None, (None, None), DeviceName::Native).unwrap();
+        let study = Study::asked(
+            Kind::Control,
+            (None, None),
+            (None, None),
+            DeviceName::Native,
+        )
+        .unwrap();
         let caption = |parts: &[Part]| study.figures_25_to_28(parts)[0].caption.clone();
         let of_p = [
             followed_by("Q", 0),
