@@ -348,8 +348,8 @@ fn what_cannot_be_is_refused_by_name() {
             "E518 hamana-hold is of the body alone",
         ),
         (
-            &["hamana-2", "--device", "chip"],
-            "E518 hamana-2 is of the body alone",
+            &["hamana-2", "--device", "/dev/none"],
+            "E518 a drawn forearm is simulated",
         ),
         (
             &["hamana-4", "--wearer", "X"],
