@@ -185,8 +185,12 @@ impl Hands {
         let parts = tracked.iter().map(|(case, rmse)| rmse / case.holds_deg);
         let parts: Vec<f64> = parts.collect();
         let pid = self.best_pid(points);
-        let theirs = |(case, _): &(&Case, f64)| case.outcomes[place(points)][pid].rmse_deg;
-        let theirs: Vec<f64> = tracked.iter().map(theirs).collect();
+        // Over hands that neither refused.
+        let both = tracked.iter().filter_map(|(case, rmse)| {
+            let pid = &case.outcomes[place(points)][pid];
+            pid.refused.is_none().then_some((*rmse, pid.rmse_deg))
+        });
+        let (ours, theirs): (Vec<f64>, Vec<f64>) = both.unzip();
         let is_no_better = |(case, rmse): &&(&Case, f64)| *rmse >= Drawn::STILL * case.holds_deg;
         let nothing = Interval {
             mean: f64::NAN,
@@ -201,9 +205,9 @@ impl Hands {
             p95_deg: of(percentile(&all, 0.95)),
             mean_part: of(mean(&parts)),
             p95_part: of(percentile(&parts, 0.95)),
-            over_pid: match all.is_empty() {
+            over_pid: match ours.is_empty() {
                 true => nothing,
-                false => paired(&all, &theirs),
+                false => paired(&ours, &theirs),
             },
         }
     }

@@ -95,10 +95,16 @@ impl Contender {
                     ..way.joint(law)
                 })?)
             }
-            Self::Searched(_, candidate) => Box::new(candidate.driver_of::<f64>(&Known {
-                joint: way.joint(LawSpec::ALONE),
-                model: way.model(0),
-            })?),
+            Self::Searched(equipment, candidate) => {
+                Box::new(candidate.driver_of::<f64>(&Known {
+                    joint: way.joint(LawSpec::ALONE),
+                    model: match equipment {
+                        // Not used, so never refused.
+                        Equipment::Alone => Known::nominal(way.points).model,
+                        Equipment::Equipped => way.model(0),
+                    },
+                })?)
+            }
         })
     }
 
