@@ -63,6 +63,7 @@ fn wrong_arguments_exit_with_2() {
         ("an optimum of a quick look", "chart control --quick --optimum 9", 2, &["--optimum"]),
         ("a folder of no file", "chart control --quick --out x", 2, &["--out"]),
         ("a widened course", "chart control --wearers widened --course sine --out .", 2, &["E518 --course and --optimum need --wearers earlier"]),
+        ("a hand's course", "chart control --wearers hands --course sine --out .", 2, &["E518 --course and --optimum need --wearers earlier"]),
         ("trained on", &trained, 2, &["E518 --seed", &seed]),
         ("a place for no file", "chart ladder --no-files --workspace x", 2, &["--workspace"]),
         ("chance of a map without", "chart stability wall --seed 3 --out .", 2, &["E518 --seed", "pulse_rate"]),
