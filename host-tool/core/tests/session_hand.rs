@@ -119,7 +119,7 @@ fn drawn(random: &mut Random) -> FittedHand {
     };
     spec.seed = seed;
     spec.rule = [Rule::Potential, Rule::Curvature, Rule::Field][(seed % 3) as usize];
-    spec.sums = seed % 5 > 0;
+    spec.sums = !seed.is_multiple_of(5);
     FittedHand {
         spec,
         points: places.map(|[x_m, y_m]| Pad { x_m, y_m, shape }),

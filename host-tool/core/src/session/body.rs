@@ -7,9 +7,9 @@ use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::{ElbowSpec, FingerSpec};
 
 use super::channel::Channel;
-use super::error::Problem;
 use super::fields::PARTICIPANTS;
 use super::hand::read_hand;
+use super::sites::read_sites;
 use super::table::Table;
 
 /// The simulated wearer of a session.
@@ -41,19 +41,6 @@ pub(super) fn read_body(t: &Table<'_>, channels: &[Channel]) -> Option<BodySpec>
             load_ohm: t.whole("load_ohm"),
         },
     })
-}
-
-/// Channels, from 0, that the file names, whether or not the session uses them; each
-/// another.
-pub(super) fn read_sites<const N: usize>(t: &Table<'_>, names: [&str; N]) -> Option<[usize; N]> {
-    let numbers = names.map(|name| t.whole::<u8>(name));
-    for (place, (name, &channel)) in names.iter().zip(&numbers).enumerate() {
-        if numbers.iter().take(place).any(|taken| *taken == channel) {
-            t.say(name, Problem::ChannelTwice { channel });
-            return None;
-        }
-    }
-    Some(numbers.map(|number| usize::from(number) - 1)) // 1–10
 }
 
 /// A participant's finger.

@@ -4,11 +4,11 @@ use hal_sim::body::hand::FittedHand;
 use hal_sim::body::hand::field::{Pad, Shape};
 use hal_sim::body::hand::spec::{ROUND_M, SMALL_M};
 
-use super::body::read_sites;
 use super::channel::{Channel, Unit};
 use super::decimal::written;
 use super::error::Problem;
 use super::hand_fields::{CHANNELS, ELECTRODES, Electrodes, QUANTITIES, RULES, nominal};
+use super::sites::read_sites;
 use super::table::Table;
 
 /// Pads are said in mm.

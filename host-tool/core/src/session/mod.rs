@@ -27,6 +27,7 @@ mod muscle;
 mod schema;
 mod setpoints;
 mod setup;
+mod sites;
 mod study;
 mod table;
 mod trigger;

@@ -1,0 +1,17 @@
+//! Where a body's electrodes are: channels that the file names, used or not.
+
+use super::error::Problem;
+use super::table::Table;
+
+/// Channels, from 0, that the file names, whether or not the session uses them; each
+/// another.
+pub(super) fn read_sites<const N: usize>(t: &Table<'_>, names: [&str; N]) -> Option<[usize; N]> {
+    let numbers = names.map(|name| t.whole::<u8>(name));
+    for (place, (name, &channel)) in names.iter().zip(&numbers).enumerate() {
+        if numbers.iter().take(place).any(|taken| *taken == channel) {
+            t.say(name, Problem::ChannelTwice { channel });
+            return None;
+        }
+    }
+    Some(numbers.map(|number| usize::from(number) - 1)) // 1–10
+}
