@@ -11,6 +11,7 @@ pub mod bench;
 pub mod experiments;
 pub mod faults;
 pub mod figures;
+pub mod hands;
 pub mod laboratory;
 pub mod ladder;
 pub mod stability;

@@ -1,7 +1,7 @@
 //! Control laws on a few drawn hands: repeatable, nobody dropped.
 
 use hal_sim::body::hand::spec::{A, B};
-use studies::tracking::hands::{Contender, Drawn, Hands, Plan, contenders, table};
+use studies::hands::{Contender, Drawn, Hands, Plan, contenders, table};
 use studies::tracking::wearer::Points;
 use studies::two_points::Population;
 

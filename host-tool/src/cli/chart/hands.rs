@@ -4,8 +4,8 @@ use super::write;
 use crate::cli::Output;
 use std::path::Path;
 use studies::figures::hands_picture;
-pub(super) use studies::tracking::hands::Plan;
-use studies::tracking::hands::{Hands, contenders, table};
+pub(super) use studies::hands::Plan;
+use studies::hands::{Hands, contenders, table};
 
 /// Draws of a chart, and of a quick look.
 pub(super) const DRAWS: (u64, u64) = (60, 8);

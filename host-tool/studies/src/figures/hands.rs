@@ -1,6 +1,6 @@
 //! Control laws on hands: every hand's error, and means.
 
-use crate::tracking::hands::{Contender, Drawn, Hands};
+use crate::hands::{Contender, Drawn, Hands};
 use crate::tracking::wearer::Points;
 use host_core::plot::ink::{Color, MUTED, PALETTE, stroke};
 use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Shape};

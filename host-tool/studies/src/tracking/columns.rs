@@ -4,21 +4,21 @@
 use serde_json::Value;
 
 /// A number of a `T`, by the name that tables give it.
-pub(super) type Column<T> = (&'static str, fn(&T) -> f64);
+pub(crate) type Column<T> = (&'static str, fn(&T) -> f64);
 
 /// The columns' names, as the head of a CSV has them.
-pub(super) fn names<T>(columns: &[Column<T>]) -> String {
+pub(crate) fn names<T>(columns: &[Column<T>]) -> String {
     columns.iter().map(|(name, _)| format!(",{name}")).collect()
 }
 
 /// The numbers of a row of it.
-pub(super) fn cells<T>(columns: &[Column<T>], of: &T) -> String {
+pub(crate) fn cells<T>(columns: &[Column<T>], of: &T) -> String {
     let cell = |(_, number): &Column<T>| format!(",{:.3}", number(of));
     columns.iter().map(cell).collect()
 }
 
 /// The numbers for machines.
-pub(super) fn tell<T>(columns: &[Column<T>], of: &T, line: &mut Value) {
+pub(crate) fn tell<T>(columns: &[Column<T>], of: &T, line: &mut Value) {
     for (name, number) in columns {
         line[*name] = number(of).into();
     }

@@ -17,12 +17,12 @@ pub const SCORED_FROM_MS: usize = 10_000;
 pub const RIPPLE_FROM_MS: usize = 27_000;
 /// Pulses come every so many ms (50 Hz, Hamana 2022 §II-D), 200 µs wide.
 pub const PULSE_EVERY_MS: usize = 20;
-pub(super) const PULSE_US: u32 = 200;
+pub(crate) const PULSE_US: u32 = 200;
 /// Trials begin 15 s before the device's 32-bit microseconds wrap.
 const START: Micros = Micros::new(u32::MAX - 15_000_000);
 
 /// The device's clock at this time of a trial.
-pub(super) fn device_time(at_us: u64) -> Micros {
+pub(crate) fn device_time(at_us: u64) -> Micros {
     START + us(at_us as u32)
 }
 
@@ -37,7 +37,7 @@ struct Frame {
 
 /// The frames of a trial as the line delivers them.
 #[derive(Debug)]
-pub(super) struct Frames {
+pub(crate) struct Frames {
     line: Line,
     luck: Draws,
     taken: u64,
@@ -46,7 +46,7 @@ pub(super) struct Frames {
 }
 
 impl Frames {
-    pub(super) fn new(line: Line, seed: u64) -> Self {
+    pub(crate) fn new(line: Line, seed: u64) -> Self {
         let mut frames = Self {
             line,
             luck: Draws::new(seed, 0, 4),
@@ -66,7 +66,7 @@ impl Frames {
 
     /// Takes a frame if it is time. A frame states the time it should have been
     /// sampled at.
-    pub(super) fn take(&mut self, now_us: u64, wanted: &[f64], sensed_deg: f64) {
+    pub(crate) fn take(&mut self, now_us: u64, wanted: &[f64], sensed_deg: f64) {
         if self.sample_us > now_us as f64 {
             return;
         }
@@ -86,7 +86,7 @@ impl Frames {
     }
 
     /// Hands over what has arrived; frames stay in order.
-    pub(super) fn deliver(&mut self, now_us: u64, driver: &mut dyn Driver) {
+    pub(crate) fn deliver(&mut self, now_us: u64, driver: &mut dyn Driver) {
         let now = device_time(now_us);
         while let Some(frame) = self.under_way.front().copied() {
             if frame.due_us > now_us {
