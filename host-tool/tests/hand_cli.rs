@@ -115,7 +115,7 @@ fn a_sine_is_followed_through_the_device() {
     let result = &told["result"];
     let notes = result["notes"].to_string();
     assert!(
-        notes.contains("the limiter holds a point below its threshold"),
+        notes.contains("no coupling gives the thresholds"),
         "{notes}"
     );
     let papers = papers(result);
@@ -342,10 +342,14 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
 #[test]
 fn what_cannot_be_is_refused_by_name() {
     let folder = folder("hand_refused");
-    let cases: [(&[&str], &str); 6] = [
+    let cases: [(&[&str], &str); 7] = [
         (
-            &["hamana-hold", "--device", "chip"],
-            "E518 hamana-hold is of the body alone",
+            &["hamana-hold", "--departure", "wet"],
+            "E627 there is no departure `wet`; there are limiter, found, narrow,",
+        ),
+        (
+            &["harris-wall", "--departure", "dry"],
+            "E518 --wearer and --departure belong to hamana-1 to hamana-4",
         ),
         (
             &["hamana-2", "--device", "/dev/none"],
@@ -357,7 +361,7 @@ fn what_cannot_be_is_refused_by_name() {
         ),
         (
             &["harris-wall", "--wearer", "P"],
-            "E518 --wearer belongs to hamana-1 to hamana-4",
+            "E518 --wearer and --departure belong to hamana-1 to hamana-4",
         ),
         (
             &["hamana-4", "--wearer", "P", "--device", "/dev/none"],

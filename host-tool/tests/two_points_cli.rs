@@ -161,10 +161,10 @@ fn what_is_out_of_range_or_does_not_go_together_is_refused() {
     let folder = folder("two_points_refused");
     for (words, wanted) in [
         ("--draws 0", "E518 --draws is 0, allowed is 1 to"),
-        ("--cell 41", "E518 --cell is 41, allowed is 0 to 40"),
+        ("--cell 49", "E518 --cell is 49, allowed is 0 to 48"),
         (
-            "--cell 41 --timing",
-            "E518 --cell is 41, allowed is 0 to 40",
+            "--cell 49 --timing",
+            "E518 --cell is 49, allowed is 0 to 48",
         ),
         ("--shard 3/2 --out x", "E605 --shard is `3/2`, wanted I/N"),
         ("--shard half --out x", "E605 --shard is `half`, wanted I/N"),

@@ -308,9 +308,9 @@ fn claims(row: &BTreeMap<&str, &str>) -> [Option<bool>; 8] {
 
 #[test]
 fn all_cells_have_their_own_rows_and_no_other_number() {
-    assert!(Cells::declared(Some(41)).unwrap().is_none());
+    assert!(Cells::declared(Some(49)).unwrap().is_none());
     let all = Cells::declared(None).unwrap().unwrap();
-    assert_eq!((all.count(), all.units(200)), (41, 8_200));
+    assert_eq!((all.count(), all.units(200)), (49, 9_800));
     assert_eq!(all.only(), None);
     let sweep = Sweep::drawing(&all, (SEED, 200), Shard::WHOLE);
     let last = all.begins(&sweep, 8_199);

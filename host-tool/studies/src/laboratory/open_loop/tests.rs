@@ -64,7 +64,8 @@ fn a_sweep_stops_at_what_the_whole_device_does_not_do() {
     let experiment = experiment("rested");
     let pulse_after = |score: &Score, at_us| {
         let touches = &score.parts[0].touches;
-        touches.iter().position(|(at, _)| *at > at_us).unwrap()
+        let is = |it: &(u64, Touch)| it.0 > at_us && matches!(it.1, Touch::Pulse(_));
+        touches.iter().position(is).unwrap()
     };
     let swept = |score: &Score, name: &str| {
         let sweep = Sweep::new(&experiment, 5, 4, Shard::WHOLE);
