@@ -313,6 +313,14 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
             ("20.0, 16.0", "42.0, 1.0"),
             "the threshold of the extensor's point is 1 V",
         ),
+        (("16.0]", "16.0, 3.0]"), "4 values, wanted are 3"),
+        (
+            (
+                "16.0]",
+                "16.0]\npads_mm = [[100, 120], [100, -120], [180, 30]]",
+            ),
+            "the electrodes of A and of B overlap",
+        ),
         (("0.42", "4.2"), "`reach_m` is 4.2, allowed is 0.3 to 0.6"),
         (("reach_m", "reach"), "unknown field `reach`"),
         (("\"X-1\"", "\"a,b\""), "`name` must be letters"),

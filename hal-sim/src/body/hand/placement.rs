@@ -69,7 +69,16 @@ impl HandSpec {
         let all = [a, b, e, self.return_pad()];
         for (place, pad) in all.iter().enumerate() {
             let others = all.iter().enumerate().skip(place + 1);
-            let beneath = others.filter(|(_, other)| pad.overlaps(other));
+            // Also across the dorsal midline, where the forearm closes.
+            let around = |other: &Pad, by_m: f64| Pad {
+                y_m: other.y_m + by_m,
+                ..*other
+            };
+            let overlaps = |other: &Pad| {
+                let all = [-around_m, 0.0, around_m].map(|by_m| around(other, by_m));
+                all.iter().any(|other| pad.overlaps(other))
+            };
+            let beneath = others.filter(|(_, other)| overlaps(other));
             wrong.extend(beneath.map(|(other, _)| Misplaced::Overlap(place, other)));
         }
         wrong

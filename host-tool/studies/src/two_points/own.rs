@@ -6,7 +6,8 @@ use super::participant::{DEVICE_V, Participant};
 use super::study::ROUND;
 use hal_sim::body::hand::HandSpec;
 use hal_sim::body::hand::field::Pad;
-use serde::Deserialize;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
 use std::path::Path;
 
 /// The longest file read.
@@ -25,8 +26,39 @@ struct Own {
     name: String,
     reach_m: f64,
     around_m: f64,
+    #[serde(default, deserialize_with = "three")]
     thresholds_v: Option<[f64; 3]>,
-    pads_mm: Option<[[f64; 2]; 3]>,
+    #[serde(default, deserialize_with = "three")]
+    pads_mm: Option<[Place; 3]>,
+}
+
+/// A place, mm: along and around, and nothing more.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(try_from = "Vec<f64>")]
+struct Place([f64; 2]);
+
+impl TryFrom<Vec<f64>> for Place {
+    type Error = String;
+
+    fn try_from(all: Vec<f64>) -> Result<Self, String> {
+        let place = <[f64; 2]>::try_from(all);
+        place
+            .map(Self)
+            .map_err(|all| format!("a place has {} numbers, wanted are 2", all.len()))
+    }
+}
+
+/// Exactly three, of A, B and the extensor's point: an array alone would take more.
+fn three<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
+    reader: D,
+) -> Result<Option<[T; 3]>, D::Error> {
+    let three = <[T; 3]>::try_from(Vec::<T>::deserialize(reader)?);
+    three.map(Some).map_err(|all| {
+        let count = all.len();
+        D::Error::custom(format!(
+            "{count} values, wanted are 3: of A, B and the extensor's point"
+        ))
+    })
 }
 
 /// The wearer of this file, and its text.
@@ -57,7 +89,9 @@ pub fn own(path: &Path) -> Result<(Participant, String), TwoPointsError> {
         reach_m: own.reach_m,
         around_m: own.around_m,
         thresholds_v: own.thresholds_v,
-        pads_m: own.pads_mm.map(|all| all.map(|at| at.map(|mm| 1e-3 * mm))),
+        pads_m: own
+            .pads_mm
+            .map(|all| all.map(|Place(at)| at.map(|mm| 1e-3 * mm))),
         paper: None,
     };
     Ok((participant, text))
@@ -101,9 +135,9 @@ impl Own {
     }
 
     /// Which electrodes lie off the forearm, or on another.
-    fn misplaced(&self, pads_mm: [[f64; 2]; 3]) -> Vec<String> {
+    fn misplaced(&self, pads_mm: [Place; 3]) -> Vec<String> {
         let spec = HandSpec::nominal(self.reach_m, self.around_m, 0);
-        let points = pads_mm.map(|[x_mm, y_mm]| Pad {
+        let points = pads_mm.map(|Place([x_mm, y_mm])| Pad {
             x_m: 1e-3 * x_mm,
             y_m: 1e-3 * y_mm,
             shape: ROUND,

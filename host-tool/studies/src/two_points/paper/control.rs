@@ -124,7 +124,7 @@ impl Study {
         }
         let heads = "|one|5 to 95 %|n|paper|two|5 to 95 %|n|paper";
         let caption = "RMSE from 10 to 30 s, °: the mean of five trials, with one point (the \
-                       better of A and B) and with two: median and range of the n draws in which \
+                       better of A and B) and with two: median, 5th and 95th percentile of the n draws in which \
                        every trial has one, simulated. Table 8 has the averages of P, Q and S \
                        under the paper's law; they stand beside the default law too."
             .to_owned();
@@ -256,7 +256,7 @@ fn table_9(parts: &[Part]) -> Sheet {
     let caption = "Two-way analysis of variance with replication: number of points and \
                    participant, five trials each. As printed; recomputed from the published \
                    table 8, whose rounded trials give 4.32 where 4.30 is printed; ours under the \
-                   paper's law and under the default law: median and range over the n \
+                   paper's law and under the default law: median, 5th and 95th percentile over the n \
                    replications in which P, Q and S have every trial, simulated.";
     let title = "analysis of variance of table 8";
     Sheet::table("Table 9", title, caption.to_owned(), grid)

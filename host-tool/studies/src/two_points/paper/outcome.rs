@@ -21,7 +21,8 @@ const ROTATION: &str = "Of rotation the sources disagree: Bao 2018's abstract fi
                         effect, Hamana 2022 that one point falls. The t-tests of 0° against 90° \
                         are ours, over every draw.";
 const CONTROL: &str = "A mean is of all five trials; a method of which the device refuses or ends \
-                       one has none in that draw. The paper's RMSE and table 9 are of its own law \
+                       one has none in that draw, and one point is then the other of A and B. \
+                       The paper's RMSE and table 9 are of its own law \
                        and stand beside the default law for comparison.";
 const AMONG: &str = "\"Among table 8's\": one point's mean lies between the paper's least and \
                      greatest trial with one point, and so that of two points. Ours, and no \
