@@ -101,23 +101,28 @@ pub(super) fn read_wearer(root: &Table<'_>) -> WearerSpec {
     match root.table("wearer").filter(|t| t.is_sound()) {
         None if root.has("wearer") => anyone(),
         None => default,
-        Some(t) => WearerSpec {
-            max_current_ua: t.whole("max_current_ma"),
-            max_charge_nc: t.whole("max_charge_uc"),
-            max_rms_ua: t.whole("max_rms_ma"),
-            rise_ms: t.whole("rise_ms"),
-            fall_ms: t.whole("fall_ms"),
-            host_timeout_ms: t.whole("host_timeout_ms"),
-            max_sum_ua: t.whole("max_sum_ma"),
-            max_sum_rms_ua: t.whole("max_sum_rms_ma"),
-            return_area_mm2: t.whole("return_area_mm2"),
-            hand_stop_required: t.flag("hand_stop_required"),
-            rise_bursts: t.whole("rise_bursts"),
-            max_session_s: t.whole("max_session_s"),
-            max_dose_mc: t.whole("max_dose_mc"),
-            max_step_ua: t.whole("max_step_ma"),
-            max_step_ua_per_s: t.whole("max_step_ma_per_s"),
-        },
+        Some(t) => limits_of(t),
+    }
+}
+
+/// The limits that a table of them says, with the device's own for what it leaves out.
+pub(crate) fn limits_of(t: &Table<'_>) -> WearerSpec {
+    WearerSpec {
+        max_current_ua: t.whole("max_current_ma"),
+        max_charge_nc: t.whole("max_charge_uc"),
+        max_rms_ua: t.whole("max_rms_ma"),
+        rise_ms: t.whole("rise_ms"),
+        fall_ms: t.whole("fall_ms"),
+        host_timeout_ms: t.whole("host_timeout_ms"),
+        max_sum_ua: t.whole("max_sum_ma"),
+        max_sum_rms_ua: t.whole("max_sum_rms_ma"),
+        return_area_mm2: t.whole("return_area_mm2"),
+        hand_stop_required: t.flag("hand_stop_required"),
+        rise_bursts: t.whole("rise_bursts"),
+        max_session_s: t.whole("max_session_s"),
+        max_dose_mc: t.whole("max_dose_mc"),
+        max_step_ua: t.whole("max_step_ma"),
+        max_step_ua_per_s: t.whole("max_step_ma_per_s"),
     }
 }
 

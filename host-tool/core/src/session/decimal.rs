@@ -2,14 +2,14 @@
 
 /// `digits` · 10^`exponent`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Decimal {
+pub(crate) struct Decimal {
     digits: i128,
     exponent: i32,
 }
 
 impl Decimal {
     /// A whole number.
-    pub(super) const fn of(digits: i128) -> Self {
+    pub(crate) const fn of(digits: i128) -> Self {
         Self {
             digits,
             exponent: 0,
@@ -18,7 +18,7 @@ impl Decimal {
 
     /// Reads a TOML float; `None` if it is not finite or has more than about
     /// 38 digits, which no quantity here needs.
-    pub(super) fn parse(text: &str) -> Option<Self> {
+    pub(crate) fn parse(text: &str) -> Option<Self> {
         let text = text.replace('_', "");
         let (mantissa, exponent) = match text.split_once(['e', 'E']) {
             Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>().ok()?),
@@ -34,7 +34,7 @@ impl Decimal {
 
     /// The number times 10^`places`, saturating at the ends of `i64`; `None`
     /// if that is not a whole number.
-    pub(super) fn scaled(self, places: i32) -> Option<i64> {
+    pub(crate) fn scaled(self, places: i32) -> Option<i64> {
         let (mut digits, mut exponent) = (self.digits, self.exponent.saturating_add(places));
         while exponent < 0 && digits != 0 {
             if digits % 10 != 0 {
@@ -50,18 +50,18 @@ impl Decimal {
 }
 
 /// `value` · 10^−`places` as people write it.
-pub(super) fn in_units(value: i64, places: i32) -> String {
+pub(crate) fn in_units(value: i64, places: i32) -> String {
     (value as f64 / 10_f64.powi(places)).to_string()
 }
 
 /// "0.5 to 200", of bounds in 10^−`places`.
-pub(super) fn between(min: i64, max: i64, places: i32) -> String {
+pub(crate) fn between(min: i64, max: i64, places: i32) -> String {
     format!("{} to {}", in_units(min, places), in_units(max, places))
 }
 
 /// The number that `text` writes, a TOML number, times 10^`power`: the nearest there is,
 /// not what is left of it after a multiplication.
-pub(super) fn shifted(text: &str, power: i32) -> Option<f64> {
+pub(crate) fn shifted(text: &str, power: i32) -> Option<f64> {
     let text = text.replace('_', "");
     for (prefix, radix) in [("0x", 16), ("0o", 8), ("0b", 2)] {
         if let Some(digits) = text.strip_prefix(prefix) {
@@ -81,7 +81,7 @@ pub(super) fn shifted(text: &str, power: i32) -> Option<f64> {
 
 /// `value` · 10^`power` as TOML, with the fewest digits from which [`shifted`] makes
 /// `value` again.
-pub(super) fn written(value: f64, power: i32) -> String {
+pub(crate) fn written(value: f64, power: i32) -> String {
     let text = format!("{value:e}");
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent = exponent.parse::<i32>().unwrap_or_default() + power;

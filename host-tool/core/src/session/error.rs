@@ -10,17 +10,17 @@ use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
 /// The longest line that is shown with what is wrong in it, bytes.
 const LONGEST_LINE: usize = 1_000;
 /// As many mistakes are told one by one.
-pub(super) const MOST: usize = 200;
+pub(crate) const MOST: usize = 200;
 
 /// Where in a file something is wrong.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Place {
+pub(crate) struct Place {
     /// The path of the field.
-    pub(super) field: String,
+    pub(crate) field: String,
     /// What stands there.
-    pub(super) given: String,
+    pub(crate) given: String,
     /// Bytes of the text.
-    pub(super) span: Range<usize>,
+    pub(crate) span: Range<usize>,
 }
 
 /// Declares [`Problem`]: number, fields, message, and what to do where the message
@@ -28,7 +28,8 @@ pub(super) struct Place {
 macro_rules! problems {
     (at $path:ident, $given:ident: $($number:literal $name:ident { $($field:ident: $type:ty),* } $message:literal $remedy:literal)*) => {
         /// Everything a session file is refused for. This is the only list of the
-        /// numbers E400–E499; they are stable. `allowed` is what may stand there.
+        /// numbers E400–E499 and E650–E669; they are
+        /// stable. `allowed` is what may stand there.
         #[derive(Clone, PartialEq, Debug)]
         #[expect(missing_docs, reason = "each message explains its fields")]
         pub enum Problem {
@@ -36,7 +37,7 @@ macro_rules! problems {
         }
 
         impl Problem {
-            /// The stable number, 400–499.
+            /// The stable number, 400–499 or 650–669.
             #[must_use]
             pub const fn number(&self) -> u16 {
                 match self {
@@ -174,6 +175,17 @@ problems! {
     482 CurrentIntoHand { channel: u8 }
         "`{field}` names channel {channel}, whose stage drives a current: the simulated hand knows voltages alone"
         "give the channel a voltage stage"
+    650 WearerUnreadable { reason: String }
+        "the wearer file cannot be read: {reason}"
+        "check path and permissions; `[wearer] file` is relative to the session's own folder"
+    651 WearerSchema { known: u16 }
+        "`{field}` is {given}: this program reads wearer files of schema {known}"
+        "use the flexor that wrote it, or calibrate again"
+    652 WearerName {}
+        "`{field}` is {given}, but a pseudonym is of 1 to 64 letters, digits and hyphens" "never use a person's name"
+    653 ThresholdsDisordered { why: String }
+        "`{field}` is {given}, {why}"
+        "threshold, minimum, maximum and limit rise in this order; measure again"
 }
 
 /// What bounds the rms current of all channels.
@@ -251,7 +263,7 @@ struct Inner {
 
 impl SessionError {
     /// A problem at a place of a file's text.
-    pub(super) fn at(problem: Problem, name: &str, text: &Arc<str>, place: Place) -> Self {
+    pub(crate) fn at(problem: Problem, name: &str, text: &Arc<str>, place: Place) -> Self {
         let label = Some(problem.label());
         let mut error = Self::nowhere(problem);
         error.0.label = Some(LabeledSpan::new_primary_with_span(
@@ -265,7 +277,7 @@ impl SessionError {
 
     /// All of them, by their place in the file; nothing for none. Beyond
     /// [`MOST`] they are counted.
-    pub(super) fn all_of(mut errors: Vec<Self>) -> Option<Self> {
+    pub(crate) fn all_of(mut errors: Vec<Self>) -> Option<Self> {
         errors.sort_by_key(Self::offset);
         let count = errors.len().saturating_sub(MOST);
         errors.truncate(MOST);
@@ -279,7 +291,7 @@ impl SessionError {
     }
 
     /// Where in the file, bytes.
-    pub(super) fn offset(&self) -> usize {
+    pub(crate) fn offset(&self) -> usize {
         self.0
             .label
             .as_ref()
@@ -292,7 +304,7 @@ impl SessionError {
     }
 
     /// A problem that has no place in a text.
-    pub(super) fn nowhere(problem: Problem) -> Self {
+    pub(crate) fn nowhere(problem: Problem) -> Self {
         Self(Box::new(Inner {
             code: format!("E{}", problem.number()),
             file: None,

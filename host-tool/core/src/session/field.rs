@@ -6,25 +6,27 @@ use firmware::range::Range;
 use super::decimal::between;
 
 /// A table of the file: its fields, in the order in which they are told.
-pub(super) type Section = Vec<Field>;
+pub(crate) type Section = Vec<Field>;
 
 /// One field of a table.
 #[derive(Debug)]
-pub(super) struct Field {
-    pub(super) name: &'static str,
-    pub(super) kind: Kind,
-    pub(super) need: Need,
+pub(crate) struct Field {
+    pub(crate) name: &'static str,
+    pub(crate) kind: Kind,
+    pub(crate) need: Need,
     /// What it means, for docs/sessions.md and for editors.
-    pub(super) meaning: &'static str,
+    pub(crate) meaning: &'static str,
     /// When the file may have it; always if none.
-    pub(super) when: Option<When>,
+    pub(crate) when: Option<When>,
 }
 
 /// What stands in a field.
 #[derive(Debug)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     /// A text, of 1 to so many characters.
     Text(Option<usize>),
+    /// A list of texts, each of 1 to so many characters.
+    Texts(usize),
     /// True or false.
     Flag,
     /// One of these words.
@@ -45,30 +47,30 @@ pub(super) enum Kind {
 
 /// How many tables a list may have, and what they are.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Count {
-    pub(super) least: usize,
-    pub(super) most: Option<usize>,
-    pub(super) of: &'static str,
+pub(crate) struct Count {
+    pub(crate) least: usize,
+    pub(crate) most: Option<usize>,
+    pub(crate) of: &'static str,
 }
 
 /// A number: its unit for people, its range in 10^−`places` of that.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Number {
-    pub(super) unit: &'static str,
-    pub(super) places: i32,
+pub(crate) struct Number {
+    pub(crate) unit: &'static str,
+    pub(crate) places: i32,
     /// What the firmware calls it; empty if it does not know it.
-    pub(super) device: &'static str,
-    pub(super) range: Option<(i64, i64)>,
+    pub(crate) device: &'static str,
+    pub(crate) range: Option<(i64, i64)>,
     /// What other fields leave of the range, for people; if nothing, the range
     /// is the whole rule.
-    pub(super) bound: &'static str,
+    pub(crate) bound: &'static str,
     /// Whether it is the rate of what the firmware has the period of, µs.
-    pub(super) is_rate: bool,
+    pub(crate) is_rate: bool,
 }
 
 /// Whether a field must be there.
 #[derive(Debug)]
-pub(super) enum Need {
+pub(crate) enum Need {
     Required,
     /// There is nothing without it.
     Optional,
@@ -82,7 +84,7 @@ pub(super) enum Need {
 
 /// When a file may have a field.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum When {
+pub(crate) enum When {
     /// Another field of the table is one of these words.
     Is(&'static str, &'static [&'static str]),
     /// Another field of the table is left out.
@@ -90,7 +92,7 @@ pub(super) enum When {
 }
 
 impl Field {
-    pub(super) fn new(name: &'static str, kind: Kind, need: Need, meaning: &'static str) -> Self {
+    pub(crate) fn new(name: &'static str, kind: Kind, need: Need, meaning: &'static str) -> Self {
         let when = None;
         Self {
             name,
@@ -102,19 +104,19 @@ impl Field {
     }
 
     /// Only where `tag` is one of `words`.
-    pub(super) fn when(mut self, tag: &'static str, words: &'static [&'static str]) -> Self {
+    pub(crate) fn when(mut self, tag: &'static str, words: &'static [&'static str]) -> Self {
         self.when = Some(When::Is(tag, words));
         self
     }
 
     /// Only where `other` is left out.
-    pub(super) fn without(mut self, other: &'static str) -> Self {
+    pub(crate) fn without(mut self, other: &'static str) -> Self {
         self.when = Some(When::Without(other));
         self
     }
 
     /// Its unit and meaning, for editors.
-    pub(super) fn description(&self) -> String {
+    pub(crate) fn description(&self) -> String {
         let number = self.number().filter(|number| !number.unit.is_empty());
         let unit = number.map(|number| match number.bound {
             "" => format!("{}: ", number.unit),
@@ -124,12 +126,12 @@ impl Field {
     }
 
     /// The power of ten between its unit and the device's.
-    pub(super) fn places(&self) -> i32 {
+    pub(crate) fn places(&self) -> i32 {
         self.number().map_or(0, |number| number.places)
     }
 
     /// Its number, if it is one.
-    pub(super) const fn number(&self) -> Option<&Number> {
+    pub(crate) const fn number(&self) -> Option<&Number> {
         match &self.kind {
             Kind::Whole(number)
             | Kind::Real(number)
@@ -142,9 +144,10 @@ impl Field {
 
 impl Kind {
     /// What a reader expects here, for people.
-    pub(super) const fn expected(&self) -> &'static str {
+    pub(crate) const fn expected(&self) -> &'static str {
         match self {
             Self::Text(_) | Self::Choice(_) => "text",
+            Self::Texts(_) => "a list of texts",
             Self::Flag => "true or false",
             Self::Whole(_) | Self::Real(_) => "a number",
             Self::Wholes(_, what) | Self::Pairs(_, _, what) => what,
@@ -156,7 +159,7 @@ impl Kind {
 
 impl Number {
     /// A range that the firmware declares, in 10^−`places` of the file's unit.
-    pub(super) fn of(unit: &'static str, places: i32, range: Range) -> Self {
+    pub(crate) fn of(unit: &'static str, places: i32, range: Range) -> Self {
         Self {
             device: range.field,
             ..Self::within(unit, places, range.min.into(), range.max.into())
@@ -164,7 +167,7 @@ impl Number {
     }
 
     /// A range of the host's own.
-    pub(super) const fn within(unit: &'static str, places: i32, min: i64, max: i64) -> Self {
+    pub(crate) const fn within(unit: &'static str, places: i32, min: i64, max: i64) -> Self {
         Self {
             unit,
             places,
@@ -176,7 +179,7 @@ impl Number {
     }
 
     /// Of no range that is its own.
-    pub(super) const fn any(unit: &'static str, places: i32, bound: &'static str) -> Self {
+    pub(crate) const fn any(unit: &'static str, places: i32, bound: &'static str) -> Self {
         Self {
             unit,
             places,
@@ -188,7 +191,7 @@ impl Number {
     }
 
     /// The rate, in mHz, of what `device` is the period of, in µs.
-    pub(super) fn rate_of(device: &'static str, period_us: Range) -> Self {
+    pub(crate) fn rate_of(device: &'static str, period_us: Range) -> Self {
         let mhz = |us: i32| 1_000_000_000 / i64::from(us.max(1));
         Self {
             device,
@@ -198,13 +201,13 @@ impl Number {
     }
 
     /// What other fields leave of it.
-    pub(super) const fn bound(mut self, bound: &'static str) -> Self {
+    pub(crate) const fn bound(mut self, bound: &'static str) -> Self {
         self.bound = bound;
         self
     }
 
     /// "0.5 to 200", of bounds that the firmware names.
-    pub(super) fn told(&self, min: i64, max: i64) -> String {
+    pub(crate) fn told(&self, min: i64, max: i64) -> String {
         match self.is_rate {
             true => format!("{} to {}", 1e6 / max as f64, 1e6 / min as f64),
             false => between(min, max, self.places),
@@ -212,14 +215,14 @@ impl Number {
     }
 
     /// "0.5 to 200", of its own range.
-    pub(super) fn allowed(&self) -> Option<String> {
+    pub(crate) fn allowed(&self) -> Option<String> {
         self.range.map(|(min, max)| between(min, max, self.places))
     }
 }
 
 impl Count {
     /// "1 to 2 points".
-    pub(super) fn allowed(self) -> String {
+    pub(crate) fn allowed(self) -> String {
         let Self { least, most, of } = self;
         match most {
             None => format!("{least} or more {of}"),
@@ -230,37 +233,37 @@ impl Count {
 }
 
 /// A unit that a channel's stage decides.
-pub(super) const UNIT: &str = "unit";
+pub(crate) const UNIT: &str = "unit";
 
 /// A field.
-pub(super) fn f(name: &'static str, kind: Kind, need: Need, meaning: &'static str) -> Field {
+pub(crate) fn f(name: &'static str, kind: Kind, need: Need, meaning: &'static str) -> Field {
     Field::new(name, kind, need, meaning)
 }
 
 /// A whole number in a range of the firmware.
-pub(super) fn n(unit: &'static str, places: i32, range: Range) -> Kind {
+pub(crate) fn n(unit: &'static str, places: i32, range: Range) -> Kind {
     Kind::Whole(Number::of(unit, places, range))
 }
 
 /// The same where other fields leave less of it.
-pub(super) fn nb(unit: &'static str, places: i32, range: Range, bound: &'static str) -> Kind {
+pub(crate) fn nb(unit: &'static str, places: i32, range: Range, bound: &'static str) -> Kind {
     Kind::Whole(Number::of(unit, places, range).bound(bound))
 }
 
 /// A list of tables.
-pub(super) fn list(fields: Section, least: usize, most: Option<usize>, of: &'static str) -> Kind {
+pub(crate) fn list(fields: Section, least: usize, most: Option<usize>, of: &'static str) -> Kind {
     Kind::Tables(fields, Count { least, most, of })
 }
 
 /// The words of a choice.
-pub(super) fn one_of<T>(choices: &[(&'static str, T)]) -> Kind {
+pub(crate) fn one_of<T>(choices: &[(&'static str, T)]) -> Kind {
     Kind::Choice(choices.iter().map(|(word, _)| *word).collect())
 }
 
 /// A number of a channel in the file.
-pub(super) fn channel() -> Kind {
+pub(crate) fn channel() -> Kind {
     Kind::Whole(CHANNEL)
 }
 
 /// Channels count from 1 in files.
-pub(super) const CHANNEL: Number = Number::within("", 0, 1, firmware::pulse::CHANNELS as i64);
+pub(crate) const CHANNEL: Number = Number::within("", 0, 1, firmware::pulse::CHANNELS as i64);

@@ -56,7 +56,7 @@ pub(super) const PARTICIPANTS: [(&str, Participant); 3] = [
 pub(super) const DAY_US: i64 = 86_400_000_000;
 /// Longest text of a field, characters; of the notes.
 pub const LONGEST: usize = 200;
-const LONGEST_NOTES: usize = 4000;
+pub(crate) const LONGEST_NOTES: usize = 4000;
 /// Edges of a trigger are at least this far apart, µs: a train starts 1000 µs after
 /// its edge.
 pub(super) const TRIGGER_LEAST_US: i64 = 1_000;
@@ -109,7 +109,7 @@ fn study() -> Section {
 }
 
 #[rustfmt::skip]
-fn wearer() -> Section {
+pub(crate) fn wearer() -> Section {
     type W = WearerSpec;
     let d = W::default();
     vec![
@@ -199,7 +199,7 @@ fn muscle() -> Section {
 }
 
 #[rustfmt::skip]
-fn fatigue() -> Section {
+pub(crate) fn fatigue() -> Section {
     type F = FatigueSpec;
     let q = F::QUADRICEPS;
     vec![

@@ -9,7 +9,12 @@ use super::fields::FILE;
 /// are declared.
 #[must_use]
 pub fn manual(path: &str) -> Option<String> {
-    let section = section(path)?;
+    manual_of(&FILE, path)
+}
+
+/// The same of a file of these fields.
+pub(crate) fn manual_of(file: &'static Section, path: &str) -> Option<String> {
+    let section = section(file, path)?;
     let mut text = String::from("| field | unit, range | default | meaning |\n|---|---|---|---|\n");
     for field in section {
         let (what, need) = (what(field), need(field));
@@ -21,9 +26,9 @@ pub fn manual(path: &str) -> Option<String> {
     Some(text)
 }
 
-fn section(path: &str) -> Option<&'static Section> {
+fn section(file: &'static Section, path: &str) -> Option<&'static Section> {
     let mut names = path.split('.').filter(|name| !name.is_empty());
-    names.try_fold(&*FILE, |section, part| {
+    names.try_fold(file, |section, part| {
         let (name, word) = part
             .split_once('=')
             .map_or((part, None), |(n, w)| (n, Some(w)));
@@ -44,6 +49,7 @@ fn what(field: &Field) -> String {
     match &field.kind {
         Kind::Text(None) => "text".into(),
         Kind::Text(Some(most)) => format!("1–{most} characters"),
+        Kind::Texts(most) => format!("list of 1–{most} characters"),
         Kind::Flag => "true, false".into(),
         Kind::Choice(words) => {
             let quoted: Vec<String> = words.iter().map(|word| format!("`\"{word}\"`")).collect();

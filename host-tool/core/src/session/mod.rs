@@ -8,14 +8,14 @@
 //! device for it. The files in `host-tool/sessions/` show the format.
 
 mod body;
-mod channel;
-mod channels;
+pub(crate) mod channel;
+pub(crate) mod channels;
 mod control_fields;
-mod decimal;
-mod error;
+pub(crate) mod decimal;
+pub(crate) mod error;
 mod fidelity;
-mod field;
-mod fields;
+pub(crate) mod field;
+pub(crate) mod fields;
 mod hand;
 mod hand_fields;
 mod hold;
@@ -23,15 +23,15 @@ mod joint;
 mod law;
 mod limits;
 mod manual;
-mod muscle;
+pub(crate) mod muscle;
 mod schema;
 mod setpoints;
 mod setup;
 mod sites;
 mod study;
-mod table;
+pub(crate) mod table;
 mod trigger;
-mod verdict;
+pub(crate) mod verdict;
 mod visible;
 mod wall;
 
@@ -44,11 +44,9 @@ use firmware::link::Request;
 use firmware::pulse::GroupSpec;
 use firmware::safety::WearerSpec;
 use hal_sim::body::FingerSpec;
-use toml::de::DeTable;
 
 pub use body::BodySpec;
 pub use channel::{Channel, Unit};
-use error::{MOST, Place};
 pub use error::{Problem, SessionError};
 pub use fidelity::Share;
 pub use fields::LONGEST as LONGEST_TEXT;
@@ -56,8 +54,10 @@ use fields::{DAY_US, FILE};
 pub use hand::{UnnamedHand, hand_body};
 pub use law::LawName;
 pub use manual::manual;
+pub(crate) use manual::manual_of;
 pub use muscle::{Model, Muscle, rung_name};
 pub use schema::schema;
+pub(crate) use schema::schema_of;
 use setpoints::read_setpoints;
 pub use setpoints::{Bounds, Course, ForceCourse, Setpoint, Setpoints};
 pub use study::{Electrode, Study};
@@ -134,24 +134,7 @@ impl Session {
     /// # Errors
     /// It cannot be read, or is no session for its length.
     pub fn text(path: &Path) -> Result<String, SessionError> {
-        let name = path.display().to_string();
-        let unreadable = |why: &dyn std::fmt::Display| {
-            let reason = format!("{name}: {why}");
-            SessionError::nowhere(Problem::Unreadable { reason })
-        };
-        // Opening a pipe waits for somebody who writes.
-        let is = path.metadata().map_err(|e| unreadable(&e))?;
-        if !is.is_file() && !is.is_dir() {
-            return Err(unreadable(&"no regular file"));
-        }
-        let file = std::fs::File::open(path).map_err(|e| unreadable(&e))?;
-        let mut text = String::new();
-        let mut some = file.take(LARGEST_BYTES + 1);
-        some.read_to_string(&mut text).map_err(|e| unreadable(&e))?;
-        if text.len() as u64 > LARGEST_BYTES {
-            return Err(unreadable(&"more than 1 MiB; no session is that long"));
-        }
-        Ok(text)
+        text_of(path).map_err(|reason| SessionError::nowhere(Problem::Unreadable { reason }))
     }
 
     /// Reads and checks the text of a session file called `name`.
@@ -159,31 +142,7 @@ impl Session {
     /// # Errors
     /// As [`Session::load`].
     pub fn parse(name: &str, text: &str) -> Result<Self, SessionError> {
-        let doc = Document::new(name, text);
-        let (root, broken) = DeTable::parse_recoverable(text);
-        let mut is_broken = false;
-        let line = |at: usize| text.get(..at).map(|before| before.matches('\n').count());
-        let mut told = None;
-        for e in broken.iter().take(MOST) {
-            let span = e.span().unwrap_or(0..0);
-            // A second table or field takes nothing from the first.
-            is_broken |= !e.message().contains("duplicate key");
-            // What follows on the line is a consequence.
-            if told.replace(line(span.start)) != Some(line(span.start)) {
-                let reason = e.message().into();
-                let place = Place {
-                    span,
-                    ..Place::default()
-                };
-                doc.say(Problem::Syntax { reason }, place);
-            }
-        }
-        let session = (!is_broken).then(|| Self::read(&doc, &Table::root(&doc, &root, &FILE)));
-        match (doc.finish(), session.flatten()) {
-            (Some(e), _) => Err(e),
-            (None, Some(session)) => Ok(session),
-            (None, None) => unreachable!("a session is read, or something is told"),
-        }
+        Document::parse(name, text, &FILE, Self::read)
     }
 
     /// Reads what can be read; nothing, or not a true session, if anything is told.
@@ -306,6 +265,25 @@ impl Session {
     pub fn channel(&self, index: u8) -> Option<&Channel> {
         self.channels.iter().find(|c| c.index() == index)
     }
+}
+
+/// The text of a session or wearer file, or why there is none.
+pub(crate) fn text_of(path: &Path) -> Result<String, String> {
+    let name = path.display().to_string();
+    let unreadable = |why: &dyn std::fmt::Display| format!("{name}: {why}");
+    // Opening a pipe waits for somebody who writes.
+    let is = path.metadata().map_err(|e| unreadable(&e))?;
+    if !is.is_file() && !is.is_dir() {
+        return Err(unreadable(&"no regular file"));
+    }
+    let file = std::fs::File::open(path).map_err(|e| unreadable(&e))?;
+    let mut text = String::new();
+    let mut some = file.take(LARGEST_BYTES + 1);
+    some.read_to_string(&mut text).map_err(|e| unreadable(&e))?;
+    if text.len() as u64 > LARGEST_BYTES {
+        return Err(unreadable(&"more than 1 MiB; no such file is that long"));
+    }
+    Ok(text)
 }
 
 /// Reads `[measure]`.

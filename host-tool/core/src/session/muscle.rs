@@ -113,7 +113,7 @@ pub(super) fn read_muscle(t: &Table<'_>, limit: Amplitude, duration_us: u64) -> 
 }
 
 /// Reads `fatigue`; what is left out is the quadriceps', scaled to A.
-fn read_fatigue(t: &Table<'_>, a_mn_per_s: u32) -> FatigueSpec {
+pub(crate) fn read_fatigue(t: &Table<'_>, a_mn_per_s: u32) -> FatigueSpec {
     let scaled = FatigueSpec::scaled_to(a_mn_per_s);
     FatigueSpec {
         alpha_a_milli_per_s2: t.whole("alpha_a_per_s2"),

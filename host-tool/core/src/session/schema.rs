@@ -10,9 +10,14 @@ use super::fields::FILE;
 /// The schema, of JSON Schema's draft 7, which editors of TOML understand.
 #[must_use]
 pub fn schema() -> Value {
-    let mut all = table(&FILE);
+    schema_of("Flexor session", &FILE)
+}
+
+/// The schema of a file of these fields.
+pub(crate) fn schema_of(title: &str, section: &Section) -> Value {
+    let mut all = table(section);
     all["$schema"] = "http://json-schema.org/draft-07/schema#".into();
-    all["title"] = "Flexor session".into();
+    all["title"] = title.into();
     all
 }
 
@@ -89,6 +94,10 @@ fn field_schema(field: &Field) -> Value {
         Kind::Text(None) => json!({ "type": "string" }),
         Kind::Text(Some(most)) => {
             json!({ "type": "string", "pattern": "\\S", "maxLength": most })
+        }
+        Kind::Texts(most) => {
+            let each = json!({ "type": "string", "pattern": "\\S", "maxLength": most });
+            json!({ "type": "array", "items": each })
         }
         Kind::Flag => json!({ "type": "boolean" }),
         Kind::Choice(words) => json!({ "enum": words }),

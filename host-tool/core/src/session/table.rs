@@ -11,9 +11,10 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use firmware::link::Refusal;
+use toml::de::DeTable;
 
 use super::decimal::{between, shifted};
-use super::error::{Place, Problem, SessionError};
+use super::error::{MOST, Place, Problem, SessionError};
 use super::field::{Field, Need, Section, When};
 use super::visible::{blanked, visible};
 
@@ -21,7 +22,7 @@ use super::visible::{blanked, visible};
 const LONGEST_GIVEN: usize = 100;
 
 /// The text of a session file, and what is wrong with it.
-pub(super) struct Document {
+pub(crate) struct Document {
     name: String,
     text: Arc<str>,
     told: RefCell<Vec<SessionError>>,
@@ -31,7 +32,7 @@ pub(super) struct Document {
 }
 
 impl Document {
-    pub(super) fn new(name: &str, text: &str) -> Self {
+    pub(crate) fn new(name: &str, text: &str) -> Self {
         Self {
             name: visible(name),
             text: blanked(text).into(),
@@ -40,8 +41,46 @@ impl Document {
         }
     }
 
+    /// Holds a text against the fields of `section`, and gives it to `read`, which makes
+    /// of it what it is, or tells what is wrong; of a text that is no TOML nothing is read.
+    ///
+    /// # Errors
+    /// Everything that is wrong, once.
+    pub(crate) fn parse<T>(
+        name: &str,
+        text: &str,
+        section: &'static Section,
+        read: impl FnOnce(&Self, &Table<'_>) -> Option<T>,
+    ) -> Result<T, SessionError> {
+        let doc = Self::new(name, text);
+        let (root, broken) = DeTable::parse_recoverable(text);
+        let mut is_broken = false;
+        let line = |at: usize| text.get(..at).map(|before| before.matches('\n').count());
+        let mut told = None;
+        for e in broken.iter().take(MOST) {
+            let span = e.span().unwrap_or(0..0);
+            // A second table or field takes nothing from the first.
+            is_broken |= !e.message().contains("duplicate key");
+            // What follows on the line is a consequence.
+            if told.replace(line(span.start)) != Some(line(span.start)) {
+                let reason = e.message().into();
+                let place = Place {
+                    span,
+                    ..Place::default()
+                };
+                doc.say(Problem::Syntax { reason }, place);
+            }
+        }
+        let it = (!is_broken).then(|| read(&doc, &Table::root(&doc, &root, section)));
+        match (doc.finish(), it.flatten()) {
+            (Some(e), _) => Err(e),
+            (None, Some(it)) => Ok(it),
+            (None, None) => unreachable!("a file is read, or something is told"),
+        }
+    }
+
     /// Tells a problem at a place.
-    pub(super) fn say(&self, problem: Problem, place: Place) {
+    pub(crate) fn say(&self, problem: Problem, place: Place) {
         let error = SessionError::at(problem, &self.name, &self.text, place);
         self.told.borrow_mut().push(error);
     }
@@ -52,12 +91,12 @@ impl Document {
     }
 
     /// Whether nothing is wrong so far.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         self.told.borrow().is_empty() && self.doubts.borrow().is_empty()
     }
 
     /// Everything that is wrong, once.
-    pub(super) fn finish(self) -> Option<SessionError> {
+    pub(crate) fn finish(self) -> Option<SessionError> {
         let mut told = self.told.into_inner();
         let mut seen = HashSet::new();
         told.retain(|e| seen.insert((e.offset(), e.to_string())));
@@ -79,7 +118,7 @@ impl Document {
 }
 
 /// One table of the file.
-pub(super) struct Table<'a> {
+pub(crate) struct Table<'a> {
     doc: &'a Document,
     path: String,
     span: Range<usize>,
@@ -97,6 +136,7 @@ struct Entry<'a> {
 
 enum Value<'a> {
     Text(&'a str),
+    Texts(Vec<&'a str>),
     Flag(bool),
     Word(&'static str),
     /// In the device's steps.
@@ -113,12 +153,12 @@ enum Value<'a> {
 /// What is read of a sound table.
 impl<'a> Table<'a> {
     /// Whether no field of it is wrong by itself; tables in it are for themselves.
-    pub(super) const fn is_sound(&self) -> bool {
+    pub(crate) const fn is_sound(&self) -> bool {
         self.sound
     }
 
     /// Whether the file says something in this field.
-    pub(super) fn has(&self, name: &str) -> bool {
+    pub(crate) fn has(&self, name: &str) -> bool {
         self.entries.contains_key(name)
     }
 
@@ -151,18 +191,18 @@ impl<'a> Table<'a> {
 
     /// The number here, or what stands in for it; the largest of `T` if it does not
     /// fit that, which no rule of the firmware accepts.
-    pub(super) fn whole<T: Whole>(&self, name: &str) -> T {
+    pub(crate) fn whole<T: Whole>(&self, name: &str) -> T {
         self.whole_or(name, T::TOP)
     }
 
     /// The same with what stands in for it.
-    pub(super) fn whole_or<T: Whole>(&self, name: &str, default: T) -> T {
+    pub(crate) fn whole_or<T: Whole>(&self, name: &str, default: T) -> T {
         self.whole_of(name)
             .map_or(default, |value| T::try_from(value).unwrap_or(T::TOP))
     }
 
     /// Any number; nothing if it is left out.
-    pub(super) fn real(&self, name: &str) -> Option<f64> {
+    pub(crate) fn real(&self, name: &str) -> Option<f64> {
         match self.get(name) {
             Some(Value::Real(value)) => Some(*value),
             _ => None,
@@ -171,7 +211,7 @@ impl<'a> Table<'a> {
 
     /// Any number times 10^`power`, as exactly as it is written; nothing if it is left
     /// out.
-    pub(super) fn decimal(&self, name: &str, power: i32) -> Option<f64> {
+    pub(crate) fn decimal(&self, name: &str, power: i32) -> Option<f64> {
         match self.entries.get(name)? {
             Entry {
                 span,
@@ -182,7 +222,7 @@ impl<'a> Table<'a> {
     }
 
     /// Pairs of numbers likewise.
-    pub(super) fn pairs(&self, name: &str, power: i32) -> Vec<[f64; 2]> {
+    pub(crate) fn pairs(&self, name: &str, power: i32) -> Vec<[f64; 2]> {
         let Some(Value::Pairs(pairs)) = self.get(name) else {
             return Vec::new();
         };
@@ -197,7 +237,7 @@ impl<'a> Table<'a> {
     }
 
     /// A list of numbers, in steps.
-    pub(super) fn wholes(&self, name: &str) -> &[(i64, Range<usize>)] {
+    pub(crate) fn wholes(&self, name: &str) -> &[(i64, Range<usize>)] {
         match self.get(name) {
             Some(Value::Wholes(values)) => values,
             _ => &[],
@@ -205,7 +245,7 @@ impl<'a> Table<'a> {
     }
 
     /// A truth value.
-    pub(super) fn flag(&self, name: &str) -> bool {
+    pub(crate) fn flag(&self, name: &str) -> bool {
         matches!(self.get(name), Some(Value::Flag(true)))
     }
 
@@ -225,12 +265,12 @@ impl<'a> Table<'a> {
     }
 
     /// A word; nothing if it is left out and nothing stands in for it.
-    pub(super) fn word(&self, name: &str) -> &'static str {
+    pub(crate) fn word(&self, name: &str) -> &'static str {
         self.word_of(name).unwrap_or_default()
     }
 
     /// What a word names.
-    pub(super) fn named<T: Copy>(&self, name: &str, choices: &[(&str, T)]) -> Option<T> {
+    pub(crate) fn named<T: Copy>(&self, name: &str, choices: &[(&str, T)]) -> Option<T> {
         let word = self.word(name);
         choices
             .iter()
@@ -239,15 +279,23 @@ impl<'a> Table<'a> {
     }
 
     /// A text; nothing if it is left out.
-    pub(super) fn text(&self, name: &str) -> Option<&'a str> {
+    pub(crate) fn text(&self, name: &str) -> Option<&'a str> {
         match self.get(name) {
             Some(Value::Text(text)) => Some(text),
             _ => None,
         }
     }
 
+    /// A list of texts; none if it is left out.
+    pub(crate) fn texts(&self, name: &str) -> &[&'a str] {
+        match self.get(name) {
+            Some(Value::Texts(texts)) => texts,
+            _ => &[],
+        }
+    }
+
     /// A table in this one; nothing if it is left out.
-    pub(super) fn table(&self, name: &str) -> Option<&Self> {
+    pub(crate) fn table(&self, name: &str) -> Option<&Self> {
         match self.get(name) {
             Some(Value::Table(table)) => Some(table),
             _ => None,
@@ -256,7 +304,7 @@ impl<'a> Table<'a> {
 
     /// What `read` makes of a table in this one. Nothing inside if it is left out,
     /// nothing at all if it is wrong.
-    pub(super) fn part<T>(
+    pub(crate) fn part<T>(
         &self,
         name: &str,
         read: impl FnOnce(&Self) -> Option<T>,
@@ -269,7 +317,7 @@ impl<'a> Table<'a> {
     }
 
     /// Tables in this one; none if they are left out.
-    pub(super) fn tables(&self, name: &str) -> &[Self] {
+    pub(crate) fn tables(&self, name: &str) -> &[Self] {
         match self.get(name) {
             Some(Value::Tables(tables)) => tables,
             _ => &[],
@@ -280,7 +328,7 @@ impl<'a> Table<'a> {
 /// What fields break together.
 impl Table<'_> {
     /// The field's path in the file.
-    pub(super) fn path_of(&self, name: &str) -> String {
+    pub(crate) fn path_of(&self, name: &str) -> String {
         if self.path.is_empty() {
             name.into()
         } else {
@@ -289,7 +337,7 @@ impl Table<'_> {
     }
 
     /// The place of a field; the table, if it is left out.
-    pub(super) fn at(&self, name: &str) -> Place {
+    pub(crate) fn at(&self, name: &str) -> Place {
         let entry = self.entries.get(name);
         Place {
             field: self.path_of(name),
@@ -307,28 +355,28 @@ impl Table<'_> {
     }
 
     /// Tells a problem at this field, or at the table if the field is left out.
-    pub(super) fn say(&self, name: &str, problem: Problem) {
+    pub(crate) fn say(&self, name: &str, problem: Problem) {
         self.doc.say(problem, self.at(name));
     }
 
     /// Tells that the field is outside what is allowed.
-    pub(super) fn out_of_range(&self, name: &str, allowed: String) {
+    pub(crate) fn out_of_range(&self, name: &str, allowed: String) {
         self.say(name, Problem::OutOfRange { allowed });
     }
 
     /// Tells that the field must come after something.
-    pub(super) fn not_after(&self, name: &str, after: String) {
+    pub(crate) fn not_after(&self, name: &str, after: String) {
         self.say(name, Problem::NotInOrder { after });
     }
 
     /// A time, µs, from `least` to the session's end.
-    pub(super) fn time(&self, name: &str, least: i64, duration_us: u64) -> Option<u64> {
+    pub(crate) fn time(&self, name: &str, least: i64, duration_us: u64) -> Option<u64> {
         let time = self.whole(name);
         self.within(time, self.at(name), least, duration_us)
     }
 
     /// A list of times, µs, likewise, rising by at least `apart`.
-    pub(super) fn times(
+    pub(crate) fn times(
         &self,
         name: &str,
         least: i64,
@@ -362,7 +410,7 @@ impl Table<'_> {
 
     /// Puts the firmware's refusal on the field concerned, of this table or of one
     /// in it.
-    pub(super) fn refuse(&self, e: impl Into<Refusal<'static>>) {
+    pub(crate) fn refuse(&self, e: impl Into<Refusal<'static>>) {
         let Refusal {
             field, min, max, ..
         } = e.into();
@@ -398,7 +446,7 @@ impl Table<'_> {
 }
 
 /// An integer type of the link.
-pub(super) trait Whole: TryFrom<i64> {
+pub(crate) trait Whole: TryFrom<i64> {
     /// The largest value.
     const TOP: Self;
 }

@@ -76,7 +76,7 @@ fn names(t: &Table<'_>, field: &str, index: u8) -> bool {
 }
 
 /// Tells what is wrong with a channel, its muscle or its force control.
-pub(super) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
+pub(crate) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
     let Channel { number, spec, .. } = channel;
     let train = t.table("train").unwrap_or(t);
     let milli = |value: u32| in_units(value.into(), 3);
@@ -123,7 +123,7 @@ pub(super) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
 
 /// Tells what is wrong with the muscle of the table `t`, or of a change in it, under
 /// the channel of the table `channel`.
-pub(super) fn tell_muscle(t: &Table<'_>, channel: &Table<'_>, mistake: Mistake) {
+pub(crate) fn tell_muscle(t: &Table<'_>, channel: &Table<'_>, mistake: Mistake) {
     match mistake.rule {
         Rule::Muscle(LadderError::NoFatigue) => {
             t.say("model", Problem::NoFatigue {});

@@ -14,7 +14,7 @@ use super::{Document, Entry, Table, Value};
 
 impl<'a> Table<'a> {
     /// The file itself.
-    pub(in super::super) fn root(
+    pub(crate) fn root(
         doc: &'a Document,
         root: &'a Spanned<DeTable<'a>>,
         section: &'static Section,
@@ -161,12 +161,20 @@ impl<'a> Table<'a> {
         };
         let read = match &field.kind {
             Kind::Text(longest) => file.as_str().map(|text| {
-                let fits = |most: usize| !text.trim().is_empty() && text.chars().count() <= most;
-                if let Some(most) = longest.filter(|most| !fits(*most)) {
-                    let allowed = format!("1 to {most} characters");
+                if let Some(most) = longest.filter(|most| !fits(text, *most)) {
+                    let allowed = characters(most);
                     return wrong(Problem::OutOfRange { allowed });
                 }
                 Some(Value::Text(text))
+            }),
+            Kind::Texts(most) => file.as_array().and_then(|list| {
+                let texts = list.iter().map(|item| item.get_ref().as_str());
+                let texts: Vec<&str> = texts.collect::<Option<_>>()?;
+                if texts.iter().any(|text| !fits(text, *most)) {
+                    let allowed = format!("texts of {}", characters(*most));
+                    return Some(wrong(Problem::OutOfRange { allowed }));
+                }
+                Some(Some(Value::Texts(texts)))
             }),
             Kind::Flag => file.as_bool().map(|is| Some(Value::Flag(is))),
             Kind::Choice(words) => file.as_str().map(|given| {
@@ -314,6 +322,16 @@ impl<'a> Table<'a> {
         self.doc.doubt(Problem::OutOfRange { allowed }, place);
         Some(value)
     }
+}
+
+/// Whether a text says something, in at most so many characters.
+fn fits(text: &str, most: usize) -> bool {
+    !text.trim().is_empty() && text.chars().count() <= most
+}
+
+/// "1 to 200 characters".
+fn characters(most: usize) -> String {
+    format!("1 to {most} characters")
 }
 
 /// A number's digits: nothing if it is none, inside nothing if it is not finite or
