@@ -2,7 +2,8 @@
 //!
 //! `session` reads what to do, `run` does it through `link`, `choice` tries which
 //! models will do; `record` and `analysis` keep and judge it, `report` draws it
-//! with `plot`, numbers written by `number`. `statistics` is what analyses of
+//! with `plot`, numbers written by `number`. `wearer` is who is
+//! stimulated: thresholds, limits and muscles, from a file. `statistics` is what analyses of
 //! experiments share.
 
 pub mod analysis;
@@ -15,3 +16,4 @@ pub mod report;
 pub mod run;
 pub mod session;
 pub mod statistics;
+pub mod wearer;

@@ -1,0 +1,405 @@
+//! Reads a wearer file, and tells everything that is wrong with it.
+
+use std::path::Path;
+
+use firmware::device::Draft;
+use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec, Rung};
+use firmware::pulse::{Shape, TrainSpec};
+use firmware::safety::{ChannelSpec, StageSpec};
+use firmware::units::Amplitude;
+use hal_sim::body::hand::HandSpec;
+use hal_sim::body::hand::field::{Pad, Shape as PadShape};
+use hal_sim::body::hand::spec::ROUND_M;
+use toml::de::{DeTable, DeValue};
+
+use super::fields::{EVIDENCE, FILE, INTERVALS_OF};
+use super::{
+    DriftCheck, Elbow, Electrode, Evidence, Forearm, History, Interval, Muscle, SCHEMA,
+    StrengthDuration, Wearer,
+};
+use crate::session::channel::Channel;
+use crate::session::channels::limits_of;
+use crate::session::error::{Place, Problem};
+use crate::session::muscle::read_fatigue;
+use crate::session::table::{Document, Table};
+use crate::session::verdict::{tell_channel, tell_muscle};
+use crate::session::{SessionError, Unit, text_of, visible};
+
+/// The text of a wearer file.
+///
+/// # Errors
+/// E650.
+pub(super) fn text(path: &Path) -> Result<String, SessionError> {
+    text_of(path).map_err(|reason| SessionError::nowhere(Problem::WearerUnreadable { reason }))
+}
+
+/// The wearer that `text`, called `name`, describes.
+///
+/// # Errors
+/// Everything that is wrong; of another schema that alone.
+pub(super) fn parse(name: &str, text: &str) -> Result<Wearer, SessionError> {
+    match other_schema(text) {
+        Some(place) => {
+            let problem = Problem::WearerSchema { known: SCHEMA };
+            Err(SessionError::at(
+                problem,
+                &visible(name),
+                &text.into(),
+                place,
+            ))
+        }
+        None => Document::parse(name, text, &FILE, |_, t| read(t)),
+    }
+}
+
+/// Where a file says that it is of another schema.
+fn other_schema(text: &str) -> Option<Place> {
+    let (root, _) = DeTable::parse_recoverable(text);
+    let found = root.get_ref().get("schema")?;
+    let DeValue::Integer(number) = found.get_ref() else {
+        return None; // told as a wrong type
+    };
+    let is_own = number.as_str() == SCHEMA.to_string();
+    (!is_own).then(|| Place {
+        field: "schema".into(),
+        given: number.as_str().into(),
+        span: found.span(),
+    })
+}
+
+/// Reads what can be read; nothing, or no true wearer, if anything is told.
+fn read(t: &Table<'_>) -> Option<Wearer> {
+    if let Some(name) = t.text("name")
+        && !is_pseudonym(name)
+    {
+        t.say("name", Problem::WearerName {});
+    }
+    let limits = t.part("limits", |l| Some(limits_of(l)));
+    let limits = limits.map(Option::unwrap_or_default);
+    let mut draft = Draft::default();
+    if let (Some(limits), Some(l)) = (limits, t.table("limits"))
+        && let Err(mistake) = draft.set_wearer(limits)
+    {
+        l.refuse(mistake);
+    }
+    let mut electrodes: Vec<Electrode> = Vec::new();
+    let mut are_whole = true;
+    for item in t.tables("electrode") {
+        let channel = item.whole::<u8>("channel");
+        if electrodes.iter().any(|known| known.channel == channel) {
+            item.say("channel", Problem::ChannelTwice { channel });
+        }
+        match read_electrode(item, &mut draft) {
+            Some(electrode) => electrodes.push(electrode),
+            None => are_whole = false,
+        }
+    }
+    electrodes.sort_by_key(|electrode| electrode.channel);
+    let has = |channel| !are_whole || electrodes.iter().any(|it| it.channel == channel);
+    let find = |t: &Table<'_>, name: &str| {
+        let channel = t.whole(name);
+        if !has(channel) {
+            t.say(name, Problem::NoSuchChannel { channel });
+        }
+        channel
+    };
+    let forearm = t.part("forearm", read_forearm);
+    let elbow = t.part("elbow", |e| Some(read_elbow(e, find)));
+    let checks = t.tables("check").iter().filter(|item| item.is_sound());
+    let checks = checks.map(|item| read_check(item, find)).collect();
+    let history = t.tables("history").iter().filter(|item| item.is_sound());
+    let history = history.map(read_history).collect();
+    Some(Wearer {
+        name: t.text("name")?.to_owned(),
+        evidence: t.named("evidence", &EVIDENCE).unwrap_or(Evidence::Assumed),
+        source: t.text("source")?.to_owned(),
+        note: t.text("note").map(str::to_owned),
+        limits: limits?,
+        electrodes,
+        forearm: forearm?,
+        elbow: elbow?,
+        history,
+        checks,
+    })
+}
+
+/// Whether a text is 1 to 64 letters, digits and hyphens.
+pub(super) fn is_pseudonym(name: &str) -> bool {
+    let is_plain = |c: char| c.is_alphanumeric() || c == '-';
+    (1..=64).contains(&name.chars().count()) && name.chars().all(is_plain)
+}
+
+/// An amplitude that may be left out.
+fn optional(t: &Table<'_>, name: &str) -> Option<Amplitude> {
+    t.has(name).then(|| Amplitude::new(t.whole(name)))
+}
+
+/// Reads one `[[electrode]]`, holds it against itself, and against the wearer's limits.
+fn read_electrode(t: &Table<'_>, draft: &mut Draft) -> Option<Electrode> {
+    let strength_duration = t.part("strength_duration", |s| Some(read_strength_duration(s)));
+    let muscle = t.part("muscle", |m| Some(read_muscle(m)));
+    let intervals = t.tables("intervals").iter();
+    let intervals: Option<Vec<Interval>> = intervals.map(read_interval).collect();
+    if !t.is_sound() {
+        return None;
+    }
+    let unit = match t.word("stage") {
+        "voltage" => Unit::Volt,
+        _ => Unit::Milliampere,
+    };
+    let frequency_hz = t.real("frequency_hz")?;
+    let holds = |name| t.real(name).unwrap_or(frequency_hz);
+    let electrode = Electrode {
+        channel: t.whole("channel"),
+        place: t.text("place")?.to_owned(),
+        area_mm2: t.whole("area_mm2"),
+        unit,
+        load_ohm: t.whole("load_ohm"),
+        width_us: t.whole("width_us"),
+        frequency_hz,
+        holds_hz: [holds("from_hz"), holds("to_hz")],
+        motor_threshold: Amplitude::new(t.whole("motor_threshold")),
+        limit: Amplitude::new(t.whole("limit")),
+        minimum: optional(t, "minimum"),
+        maximum: optional(t, "maximum"),
+        moves: t.texts("moves").iter().map(|it| (*it).to_owned()).collect(),
+        strength_duration: strength_duration?,
+        muscle: muscle?,
+        intervals: intervals?,
+    };
+    tell_order(t, &electrode);
+    tell_limits(t, &electrode, draft);
+    Some(electrode)
+}
+
+fn read_strength_duration(t: &Table<'_>) -> StrengthDuration {
+    let points = t.tables("upper").iter().filter(|it| it.is_sound());
+    let points = points.map(|it| (it.whole("width_us"), Amplitude::new(it.whole("value"))));
+    StrengthDuration {
+        rheobase: Amplitude::new(t.whole("rheobase")),
+        chronaxie_ns: t.whole("chronaxie_us"),
+        upper: points.collect(),
+    }
+}
+
+fn read_muscle(t: &Table<'_>) -> Muscle {
+    let force = CalciumForceSpec {
+        a_mn_per_s: t.whole("a_n_per_s"),
+        k_micro: t.whole("k"),
+        tau_c_us: t.whole("tau_c_ms"),
+        tau1_us: t.whole("tau1_ms"),
+        tau2_us: t.whole("tau2_ms"),
+    };
+    let fatigue = t.table("fatigue").filter(|f| f.is_sound());
+    Muscle {
+        force,
+        reference: Amplitude::new(t.whole("reference")),
+        slope_micro: t.whole("slope_per_unit"),
+        fatigue: fatigue.map(|f| read_fatigue(f, force.a_mn_per_s)),
+    }
+}
+
+fn read_interval(t: &Table<'_>) -> Option<Interval> {
+    let of = INTERVALS_OF.iter().find(|of| **of == t.word("of"));
+    let (low, high) = (t.real("low")?, t.real("high")?);
+    if low > high {
+        t.not_after("high", "`low`".into());
+    }
+    Some(Interval { of: of?, low, high })
+}
+
+/// Tells which of an electrode's amplitudes and widths do not rise.
+fn tell_order(t: &Table<'_>, it: &Electrode) {
+    let disordered = |name: &str, why: String| t.say(name, Problem::ThresholdsDisordered { why });
+    let told = |name: &str| format!("and `{name}` is {}", t.at(name).given);
+    if it.motor_threshold >= it.limit {
+        disordered("motor_threshold", told("limit"));
+    }
+    let most = it.maximum.unwrap_or(it.limit);
+    if it.maximum.is_some_and(|maximum| maximum > it.limit) {
+        disordered("maximum", told("limit"));
+    }
+    if it.minimum.is_some_and(|minimum| minimum > most) {
+        let than = ["maximum", "limit"][usize::from(it.maximum.is_none())];
+        disordered("minimum", told(than));
+    }
+    let [from, to] = it.holds_hz;
+    if from > it.frequency_hz {
+        disordered("from_hz", told("frequency_hz"));
+    }
+    if to < it.frequency_hz {
+        disordered("to_hz", told("frequency_hz"));
+    }
+    let Some((s, curve)) = t
+        .table("strength_duration")
+        .zip(it.strength_duration.as_ref())
+    else {
+        return;
+    };
+    if curve.rheobase > it.motor_threshold {
+        let why = format!("and `motor_threshold` is {}", t.at("motor_threshold").given);
+        s.say("rheobase", Problem::ThresholdsDisordered { why });
+    }
+    let mut before = 0;
+    for (item, &(width_us, value)) in s.tables("upper").iter().zip(&curve.upper) {
+        if width_us <= before {
+            item.not_after("width_us", format!("{before} µs"));
+        }
+        before = width_us;
+        let threshold = f64::from(it.motor_threshold.get()) * curve.factor(it.width_us, width_us);
+        // Of a threshold that is wrong itself the curve is no matter.
+        if f64::from(value.get()) <= threshold && it.motor_threshold < it.limit {
+            let why = format!("and the threshold there is {:.3}", threshold * 1e-3);
+            item.say("value", Problem::ThresholdsDisordered { why });
+        }
+    }
+}
+
+/// Tells what of an electrode at its limit is beyond the wearer's limits, and what of its
+/// muscle no device takes.
+fn tell_limits(t: &Table<'_>, it: &Electrode, draft: &mut Draft) {
+    let channel = it.channel_at(it.width_us, it.holds_hz[1]);
+    let index = channel.index();
+    if let Err(mistake) = draft.set_channel(index, channel.spec) {
+        tell_channel(t, &channel, mistake);
+    }
+    if let (Some(m), Some(spec)) = (t.table("muscle"), it.muscle_spec())
+        && m.is_sound()
+        && it.motor_threshold < it.limit
+        && let Err(mistake) = draft.set_muscle(index, spec)
+    {
+        tell_muscle(m, t, mistake);
+    }
+}
+
+impl Electrode {
+    /// A channel of biphasic pulses that may reach its limit.
+    fn channel_at(&self, width_us: u16, hz: f64) -> Channel {
+        let stage = match self.unit {
+            Unit::Milliampere => StageSpec::Current {
+                full_scale_ua: StageSpec::FULL_SCALE_UA.max.cast_unsigned(),
+            },
+            Unit::Volt => StageSpec::Voltage {
+                full_scale_mv: StageSpec::FULL_SCALE_MV.max.cast_unsigned(),
+                load_ohm: self.load_ohm,
+            },
+        };
+        let train = TrainSpec {
+            shape: Shape::BiphasicCathodicFirst,
+            width_us,
+            gap_us: 0,
+            ground_us: 0,
+            period_us: (1e6 / hz).round() as u32, // saturates
+            offset_us: 0,
+            burst_count: 1,
+            burst_interval_us: 0,
+            repeats: 0,
+            triggered: false,
+        };
+        Channel {
+            number: self.channel,
+            name: self.place.clone(),
+            spec: ChannelSpec {
+                train,
+                stage,
+                limit: self.limit,
+                area_mm2: self.area_mm2,
+            },
+            muscle: None,
+            force: None,
+        }
+    }
+
+    /// Its muscle as a device takes it.
+    fn muscle_spec(&self) -> Option<MuscleSpec> {
+        let muscle = self.muscle?;
+        Some(MuscleSpec {
+            force: muscle.force,
+            recruitment: RecruitmentSpec {
+                motor_threshold: self.motor_threshold,
+                limit: self.limit,
+                reference: muscle.reference,
+                slope_micro: muscle.slope_micro,
+            },
+            fatigue: muscle.fatigue,
+            rung: match muscle.fatigue {
+                Some(_) => Rung::CalciumForceFatigue,
+                None => Rung::CalciumForce,
+            },
+        })
+    }
+}
+
+fn read_forearm(t: &Table<'_>) -> Option<Forearm> {
+    let (reach_m, around_m) = (t.real("reach_m")?, t.real("around_m")?);
+    let volts: Vec<f64> = t
+        .wholes("thresholds_v")
+        .iter()
+        .map(|(mv, _)| *mv as f64 / 1e3)
+        .collect();
+    let thresholds_v = <[f64; 3]>::try_from(volts).ok();
+    if t.has("thresholds_v") && thresholds_v.is_none() {
+        let allowed = "three numbers: of A, B and the extensor's point".into();
+        t.out_of_range("thresholds_v", allowed);
+    }
+    let pads_mm = <[[f64; 2]; 3]>::try_from(t.pairs("pads_mm", 0)).ok();
+    if let Some(pads_mm) = pads_mm {
+        let points = pads_mm.map(|[x_mm, y_mm]| Pad {
+            x_m: 1e-3 * x_mm,
+            y_m: 1e-3 * y_mm,
+            shape: PadShape::Round {
+                diameter_m: ROUND_M,
+            },
+        });
+        for wrong in HandSpec::nominal(reach_m, around_m, 0).misplaced(&points) {
+            let why = wrong.to_string();
+            t.say("pads_mm", Problem::Misplaced { why });
+        }
+    }
+    Some(Forearm {
+        reach_m,
+        around_m,
+        thresholds_v,
+        pads_mm,
+    })
+}
+
+fn read_elbow(t: &Table<'_>, find: impl Fn(&Table<'_>, &str) -> u8) -> Elbow {
+    let (triceps, biceps) = (find(t, "triceps"), find(t, "biceps"));
+    if triceps == biceps {
+        t.say("biceps", Problem::ChannelTwice { channel: biceps });
+    }
+    Elbow {
+        triceps,
+        biceps,
+        triceps_nm: t.real("triceps_nm"),
+        biceps_nm: t.real("biceps_nm"),
+    }
+}
+
+fn read_history(t: &Table<'_>) -> History {
+    let text = |name| t.text(name).map(str::to_owned);
+    let said = |name| text(name).unwrap_or_default(); // told if it is not there
+    History {
+        at: said("at"),
+        by: said("by"),
+        what: said("what"),
+        device: text("device"),
+        firmware: text("firmware"),
+        seed: t.has("seed").then(|| t.whole("seed")),
+    }
+}
+
+fn read_check(t: &Table<'_>, find: impl Fn(&Table<'_>, &str) -> u8) -> DriftCheck {
+    DriftCheck {
+        at: t.text("at").unwrap_or_default().to_owned(),
+        channel: find(t, "channel"),
+        expected: Amplitude::new(t.whole("expected")),
+        found: optional(t, "found"),
+        unit: match t.word("unit") {
+            "V" => Unit::Volt,
+            _ => Unit::Milliampere,
+        },
+        accepted: t.flag("accepted"),
+    }
+}
