@@ -12,3 +12,4 @@ mod session_hand;
 mod session_schema;
 mod statistics;
 mod statistics_refused;
+mod wearer_files;
