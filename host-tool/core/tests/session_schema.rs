@@ -15,7 +15,7 @@ fn root() -> PathBuf {
 }
 
 /// Compares a committed file, or renews it.
-fn as_committed(path: &Path, made: &str) {
+pub(crate) fn as_committed(path: &Path, made: &str) {
     if std::env::var_os("FLEXOR_OVERWRITE").is_some() {
         return std::fs::write(path, made).unwrap();
     }
@@ -34,7 +34,19 @@ fn the_schema_is_as_committed() {
 #[test]
 fn the_manual_tells_the_declared_fields() {
     let path = root().join("docs/sessions.md");
-    let text = std::fs::read_to_string(&path).unwrap();
+    let (made, tables) = with_tables(&path, "file", manual);
+    assert!(tables >= 20, "{tables} tables");
+    as_committed(&path, &made);
+}
+
+/// A page whose tables below `<!-- fields: PATH -->` are made anew, and how many; `root`
+/// is what the whole file is called there.
+pub(crate) fn with_tables(
+    path: &Path,
+    root: &str,
+    manual: fn(&str) -> Option<String>,
+) -> (String, usize) {
+    let text = std::fs::read_to_string(path).unwrap();
     let (mut made, mut tables) = (String::new(), 0);
     let mut lines = text.split_inclusive('\n').peekable();
     while let Some(line) = lines.next() {
@@ -42,13 +54,12 @@ fn the_manual_tells_the_declared_fields() {
         let mark = line.trim_end().strip_prefix("<!-- fields: ");
         if let Some(at) = mark.and_then(|mark| mark.strip_suffix(" -->")) {
             while lines.next_if(|line| line.starts_with('|')).is_some() {}
-            let at = at.trim_start_matches("file");
+            let at = at.strip_prefix(root).unwrap_or(at);
             made += &manual(at).unwrap_or_else(|| panic!("no table {at}"));
             tables += 1;
         }
     }
-    assert!(tables >= 20, "{tables} tables");
-    as_committed(&path, &made);
+    (made, tables)
 }
 
 /// A file as the schema sees it.

@@ -13,3 +13,4 @@ mod session_schema;
 mod statistics;
 mod statistics_refused;
 mod wearer_files;
+mod wearers_shipped;

@@ -185,7 +185,7 @@ problems! {
         "`{field}` is {given}, but a pseudonym is of 1 to 64 letters, digits and hyphens" "never use a person's name"
     653 ThresholdsDisordered { why: String }
         "`{field}` is {given}, {why}"
-        "threshold, minimum, maximum and limit rise in this order; measure again"
+        "a threshold lies below the limit, a minimum not above the maximum, nor that above the limit; measure again"
 }
 
 /// What bounds the rms current of all channels.

@@ -1,7 +1,17 @@
 //! The wearers that are part of the program.
 
+macro_rules! wearers {
+    ($($name:literal)*) => {
+        [$((concat!($name, ".toml"), include_str!(concat!("../../../wearers/", $name, ".toml")))),*]
+    };
+}
+
 /// File name and text of each of `host-tool/wearers`.
-pub const SHIPPED: [(&str, &str); 0] = [];
+pub const SHIPPED: [(&str, &str); 16] = wearers![
+    "K01" "K02" "K03" "K04" "K05" "K06" "K07" "K08" "K09" "K10"
+    "P" "Q" "R" "S"
+    "harris-1" "harris-2"
+];
 
 /// The text of the shipped wearer file of this name, with or without `.toml`.
 #[must_use]
