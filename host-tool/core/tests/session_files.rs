@@ -30,7 +30,7 @@ pub(crate) fn files() -> Vec<PathBuf> {
     found
 }
 
-fn load(name: &str) -> Session {
+pub(crate) fn load(name: &str) -> Session {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sessions");
     Session::load(folder.join(name)).unwrap()
 }

@@ -1,6 +1,7 @@
 //! A session with the name of its file.
 
-use crate::session::{Session, SessionError};
+use crate::record::Trial;
+use crate::session::{Session, SessionError, WearerTexts, shipped_text};
 use std::path::Path;
 
 /// A session and where it came from.
@@ -21,7 +22,8 @@ impl SessionFile {
     /// [`SessionError`], rendered with the line concerned.
     pub fn load(path: &Path) -> Result<Self, SessionError> {
         let text = Session::text(path)?;
-        Self::parse(&path.display().to_string(), &text)
+        let name = path.display().to_string();
+        Self::parse_beside(&name, &text, &|file| Session::wearer_text(path, file))
     }
 
     /// A session that is part of the program.
@@ -29,10 +31,38 @@ impl SessionFile {
     /// # Errors
     /// [`SessionError`].
     pub fn parse(name: &str, text: &str) -> Result<Self, SessionError> {
+        Self::parse_beside(name, text, &shipped_text)
+    }
+
+    /// The session of a recorded trial, on the wearer file that the record keeps.
+    ///
+    /// # Errors
+    /// [`SessionError`].
+    pub fn recorded(trial: &Trial) -> Result<Self, SessionError> {
+        let kept = trial.wearer.as_ref();
+        Self::parse_beside(
+            &trial.session_file,
+            &trial.session_text,
+            &|file| match kept {
+                Some(wearer) => Ok(wearer.text.clone()),
+                None => shipped_text(file),
+            },
+        )
+    }
+
+    /// One whose wearer file `texts` knows.
+    ///
+    /// # Errors
+    /// [`SessionError`].
+    pub fn parse_beside(
+        name: &str,
+        text: &str,
+        texts: WearerTexts<'_>,
+    ) -> Result<Self, SessionError> {
         Ok(Self {
             name: name.to_owned(),
             text: text.to_owned(),
-            session: Session::parse(name, text)?,
+            session: Session::parse_beside(name, text, texts)?,
         })
     }
 }

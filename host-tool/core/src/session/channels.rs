@@ -4,16 +4,16 @@ use firmware::control::ForceSpec;
 use firmware::device::Draft;
 use firmware::pulse::{CHANNELS, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
-use firmware::units::Amplitude;
 
 use super::channel::Channel;
 use super::error::Problem;
 use super::fields::SHAPES;
 use super::hold::read_hold;
-use super::limits::anyone;
 use super::muscle::read_muscle;
 use super::table::Table;
 use super::verdict::{tell_channel, tell_muscle};
+use super::worn::{Person, tell_force};
+use crate::wearer::Electrode;
 
 /// The channels of a file: those that can be read, and which others it has.
 #[derive(Default)]
@@ -22,6 +22,8 @@ pub(super) struct Channels {
     pub(super) list: Vec<Channel>,
     /// Those that could be read and are beyond a limit of their own.
     pub(super) beyond: Vec<Channel>,
+    /// What the wearer file has of them, at their widths.
+    pub(super) fitted: Vec<Electrode>,
     /// Bit i: channel i on the link is in the file, right or wrong.
     named: u16,
     /// Whether any is wrong.
@@ -35,6 +37,7 @@ impl Channels {
     /// to be rounded goes to `notes`.
     pub(super) fn read(
         root: &Table<'_>,
+        person: &Person,
         draft: &mut Draft,
         duration_us: u64,
         notes: &mut Vec<String>,
@@ -56,8 +59,11 @@ impl Channels {
             all.named |= 1 << index;
             let mut aside = Draft::default();
             let draft = if is_second { &mut aside } else { &mut *draft };
-            match read_channel(t, draft, duration_us, notes) {
-                Ok(channel) if !is_second => all.list.push(channel),
+            match read_channel(t, person, draft, duration_us, notes) {
+                Ok((channel, fitted)) if !is_second => {
+                    all.list.push(channel);
+                    all.fitted.extend(fitted);
+                }
                 found => {
                     let beyond = found.err().flatten().filter(|_| !is_second);
                     all.beyond.extend(beyond.map(|channel| *channel));
@@ -72,6 +78,11 @@ impl Channels {
     /// Whether every channel of the file could be read.
     pub(super) const fn are_whole(&self) -> bool {
         !self.wrong && !self.unknown
+    }
+
+    /// What the wearer file has of a channel, at its width.
+    pub(super) fn electrode(&self, channel: u8) -> Option<&Electrode> {
+        self.fitted.iter().find(|it| it.channel == channel)
     }
 
     /// The channel that a field names. Tells if the file has none of this number; of
@@ -91,17 +102,6 @@ impl Channels {
             t.say(name, Problem::NoSuchChannel { channel: number });
         }
         found
-    }
-}
-
-/// Reads `[wearer]`. What is wrong by itself judges nothing else: then the loosest
-/// limits are checked.
-pub(super) fn read_wearer(root: &Table<'_>) -> WearerSpec {
-    let default = WearerSpec::default();
-    match root.table("wearer").filter(|t| t.is_sound()) {
-        None if root.has("wearer") => anyone(),
-        None => default,
-        Some(t) => limits_of(t),
     }
 }
 
@@ -130,21 +130,24 @@ pub(crate) fn limits_of(t: &Table<'_>) -> WearerSpec {
 /// draft refuses its spec is left.
 fn read_channel(
     t: &Table<'_>,
+    person: &Person,
     draft: &mut Draft,
     duration_us: u64,
     notes: &mut Vec<String>,
-) -> Result<Channel, Option<Box<Channel>>> {
+) -> Result<(Channel, Option<Electrode>), Option<Box<Channel>>> {
     let number = t.whole("number");
     let stage = t.part("stage", |s| Some(read_stage(s))).flatten();
     let train = t.part("train", |it| Some(read_train(it, number, notes)));
     let (Some(stage), Some(train), true) = (stage, train.flatten(), t.is_sound()) else {
         return Err(None);
     };
+    let fitted = person.fitted(t, (&stage, &train), notes).ok_or(None)?;
+    let fitted = fitted.as_ref();
     let spec = ChannelSpec {
         train,
         stage,
-        limit: Amplitude::new(t.whole("limit")),
-        area_mm2: t.whole("area_mm2"),
+        limit: person.limit(t, fitted).ok_or(None)?,
+        area_mm2: person.area_mm2(t, fitted),
     };
     let mut channel = Channel {
         number,
@@ -160,7 +163,7 @@ fn read_channel(
         return Err(Some(Box::new(channel)));
     }
     let muscle = t.part("muscle", |m| {
-        let muscle = read_muscle(m, spec.limit, duration_us)?;
+        let muscle = read_muscle(m, fitted, spec.limit, duration_us)?;
         for (place, spec) in muscle.rungs(m) {
             let told = |mistake| tell_muscle(place, t, mistake);
             draft.set_muscle(index, spec).map_err(told).ok()?;
@@ -170,11 +173,14 @@ fn read_channel(
     channel.muscle = muscle.ok_or(None)?;
     let force = t.part("force", |f| {
         let force = read_force(f, &spec.train);
+        if let Some(electrode) = fitted {
+            tell_force(f, electrode, &force);
+        }
         draft.set_force(index, force).map_err(told).ok()?;
         Some(force)
     });
     channel.force = force.ok_or(None)?;
-    Ok(channel)
+    Ok((channel, fitted.cloned()))
 }
 
 fn read_stage(t: &Table<'_>) -> StageSpec {

@@ -9,7 +9,7 @@ use firmware::control::{HoldPolicy, LawSpec, PointSpec, ResponseSpec, SensorSour
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 
 use super::decimal::in_units;
-use super::field::Need::{Optional, Or, OrTold, OrWord, Required};
+use super::field::Need::{Optional, Or, OrFile, OrTold, OrWord, Required};
 use super::field::{Kind, Need, Section, UNIT, channel, f, list, n, nb, one_of};
 use super::law::LAWS;
 
@@ -69,8 +69,8 @@ fn angles(most_mdeg: i64) -> Section {
 fn point() -> Section {
     vec![
         f("channel", channel(), Required, "a channel of the file"),
-        f("threshold", nb(UNIT, 3, PointSpec::THRESHOLD, "to `max`"), Required, "amplitude at no effort"),
-        f("max", amplitude(), Required, "amplitude at full effort"),
+        f("threshold", nb(UNIT, 3, PointSpec::THRESHOLD, "to `max`"), OrFile, "amplitude at no effort"),
+        f("max", amplitude(), OrFile, "amplitude at full effort"),
     ]
 }
 

@@ -186,6 +186,24 @@ problems! {
     653 ThresholdsDisordered { why: String }
         "`{field}` is {given}, {why}"
         "a threshold lies below the limit, a minimum not above the maximum, nor that above the limit; measure again"
+    657 NoElectrode { channel: u8 }
+        "`{field}` is {channel}, and the wearer file has no electrode of that channel"
+        "calibrate it, or stimulate another channel: nobody knows its limit"
+    658 HoldsElsewhere { channel: u8, there: String }
+        "`{field}` is {given}, and channel {channel}'s thresholds in the wearer file hold at {there}"
+        "stimulate as they were found, or calibrate so; a width may differ where the file has a `strength_duration`"
+    659 Loosened { allowed: String }
+        "`{field}` is {given}, and the wearer file allows {allowed}"
+        "a session may only tighten its wearer file: leave the field out, or tighten it"
+    660 AnotherPerson { name: String }
+        "`{field}` is {given}, and the wearer file is {name}'s"
+        "name the file of whoever is stimulated"
+    661 NoWearerFile {}
+        "`{field}` needs `wearer.file`"
+        "name the wearer's file, or leave it out"
+    662 OutsideHapticRange { channel: u8, range: String }
+        "`{field}` is {given}, outside channel {channel}'s haptic range, {range} (I_MT to 1.5 I_MT)"
+        "0 is allowed too; without `wearer.haptic_range` the wearer's `limit` alone holds"
 }
 
 /// What bounds the rms current of all channels.
@@ -288,6 +306,12 @@ impl SessionError {
         let mut first = errors.next()?;
         first.0.further = errors.collect();
         Some(first)
+    }
+
+    /// Each for itself.
+    pub(crate) fn each(mut self) -> impl Iterator<Item = Self> {
+        let further = std::mem::take(&mut self.0.further);
+        std::iter::once(self).chain(further)
     }
 
     /// Where in the file, bytes.

@@ -72,6 +72,8 @@ pub(crate) struct Number {
 #[derive(Debug)]
 pub(crate) enum Need {
     Required,
+    /// Without a wearer file that says it: the reader knows.
+    OrFile,
     /// There is nothing without it.
     Optional,
     /// A number instead, in the device's steps.

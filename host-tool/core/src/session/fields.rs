@@ -12,7 +12,7 @@ use hal_sim::body::wearer::Participant;
 use hal_sim::body::{ElbowSpec, FingerSpec};
 
 use super::control_fields::{amplitude, hold, joint, wall};
-use super::field::Need::{Optional, Or, OrTold, OrWord, Required};
+use super::field::Need::{Optional, Or, OrFile, OrTold, OrWord, Required};
 use super::field::{CHANNEL, Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
 use super::hand_fields::{hand_fields, point_channels};
 
@@ -109,7 +109,18 @@ fn study() -> Section {
 }
 
 #[rustfmt::skip]
-pub(crate) fn wearer() -> Section {
+fn wearer() -> Section {
+    let mut all = vec![
+        f("file", Kind::Text(Some(LONGEST)), Optional, "the [wearer file](wearers.md) of whoever is stimulated, relative to this one; every field here may then only tighten it"),
+        f("name", Kind::Text(Some(64)), Optional, "their pseudonym: a file of another person is refused (E660)"),
+        f("haptic_range", Kind::Flag, OrWord("false"), "keep amplitudes within I_MT and 1.5 I_MT of the file, or 0 (E662)"),
+    ];
+    all.extend(limits());
+    all
+}
+
+#[rustfmt::skip]
+pub(crate) fn limits() -> Section {
     type W = WearerSpec;
     let d = W::default();
     vec![
@@ -137,10 +148,10 @@ fn channels() -> Section {
         f("number", channel(), Required, "its number on the board"),
         f("name", Kind::Text(None), Required, "what the wearer calls it"),
         f("stage", Kind::Table(stage()), Required, "output stage"),
-        f("limit", nb(UNIT, 3, ChannelSpec::LIMIT, "to full scale"), Required, "largest amplitude; must keep the wearer's current, charge and rms limits"),
+        f("limit", nb(UNIT, 3, ChannelSpec::LIMIT, "to full scale"), OrFile, "largest amplitude; must keep the wearer's current, charge and rms limits"),
         f("area_mm2", n("mm²", 0, ChannelSpec::AREA_MM2), Or(ChannelSpec::ASSUMED_AREA_MM2.into()), "area of its active electrode, under which 2 mA/cm² rms hold at `limit`; a disc of 32 mm is assumed"),
         f("train", Kind::Table(train()), Required, "its pulses"),
-        f("muscle", Kind::Table(muscle()), Optional, "predict its force"),
+        f("muscle", Kind::Table(muscle()), Optional, "predict its force; `{}` takes the wearer file's muscle"),
         f("force", Kind::Table(force()), Optional, "control the muscle's force; needs `muscle`"),
     ]
 }
@@ -183,14 +194,14 @@ fn muscle() -> Section {
     ];
     let models = std::iter::once("auto").chain(RUNGS.map(|(name, _)| name));
     vec![
-        f("a_n_per_s", n("N/s", 3, M::A_MN_PER_S), Required, "A"),
-        f("k", n("", 6, M::K_MICRO), Required, "K"),
-        f("tau_c_ms", nb("ms", 3, M::TAU_C_US, "under bursts of n pulses every T at most T/ln(24/(24 − n))"), Required, "τc"),
-        f("tau1_ms", n("ms", 3, M::TAU1_US), Required, "τ1; more than 2 ms beside a `tau2_ms` below 1.4, and beside a `tau2_ms` above 100,000 `k`"),
-        f("tau2_ms", n("ms", 3, M::TAU2_US), Required, "τ2"),
-        f("motor_threshold", nb(UNIT, 3, R::MOTOR_THRESHOLD, "below `limit`"), Required, "smallest amplitude that moves"),
-        f("reference", nb(UNIT, 3, R::REFERENCE, "from `limit`"), Required, "amplitude at which A was measured"),
-        f("slope_per_unit", nb("per unit", 6, R::SLOPE_MICRO, "at most 16 octaves from threshold to reference"), Required, "b"),
+        f("a_n_per_s", n("N/s", 3, M::A_MN_PER_S), OrFile, "A"),
+        f("k", n("", 6, M::K_MICRO), OrFile, "K"),
+        f("tau_c_ms", nb("ms", 3, M::TAU_C_US, "under bursts of n pulses every T at most T/ln(24/(24 − n))"), OrFile, "τc"),
+        f("tau1_ms", n("ms", 3, M::TAU1_US), OrFile, "τ1; more than 2 ms beside a `tau2_ms` below 1.4, and beside a `tau2_ms` above 100,000 `k`"),
+        f("tau2_ms", n("ms", 3, M::TAU2_US), OrFile, "τ2"),
+        f("motor_threshold", nb(UNIT, 3, R::MOTOR_THRESHOLD, "below `limit`"), OrFile, "smallest amplitude that moves"),
+        f("reference", nb(UNIT, 3, R::REFERENCE, "from `limit`"), OrFile, "amplitude at which A was measured"),
+        f("slope_per_unit", nb("per unit", 6, R::SLOPE_MICRO, "at most 16 octaves from threshold to reference"), OrFile, "b"),
         f("model", Kind::Choice(models.collect()), OrWord("auto"), "which model of the muscle the device computes ([what each is](protocol.md#rung)); `\"auto\"` is the cheapest that will do in this session: `flexor explain-model` tells which and why ([muscle.md](muscle.md))"),
         f("report", Kind::Flag, OrWord("true"), "whether anybody reads the predicted force; without that, `\"auto\"` heeds only what the force steers"),
         f("fatigue", Kind::Table(fatigue()), Optional, "how it tires; `\"calcium-force-fatigue\"` needs it"),

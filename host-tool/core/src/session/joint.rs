@@ -4,6 +4,7 @@ use firmware::control::{JointSpec, LawSpec, PointSpec, ResponseSpec, WearerModel
 use firmware::units::Amplitude;
 
 use super::channels::Channels;
+use super::error::Problem;
 use super::hold::{read_hold, read_sensor, read_stale};
 use super::law::{LAWS, LawName};
 use super::table::Table;
@@ -109,11 +110,32 @@ fn read_response(r: &Table<'_>, wearer: Option<WearerModel>) -> ResponseSpec {
     }
 }
 
+/// Reads a point; what it does not say is the wearer file's: from the least to the most
+/// that an operator set, or from the motor threshold to the limit.
 fn read_point(t: &Table<'_>, channels: &Channels) -> Option<PointSpec> {
     let channel = channels.find(t, "channel")?;
-    t.is_sound().then(|| PointSpec {
+    if !t.is_sound() {
+        return None;
+    }
+    let electrode = channels.electrode(channel.number);
+    let known = electrode.map(|it| {
+        let threshold = it.minimum.unwrap_or(it.motor_threshold);
+        [
+            threshold,
+            it.maximum.unwrap_or(it.limit).min(channel.spec.limit),
+        ]
+    });
+    let said = |name| t.has(name).then(|| Amplitude::new(t.whole(name)));
+    let [threshold, max] = [("threshold", 0), ("max", 1)].map(|(name, place)| {
+        let found = said(name).or_else(|| Some(known?[place]));
+        if found.is_none() {
+            t.say(name, Problem::MissingField {});
+        }
+        found
+    });
+    Some(PointSpec {
         channel: channel.index(),
-        threshold: Amplitude::new(t.whole("threshold")),
-        max: Amplitude::new(t.whole("max")),
+        threshold: threshold?,
+        max: max?,
     })
 }

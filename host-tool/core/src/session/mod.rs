@@ -18,6 +18,7 @@ pub(crate) mod field;
 pub(crate) mod fields;
 mod hand;
 mod hand_fields;
+mod haptic;
 mod hold;
 mod joint;
 mod law;
@@ -34,6 +35,7 @@ mod trigger;
 pub(crate) mod verdict;
 mod visible;
 mod wall;
+mod worn;
 
 use std::io::Read;
 use std::path::Path;
@@ -64,6 +66,8 @@ pub use study::{Electrode, Study};
 use table::{Document, Table};
 pub use trigger::SimulatedTrigger;
 pub use visible::visible;
+use worn::Person;
+pub use worn::{KEPT_AS, WearerTexts, Worn, shipped_text};
 
 /// A session that the firmware will arm: everything a run needs.
 #[derive(Clone, PartialEq, Debug)]
@@ -108,6 +112,8 @@ pub struct Session {
     pub notes: Vec<String>,
     /// What only people know of the study, for its record.
     pub study: Study,
+    /// Whose file its wearer's numbers are from, if it names one.
+    pub worn: Option<Worn>,
 }
 
 /// How much of a longer session is tried, unless the file says so, µs.
@@ -126,7 +132,19 @@ impl Session {
     /// [`SessionError`], which `miette` renders with every line concerned.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SessionError> {
         let path = path.as_ref();
-        Self::parse(&path.display().to_string(), &Self::text(path)?)
+        let name = path.display().to_string();
+        Self::parse_beside(&name, &Self::text(path)?, &|file| {
+            Self::wearer_text(path, file)
+        })
+    }
+
+    /// The text of the wearer file that the session at `path` names; of a record's session
+    /// of the one kept beside it.
+    ///
+    /// # Errors
+    /// E650.
+    pub fn wearer_text(path: &Path, file: &str) -> Result<String, SessionError> {
+        worn::text_beside(path.parent().unwrap_or(Path::new("")), file)
     }
 
     /// Reads the text of a session file.
@@ -137,19 +155,34 @@ impl Session {
         text_of(path).map_err(|reason| SessionError::nowhere(Problem::Unreadable { reason }))
     }
 
-    /// Reads and checks the text of a session file called `name`.
+    /// Reads and checks the text of a session file called `name`, of no folder: its wearer
+    /// is one of the program's.
     ///
     /// # Errors
     /// As [`Session::load`].
     pub fn parse(name: &str, text: &str) -> Result<Self, SessionError> {
-        Document::parse(name, text, &FILE, Self::read)
+        Self::parse_beside(name, text, &shipped_text)
+    }
+
+    /// The same where `texts` knows the wearer file that it names.
+    ///
+    /// # Errors
+    /// As [`Session::load`].
+    pub fn parse_beside(
+        name: &str,
+        text: &str,
+        texts: WearerTexts<'_>,
+    ) -> Result<Self, SessionError> {
+        Document::parse(name, text, &FILE, |doc, t| Self::read(doc, t, texts))
     }
 
     /// Reads what can be read; nothing, or not a true session, if anything is told.
-    fn read(doc: &Document, t: &Table<'_>) -> Option<Self> {
+    fn read(doc: &Document, t: &Table<'_>, texts: WearerTexts<'_>) -> Option<Self> {
         let duration_us = t.whole_or("duration_s", DAY_US as u64); // not negative
         let mut notes = Vec::new();
-        let setup = setup::read_setup(t, duration_us, &mut notes);
+        let person = Person::read(doc, t, texts);
+        let setup = setup::read_setup(t, &person, duration_us, &mut notes);
+        haptic::tell(t, &person, &setup.channels);
         let has_joint = t.has("joint");
         let setpoints = t.part("setpoints", |s| {
             read_setpoints(s, &setup, has_joint, duration_us)
@@ -180,6 +213,7 @@ impl Session {
             telemetry_ms: TELEMETRY_MS,
             notes,
             study: study?.unwrap_or_default(),
+            worn: person.worn,
         };
         if doc.is_sound() {
             fidelity::read(t, &mut session);

@@ -4,8 +4,10 @@
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::units::Amplitude;
 
+use super::error::Problem;
 use super::fields::RUNGS;
 use super::table::Table;
+use crate::wearer::Electrode;
 
 /// The muscle under a channel.
 #[derive(Clone, PartialEq, Debug)]
@@ -35,6 +37,18 @@ pub enum Model {
     /// This one.
     Fixed(Rung),
 }
+
+/// What a wearer file may say of a muscle instead.
+const PARAMETERS: [&str; 8] = [
+    "a_n_per_s",
+    "k",
+    "tau_c_ms",
+    "tau1_ms",
+    "tau2_ms",
+    "motor_threshold",
+    "reference",
+    "slope_per_unit",
+];
 
 /// What a rung is called in files.
 #[must_use]
@@ -78,23 +92,53 @@ impl Muscle {
     }
 }
 
-/// Reads a `muscle` table; the recruitment curve ends at the limit of its channel,
-/// changes of rung end with the session.
-pub(super) fn read_muscle(t: &Table<'_>, limit: Amplitude, duration_us: u64) -> Option<Muscle> {
+/// Reads a `muscle` table; what it does not say is the wearer file's. The recruitment
+/// curve ends at the limit of its channel, changes of rung end with the session.
+pub(super) fn read_muscle(
+    t: &Table<'_>,
+    electrode: Option<&Electrode>,
+    limit: Amplitude,
+    duration_us: u64,
+) -> Option<Muscle> {
+    let known = electrode.and_then(|it| Some((it.motor_threshold, it.muscle?)));
+    let number = |name, file: fn(&CalciumForceSpec) -> u32| {
+        t.whole_or(name, known.map_or(u32::MAX, |(_, it)| file(&it.force)))
+    };
     let force = CalciumForceSpec {
-        a_mn_per_s: t.whole("a_n_per_s"),
-        k_micro: t.whole("k"),
-        tau_c_us: t.whole("tau_c_ms"),
-        tau1_us: t.whole("tau1_ms"),
-        tau2_us: t.whole("tau2_ms"),
+        a_mn_per_s: number("a_n_per_s", |it| it.a_mn_per_s),
+        k_micro: number("k", |it| it.k_micro),
+        tau_c_us: number("tau_c_ms", |it| it.tau_c_us),
+        tau1_us: number("tau1_ms", |it| it.tau1_us),
+        tau2_us: number("tau2_ms", |it| it.tau2_us),
+    };
+    let threshold = electrode.map(|it| it.motor_threshold);
+    let amplitude = |name, file: Option<Amplitude>| {
+        let file = file.map_or(u32::MAX, Amplitude::get);
+        Amplitude::new(t.whole_or(name, file))
     };
     let recruitment = RecruitmentSpec {
-        motor_threshold: Amplitude::new(t.whole("motor_threshold")),
+        motor_threshold: amplitude("motor_threshold", threshold),
         limit,
-        reference: Amplitude::new(t.whole("reference")),
-        slope_micro: t.whole("slope_per_unit"),
+        reference: amplitude("reference", known.map(|(_, it)| it.reference)),
+        slope_micro: t.whole_or(
+            "slope_per_unit",
+            known.map_or(u32::MAX, |(_, it)| it.slope_micro),
+        ),
     };
+    let mut missing: Vec<&str> = match known {
+        Some(_) => Vec::new(),
+        None => PARAMETERS.into_iter().filter(|it| !t.has(it)).collect(),
+    };
+    missing.retain(|name| *name != "motor_threshold" || threshold.is_none());
+    for name in &missing {
+        t.say(name, Problem::MissingField {});
+    }
+    if !missing.is_empty() {
+        return None;
+    }
+    let own = known.and_then(|(_, it)| it.fatigue);
     let fatigue = t.part("fatigue", |f| Some(read_fatigue(f, force.a_mn_per_s)))?;
+    let fatigue = fatigue.or(own);
     let changes = read_changes(t, duration_us);
     let model = t.named("model", &RUNGS).map_or(Model::Auto, Model::Fixed);
     let auto = match fatigue {

@@ -8,7 +8,7 @@ use firmware::haptics::WallSpec;
 use firmware::pulse::{GroupSpec, Partner};
 use firmware::safety::{SetupError, WearerSpec};
 
-use super::channels::{Channels, read_wearer};
+use super::channels::Channels;
 use super::error::Problem;
 use super::fields::PARTNERS;
 use super::joint::read_joint;
@@ -16,6 +16,7 @@ use super::limits::{tell_sum, tell_times};
 use super::table::Table;
 use super::verdict::{tell, tell_group};
 use super::wall::read_wall;
+use super::worn::Person;
 
 /// The part of a file that configures the device, as far as it could be read.
 pub(super) struct SetupSpec {
@@ -31,11 +32,16 @@ pub(super) struct SetupSpec {
 
 /// Reads everything that the device gets into a draft of the device's, and tells all
 /// that this says of it.
-pub(super) fn read_setup(root: &Table<'_>, duration_us: u64, notes: &mut Vec<String>) -> SetupSpec {
+pub(super) fn read_setup(
+    root: &Table<'_>,
+    person: &Person,
+    duration_us: u64,
+    notes: &mut Vec<String>,
+) -> SetupSpec {
     let mut draft = Draft::default();
-    let wearer = read_wearer(root);
+    let wearer = person.limits(root);
     let mut mistakes: Vec<Mistake> = draft.set_wearer(wearer).err().into_iter().collect();
-    let channels = Channels::read(root, &mut draft, duration_us, notes);
+    let channels = Channels::read(root, person, &mut draft, duration_us, notes);
     let mut groups = Vec::new();
     let tables = root.tables("group");
     for (place, t) in tables.iter().enumerate() {

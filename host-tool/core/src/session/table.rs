@@ -79,6 +79,11 @@ impl Document {
         }
     }
 
+    /// Tells everything that is wrong with another file.
+    pub(crate) fn tell(&self, e: SessionError) {
+        self.told.borrow_mut().extend(e.each());
+    }
+
     /// Tells a problem at a place.
     pub(crate) fn say(&self, problem: Problem, place: Place) {
         let error = SessionError::at(problem, &self.name, &self.text, place);

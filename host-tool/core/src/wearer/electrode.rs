@@ -77,6 +77,15 @@ pub struct Interval {
     pub high: f64,
 }
 
+/// Why an electrode cannot be used at another pulse width.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Unfit {
+    /// Nobody knows its thresholds there.
+    NoCurve,
+    /// This threshold, thousandths of the unit, is not below the limit that is known.
+    AboveLimit(Amplitude),
+}
+
 impl StrengthDuration {
     /// How many times the amplitude at `from_us` is wanted at `to_us` for the same
     /// effect.
@@ -103,6 +112,45 @@ impl StrengthDuration {
 }
 
 impl Electrode {
+    /// The electrode at another pulse width, by its strength–duration curve: thresholds,
+    /// and what an operator set, are as many times as high as the curve says. So is the
+    /// limit at longer pulses; at shorter ones it stays, unless the curve's `upper` knows
+    /// it there. The muscle answers the same at as many times the amplitude.
+    ///
+    /// # Errors
+    /// There is no such curve, or the threshold there is not below the limit known.
+    pub fn at_width(&self, width_us: u16) -> Result<Self, Unfit> {
+        if width_us == self.width_us {
+            return Ok(self.clone());
+        }
+        let curve = self.strength_duration.as_ref().ok_or(Unfit::NoCurve)?;
+        let factor = curve.factor(self.width_us, width_us);
+        let times = |it: Amplitude, factor: f64| f64::from(it.get()) * factor;
+        let scaled = |it| Amplitude::new(times(it, factor).round() as u32); // saturates
+        let lowered = Amplitude::new(times(self.limit, factor.min(1.0)).floor() as u32);
+        let muscle = self.muscle.map(|muscle| Muscle {
+            reference: scaled(muscle.reference),
+            slope_micro: (f64::from(muscle.slope_micro) / factor).round() as u32, // saturates
+            ..muscle
+        });
+        let limit = curve.upper_at(width_us).unwrap_or(lowered);
+        // No further than the muscle's curve goes.
+        let limit = muscle.map_or(limit, |muscle| limit.min(muscle.reference));
+        let motor_threshold = scaled(self.motor_threshold);
+        if motor_threshold >= limit {
+            return Err(Unfit::AboveLimit(motor_threshold));
+        }
+        Ok(Self {
+            width_us,
+            motor_threshold,
+            limit,
+            minimum: self.minimum.map(|it| scaled(it).min(limit)),
+            maximum: self.maximum.map(|it| scaled(it).min(limit)),
+            muscle,
+            ..self.clone()
+        })
+    }
+
     /// The haptic range of Lee 2020, section 2.4: I_MT to 1.5 · I_MT, thousandths of the
     /// unit.
     #[must_use]

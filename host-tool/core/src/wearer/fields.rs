@@ -10,7 +10,7 @@ use serde_json::Value;
 use super::Evidence;
 use crate::session::field::Need::{Optional, Or, OrTold, Required};
 use crate::session::field::{Field, Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
-use crate::session::fields::{LONGEST, LONGEST_NOTES, fatigue, wearer};
+use crate::session::fields::{LONGEST, LONGEST_NOTES, fatigue, limits};
 use crate::session::{manual_of, schema_of};
 
 /// The whole file.
@@ -72,7 +72,7 @@ fn file() -> Section {
         f("evidence", one_of(&EVIDENCE), Required, "where the numbers are from: a paper, a simulated body, a person on a board, or nobody found them"),
         f("source", TEXT, Required, "the paper and table, the procedure, or what is assumed"),
         f("note", Kind::Text(Some(LONGEST_NOTES)), Optional, "anything worth knowing"),
-        f("limits", Kind::Table(wearer()), Optional, "what the device may do to them: fields and ranges of a session's `[wearer]`, the device's own without it"),
+        f("limits", Kind::Table(limits()), Optional, "what the device may do to them: fields and ranges of a session's `[wearer]`, the device's own without it"),
         f("electrode", list(electrode(), 0, Some(CHANNELS), "electrodes"), Optional, "electrodes"),
         f("forearm", Kind::Table(forearm()), Optional, "for simulated forearms of this size"),
         f("elbow", Kind::Table(elbow()), Optional, "which electrodes are the elbow's"),

@@ -14,7 +14,7 @@ mod shipped;
 mod store;
 mod write;
 
-pub use electrode::{Electrode, Interval, Muscle, StrengthDuration};
+pub use electrode::{Electrode, Interval, Muscle, StrengthDuration, Unfit};
 pub use fields::{INTERVALS_OF, manual, schema};
 pub use shipped::{SHIPPED, shipped};
 pub use store::{StoreError, append};

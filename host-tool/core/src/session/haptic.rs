@@ -1,0 +1,67 @@
+//! `[wearer] haptic_range`: which amplitudes of a session leave I_MT to 1.5 · I_MT
+//! (Lee 2020, section 2.4), the range in which the force model was found.
+
+use firmware::units::Amplitude;
+
+use super::channels::Channels;
+use super::table::Table;
+use super::worn::Person;
+
+/// Tells every amplitude of the file `root` that is neither 0 nor in the haptic range of
+/// its channel. A wall's amplitude rises from 0 with penetration: there the most alone
+/// counts.
+pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
+    let tell = |t: &Table<'_>, named: &Table<'_>, field: &str| {
+        let electrode = channels.electrode(named.whole("channel"));
+        if let Some(electrode) = electrode.filter(|_| t.has(field) && t.is_sound()) {
+            person.tell_outside(t, field, electrode, Amplitude::new(t.whole(field)));
+        }
+    };
+    if let Some(setpoints) = root.table("setpoints") {
+        for value in setpoints.tables("values") {
+            tell(value, value, "value");
+        }
+        let drives_force = |bounds: &Table<'_>| {
+            let number: u8 = bounds.whole("channel");
+            let mut list = channels.list.iter();
+            list.any(|it| it.number == number && it.force.is_some())
+        };
+        let amplitudes = setpoints.tables("bounds").iter();
+        for bounds in amplitudes.filter(|it| !drives_force(it)) {
+            tell(bounds, bounds, "least");
+            tell(bounds, bounds, "most");
+        }
+    }
+    if let Some(joint) = root.table("joint") {
+        for point in joint
+            .tables("flexors")
+            .iter()
+            .chain(joint.table("extensor"))
+        {
+            tell(point, point, "threshold");
+            tell(point, point, "max");
+        }
+    }
+    if let Some(wall) = root.table("wall") {
+        tell(wall, wall, "max");
+        if let Some(pre_wall) = wall.table("pre_wall") {
+            tell(pre_wall, wall, "begin");
+            tell(pre_wall, wall, "end");
+        }
+        if let Some(other) = wall.table("co_contraction") {
+            tell(other, other, "amplitude");
+        }
+    }
+    for channel in root.tables("channel") {
+        if let Some(muscle) = channel.table("muscle") {
+            let number: u8 = channel.whole("number");
+            if let Some(electrode) = channels.electrode(number)
+                && muscle.has("motor_threshold")
+                && muscle.is_sound()
+            {
+                let threshold = Amplitude::new(muscle.whole("motor_threshold"));
+                person.tell_outside(muscle, "motor_threshold", electrode, threshold);
+            }
+        }
+    }
+}

@@ -1,0 +1,387 @@
+//! `[wearer] file`: who a session is played on.
+//!
+//! What a session does not say itself is the wearer file's; what it says may only be
+//! tighter, and is told if it is not. Thresholds hold where they were found: another
+//! stage or pulse rate is refused, another width converted by the file's
+//! strength–duration curve or refused.
+
+use std::path::Path;
+
+use firmware::control::ForceSpec;
+use firmware::pulse::TrainSpec;
+use firmware::safety::{StageSpec, WearerSpec};
+use firmware::units::Amplitude;
+
+use super::channel::Unit;
+use super::channels::limits_of;
+use super::decimal::in_units;
+use super::error::{Problem, SessionError};
+use super::limits::anyone;
+use super::table::{Document, Table};
+use crate::wearer::{Electrode, Unfit, Wearer, shipped};
+
+/// The wearer file that a session names, as it was when the session was read.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Worn {
+    /// Its path, as the session names it: relative to the session.
+    pub file: String,
+    /// Its text.
+    pub text: String,
+    /// What it says.
+    pub wearer: Wearer,
+}
+
+/// The text of a wearer file, by the path that a session gives it.
+pub type WearerTexts<'a> = &'a dyn Fn(&str) -> Result<String, SessionError>;
+
+/// The wearers of the program, which a session of the program's names by any path that
+/// ends with their file.
+///
+/// # Errors
+/// E650: there is none of this name.
+pub fn shipped_text(file: &str) -> Result<String, SessionError> {
+    let name = Path::new(file)
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy();
+    let found = shipped(&name).map(str::to_owned);
+    found.ok_or_else(|| {
+        let reason = format!("{file}: no wearer of the program has this name");
+        SessionError::nowhere(Problem::WearerUnreadable { reason })
+    })
+}
+
+/// The wearer file that a session in `folder` names; of a record's session the one that
+/// the record keeps beside it.
+///
+/// # Errors
+/// E650.
+pub(super) fn text_beside(folder: &Path, file: &str) -> Result<String, SessionError> {
+    let kept = folder.join(KEPT_AS);
+    let is_record = folder.join("trial.json").is_file() && kept.is_file();
+    match is_record {
+        true => Wearer::text(&kept),
+        false => Wearer::text(&folder.join(file)),
+    }
+}
+
+/// Where a record keeps a trial's wearer file, in the trial's folder.
+pub const KEPT_AS: &str = "wearer.toml";
+
+/// Who a session is played on, as far as it says.
+#[derive(Default)]
+pub(super) struct Person {
+    pub(super) worn: Option<Worn>,
+    /// Whether its file is wrong, which is told: then nothing is judged by it.
+    is_unknown: bool,
+    /// Whether amplitudes stay within I_MT and 1.5 · I_MT.
+    is_haptic: bool,
+}
+
+impl Person {
+    /// Reads who it is from `[wearer]`.
+    pub(super) fn read(doc: &Document, root: &Table<'_>, texts: WearerTexts<'_>) -> Self {
+        let Some(t) = root.table("wearer") else {
+            return Self::default();
+        };
+        let Some(file) = t.text("file") else {
+            for field in ["name", "haptic_range"].into_iter().filter(|it| t.has(it)) {
+                t.say(field, Problem::NoWearerFile {});
+            }
+            let is_unknown = t.has("file");
+            return Self {
+                is_unknown,
+                ..Self::default()
+            };
+        };
+        let read = texts(file).and_then(|text| {
+            let wearer = Wearer::parse(file, &text)?;
+            let file = file.to_owned();
+            Ok(Worn { file, text, wearer })
+        });
+        let worn = match read {
+            Ok(worn) => Some(worn),
+            Err(e) => {
+                match e.line_and_column() {
+                    Some(_) => doc.tell(e),
+                    None => t.say("file", e.problem().clone()),
+                }
+                None
+            }
+        };
+        if let Some(worn) = &worn {
+            let study = root.table("study").filter(|study| study.has("pseudonym"));
+            let said = [Some((t, "name")), study.map(|study| (study, "pseudonym"))];
+            for (t, field) in said.into_iter().flatten() {
+                if t.text(field).is_some_and(|name| name != worn.wearer.name) {
+                    let name = worn.wearer.name.clone();
+                    t.say(field, Problem::AnotherPerson { name });
+                }
+            }
+        }
+        Self {
+            is_unknown: worn.is_none(),
+            is_haptic: t.flag("haptic_range"),
+            worn,
+        }
+    }
+
+    /// The wearer's limits: the session's where it says them, else the file's. What is
+    /// wrong by itself judges nothing else: then the loosest are checked.
+    pub(super) fn limits(&self, root: &Table<'_>) -> WearerSpec {
+        let file = self.worn.as_ref().map(|worn| worn.wearer.limits);
+        match root.table("wearer").filter(|t| t.is_sound()) {
+            None if root.has("wearer") => anyone(),
+            None => WearerSpec::default(),
+            Some(_) if self.is_unknown => anyone(),
+            Some(t) => {
+                let mut limits = limits_of(t);
+                if let Some(file) = file {
+                    tighten(t, &mut limits, &file);
+                }
+                limits
+            }
+        }
+    }
+
+    /// The wearer's electrode of a channel, as it is at the width of its train. Nothing
+    /// inside without a wearer file; nothing at all if it does not fit, which is told.
+    pub(super) fn fitted(
+        &self,
+        t: &Table<'_>,
+        (stage, train): (&StageSpec, &TrainSpec),
+        notes: &mut Vec<String>,
+    ) -> Option<Option<Electrode>> {
+        if self.is_unknown {
+            return None;
+        }
+        let Some(worn) = &self.worn else {
+            return Some(None);
+        };
+        let channel = t.whole("number");
+        let Some(electrode) = worn.wearer.electrode(channel) else {
+            t.say("number", Problem::NoElectrode { channel });
+            return None;
+        };
+        let is_stage = tell_stage(t, electrode, stage);
+        let is_rate = tell_rate(t, electrode, train);
+        let at = t.table("train").unwrap_or(t);
+        let fitted = match electrode.at_width(train.width_us) {
+            Ok(fitted) => fitted,
+            Err(unfit) => {
+                let there = match unfit {
+                    Unfit::NoCurve => format!("{} µs", electrode.width_us),
+                    Unfit::AboveLimit(threshold) => format!(
+                        "{} µs, and what its `strength_duration` makes of the threshold, {}, is \
+                         not below what the wearer accepts",
+                        electrode.width_us,
+                        worth(electrode, threshold)
+                    ),
+                };
+                at.say("width_us", Problem::HoldsElsewhere { channel, there });
+                return None;
+            }
+        };
+        if fitted.width_us != electrode.width_us {
+            notes.push(converted(electrode, &fitted));
+        }
+        (is_stage && is_rate).then_some(Some(fitted))
+    }
+
+    /// A channel's limit: its own, or its electrode's; nothing if it may not be, which is
+    /// told.
+    pub(super) fn limit(&self, t: &Table<'_>, fitted: Option<&Electrode>) -> Option<Amplitude> {
+        let said = t.has("limit").then(|| Amplitude::new(t.whole("limit")));
+        let Some(electrode) = fitted else {
+            if said.is_none() {
+                t.say("limit", Problem::MissingField {});
+            }
+            return said;
+        };
+        let haptic = electrode.haptic_range()[1];
+        let most = match self.is_haptic {
+            true => electrode.limit.min(haptic),
+            false => electrode.limit,
+        };
+        match said {
+            Some(limit) if limit > electrode.limit => {
+                let allowed = format!("at most {}", worth(electrode, electrode.limit));
+                t.say("limit", Problem::Loosened { allowed });
+                None
+            }
+            Some(limit) if limit > most => {
+                self.tell_outside(t, "limit", electrode, limit);
+                None
+            }
+            said => said.or(Some(most)),
+        }
+    }
+
+    /// The area of a channel's electrode, mm².
+    pub(super) fn area_mm2(&self, t: &Table<'_>, fitted: Option<&Electrode>) -> u32 {
+        let said: u32 = t.whole("area_mm2");
+        match fitted {
+            Some(electrode) if !t.has("area_mm2") => electrode.area_mm2,
+            Some(electrode) if said > electrode.area_mm2 => {
+                let allowed = format!("at most {} mm²", electrode.area_mm2);
+                t.say("area_mm2", Problem::Loosened { allowed });
+                electrode.area_mm2
+            }
+            _ => said,
+        }
+    }
+
+    /// Tells of an amplitude of a channel that is neither 0 nor in the haptic range, where
+    /// the session keeps to that.
+    pub(super) fn tell_outside(
+        &self,
+        t: &Table<'_>,
+        field: &str,
+        electrode: &Electrode,
+        value: Amplitude,
+    ) {
+        let [least, most] = electrode.haptic_range();
+        if self.is_haptic && value.get() != 0 && !(least..=most).contains(&value) {
+            let (channel, range) = (
+                electrode.channel,
+                format!(
+                    "{} to {}",
+                    in_units(least.get().into(), 3),
+                    worth(electrode, most)
+                ),
+            );
+            t.say(field, Problem::OutsideHapticRange { channel, range });
+        }
+    }
+}
+
+/// Tells that a stage is another than the electrode's thresholds are of, or counts on
+/// another load.
+fn tell_stage(t: &Table<'_>, electrode: &Electrode, stage: &StageSpec) -> bool {
+    let channel = electrode.channel;
+    let at = t.table("stage").unwrap_or(t);
+    match (stage, electrode.unit) {
+        (StageSpec::Current { .. }, Unit::Milliampere) => true,
+        (StageSpec::Voltage { load_ohm, .. }, Unit::Volt) => {
+            let fits = *load_ohm <= electrode.load_ohm;
+            if !fits {
+                let allowed = format!("at most {} Ω", electrode.load_ohm);
+                at.say("load_ohm", Problem::Loosened { allowed });
+            }
+            fits
+        }
+        _ => {
+            let there = match electrode.unit {
+                Unit::Milliampere => "a current stage".to_owned(),
+                Unit::Volt => "a voltage stage".to_owned(),
+            };
+            at.say("kind", Problem::HoldsElsewhere { channel, there });
+            false
+        }
+    }
+}
+
+/// Tells that a train's rate is none at which the electrode's thresholds hold.
+fn tell_rate(t: &Table<'_>, electrode: &Electrode, train: &TrainSpec) -> bool {
+    let at = t.table("train").unwrap_or(t);
+    let field = ["period_us", "frequency_hz"][usize::from(at.has("frequency_hz"))];
+    let [fastest_us, slowest_us] = periods(electrode);
+    let holds = (fastest_us..=slowest_us).contains(&train.period_us);
+    if !holds {
+        let (channel, there) = (electrode.channel, rates(electrode));
+        at.say(field, Problem::HoldsElsewhere { channel, there });
+    }
+    holds
+}
+
+/// Tells that force control may pulse faster than the electrode's thresholds hold.
+pub(super) fn tell_force(t: &Table<'_>, electrode: &Electrode, force: &ForceSpec) {
+    let [fastest_us, _] = periods(electrode);
+    if force.min_period_us < fastest_us {
+        let (channel, there) = (electrode.channel, rates(electrode));
+        t.say(
+            "max_frequency_hz",
+            Problem::HoldsElsewhere { channel, there },
+        );
+    }
+}
+
+/// The shortest and the longest period at which thresholds hold, to the µs, µs.
+fn periods(electrode: &Electrode) -> [u32; 2] {
+    let [from, to] = electrode.holds_hz.map(|hz| 1e6 / hz);
+    [to.floor() as u32, from.ceil() as u32] // saturate
+}
+
+/// "20 to 40 Hz".
+fn rates(electrode: &Electrode) -> String {
+    match electrode.holds_hz {
+        [from, to] if from == to => format!("{to} Hz"),
+        [from, to] => format!("{from} to {to} Hz"),
+    }
+}
+
+/// "15 mA".
+fn worth(electrode: &Electrode, value: Amplitude) -> String {
+    let symbol = electrode.unit.symbol();
+    format!("{} {symbol}", in_units(value.get().into(), 3))
+}
+
+/// What was converted, for people.
+fn converted(from: &Electrode, to: &Electrode) -> String {
+    format!(
+        "channel {}: by the wearer's strength–duration curve the threshold of {} at {} µs is {} \
+         at {} µs, and the limit of {} is {}",
+        from.channel,
+        worth(from, from.motor_threshold),
+        from.width_us,
+        worth(to, to.motor_threshold),
+        to.width_us,
+        worth(from, from.limit),
+        worth(to, to.limit)
+    )
+}
+
+/// Fills in of `limits` what `t` does not say, and tells what it says that is looser than
+/// the wearer file.
+macro_rules! tightened {
+    ($t:ident $limits:ident $file:ident: $($name:literal $unit:literal $places:literal $field:ident $bound:literal)*) => {
+        $({
+            let (said, file) = ($limits.$field, $file.$field);
+            let looser = match $bound {
+                "at most" => said > file,
+                _ => said < file,
+            };
+            if !$t.has($name) {
+                $limits.$field = file;
+            } else if looser {
+                let value = in_units(file.into(), $places);
+                let allowed = format!("{} {value}{}", $bound, $unit);
+                $t.say($name, Problem::Loosened { allowed });
+            }
+        })*
+    };
+}
+
+fn tighten(t: &Table<'_>, limits: &mut WearerSpec, file: &WearerSpec) {
+    tightened! { t limits file:
+        "max_current_ma" " mA" 3 max_current_ua "at most"
+        "max_charge_uc" " µC" 3 max_charge_nc "at most"
+        "max_rms_ma" " mA" 3 max_rms_ua "at most"
+        "rise_ms" " ms" 0 rise_ms "at least"
+        "fall_ms" " ms" 0 fall_ms "at most"
+        "host_timeout_ms" " ms" 0 host_timeout_ms "at most"
+        "max_sum_ma" " mA" 3 max_sum_ua "at most"
+        "max_sum_rms_ma" " mA" 3 max_sum_rms_ua "at most"
+        "return_area_mm2" " mm²" 0 return_area_mm2 "at most"
+        "rise_bursts" "" 0 rise_bursts "at least"
+        "max_session_s" " s" 0 max_session_s "at most"
+        "max_dose_mc" " mC" 0 max_dose_mc "at most"
+        "max_step_ma" " mA" 3 max_step_ua "at most"
+        "max_step_ma_per_s" " mA" 3 max_step_ua_per_s "at most"
+    }
+    if file.hand_stop_required && t.has("hand_stop_required") && !limits.hand_stop_required {
+        let allowed = "true".into();
+        t.say("hand_stop_required", Problem::Loosened { allowed });
+    }
+    limits.hand_stop_required |= file.hand_stop_required;
+}

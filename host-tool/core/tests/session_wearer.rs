@@ -1,0 +1,352 @@
+//! Sessions that name a wearer file: what they take from it, what they may tighten, and
+//! what is refused.
+
+use firmware::safety::{StageSpec, WearerSpec};
+use firmware::units::Amplitude;
+use host_core::session::{Session, SessionError};
+use host_core::wearer::shipped;
+
+use crate::session_files::load;
+use crate::wearer_files::FULL;
+
+/// Plays the shipped K05's muscle, and says as little as it can.
+const LEAST: &str = r#"
+title = "Least"
+duration_s = 1.0
+[wearer]
+file = "../wearers/K05.toml"
+[[channel]]
+number = 1
+name = "extensors"
+stage = { kind = "current", full_scale_ma = 50.0 }
+train = { shape = "biphasic-cathodic-first", width_us = 400, frequency_hz = 30.0 }
+muscle = {}
+[setpoints]
+kind = "amplitudes"
+values = [{ channel = 1, value = 12.0 }]
+rate_hz = 50
+"#;
+
+fn parse(text: &str) -> Result<Session, SessionError> {
+    Session::parse("it.toml", text)
+}
+
+fn good(text: &str) -> Session {
+    parse(text).unwrap_or_else(|e| panic!("{}", e.lines()))
+}
+
+fn with(text: &str, edits: &[(&str, &str)]) -> String {
+    let edit = |text: String, (find, replace): &(&str, &str)| {
+        assert!(text.contains(find), "{find}");
+        text.replacen(find, replace, 1)
+    };
+    edits.iter().fold(text.to_owned(), edit)
+}
+
+fn numbers(e: &SessionError) -> Vec<u16> {
+    e.all().map(|e| e.problem().number()).collect()
+}
+
+/// What is told of `text` on the wearer file `wearer`.
+fn told(text: &str, wearer: &str) -> (Vec<u16>, String) {
+    match Session::parse_beside("it.toml", text, &|_| Ok(wearer.to_owned())) {
+        Ok(_) => (Vec::new(), String::new()),
+        Err(e) => (numbers(&e), e.lines()),
+    }
+}
+
+#[test]
+fn what_a_session_does_not_say_is_the_files() {
+    let session = good(LEAST);
+    let channel = &session.channels[0];
+    assert_eq!(channel.spec.limit, Amplitude::new(15_000));
+    assert_eq!(channel.spec.area_mm2, 2_500);
+    let limits = WearerSpec {
+        host_timeout_ms: 40,
+        fall_ms: 50,
+        ..WearerSpec::default()
+    };
+    assert_eq!(session.wearer, limits);
+    let muscle = channel.muscle.as_ref().unwrap();
+    assert_eq!(
+        (muscle.force.a_mn_per_s, muscle.force.k_micro),
+        (130_800, 12_000)
+    );
+    assert_eq!(muscle.recruitment.motor_threshold, Amplitude::new(10_000));
+    assert_eq!(muscle.recruitment.reference, Amplitude::new(15_000));
+    assert_eq!(muscle.recruitment.limit, channel.spec.limit);
+    let worn = session.worn.unwrap();
+    assert_eq!(
+        (&*worn.file, &*worn.wearer.name),
+        ("../wearers/K05.toml", "K05")
+    );
+    assert_eq!(Some(&*worn.text), shipped("K05"));
+}
+
+/// The device gets the same bytes from numbers typed in and from the file.
+#[test]
+fn a_file_and_its_numbers_configure_alike() {
+    let typed = with(
+        LEAST,
+        &[
+            (
+                "file = \"../wearers/K05.toml\"",
+                "host_timeout_ms = 40\nfall_ms = 50\nreturn_area_mm2 = 2500",
+            ),
+            (
+                "name = \"extensors\"",
+                "name = \"extensors\"\nlimit = 15.0\narea_mm2 = 2500",
+            ),
+            (
+                "muscle = {}",
+                "muscle = { a_n_per_s = 130.8, k = 0.012, tau_c_ms = 11.5, tau1_ms = 5.0, \
+                 tau2_ms = 124.1, motor_threshold = 10.0, reference = 15.0, slope_per_unit = SLOPE }",
+            ),
+        ],
+    );
+    let slope = good(LEAST).channels[0]
+        .muscle
+        .as_ref()
+        .unwrap()
+        .recruitment
+        .slope_micro;
+    let typed = typed.replace("SLOPE", &format!("{}", f64::from(slope) / 1e6));
+    assert_eq!(good(&typed).requests(), good(LEAST).requests());
+    assert!(good(&typed).worn.is_none());
+}
+
+#[test]
+fn a_session_may_tighten() {
+    let text = with(
+        LEAST,
+        &[
+            (
+                "K05.toml\"",
+                "K05.toml\"\nname = \"K05\"\nhost_timeout_ms = 30\nrise_ms = 700\nhand_stop_required = true\nmax_session_s = 60",
+            ),
+            (
+                "name = \"extensors\"",
+                "name = \"extensors\"\nlimit = 13.5\narea_mm2 = 1000",
+            ),
+            (
+                "muscle = {}",
+                "muscle = { tau2_ms = 100.0, report = false }",
+            ),
+        ],
+    );
+    let session = good(&text);
+    assert_eq!(session.wearer.host_timeout_ms, 30);
+    assert_eq!(
+        (session.wearer.rise_ms, session.wearer.max_session_s),
+        (700, 60)
+    );
+    assert!(session.wearer.hand_stop_required);
+    let channel = &session.channels[0];
+    assert_eq!(channel.spec.limit, Amplitude::new(13_500));
+    assert_eq!(channel.spec.area_mm2, 1_000);
+    let muscle = channel.muscle.as_ref().unwrap();
+    assert_eq!(
+        (muscle.force.tau1_us, muscle.force.tau2_us),
+        (5_000, 100_000)
+    );
+}
+
+/// Mistakes against the file: what is replaced, by what, the number, and what is told.
+#[rustfmt::skip]
+const REFUSED: [(&str, &str, u16, &str); 21] = [
+    ("name = \"extensors\"", "name = \"extensors\"\nlimit = 15.5", 659, "`channel.limit` is 15.5, and the wearer file allows at most 15 mA"),
+    ("name = \"extensors\"", "name = \"extensors\"\narea_mm2 = 2501", 659, "at most 2500 mm²"),
+    ("K05.toml\"", "K05.toml\"\nhost_timeout_ms = 41", 659, "is 41, and the wearer file allows at most 40 ms"),
+    ("K05.toml\"", "K05.toml\"\nfall_ms = 51", 659, "at most 50 ms"),
+    ("K05.toml\"", "K05.toml\"\nrise_ms = 499", 659, "at least 500 ms"),
+    ("K05.toml\"", "K05.toml\"\nreturn_area_mm2 = 2600", 659, "at most 2500 mm²"),
+    ("K05.toml\"", "K05.toml\"\nname = \"K06\"", 660, "`wearer.name` is \"K06\", and the wearer file is K05's"),
+    ("[setpoints]", "[study]\npseudonym = \"K06\"\n[setpoints]", 660, "`study.pseudonym` is \"K06\""),
+    ("[setpoints]", "[[channel]]\nnumber = 2\nname = \"b\"\nlimit = 1.0\nstage = { kind = \"current\", full_scale_ma = 50.0 }\ntrain = { shape = \"biphasic-cathodic-first\", width_us = 400, frequency_hz = 30.0 }\n[setpoints]", 657, "`channel.number` is 2"),
+    ("kind = \"current\", full_scale_ma = 50.0", "kind = \"voltage\", full_scale_v = 50.0, load_ohm = 2000", 658, "a current stage"),
+    ("width_us = 400", "width_us = 200", 658, "is 200, and channel 1's thresholds in the wearer file hold at 400 µs"),
+    ("frequency_hz = 30.0", "frequency_hz = 41.0", 658, "hold at 20 to 40 Hz"),
+    ("frequency_hz = 30.0", "period_us = 50001", 658, "`channel.train.period_us` is 50001"),
+    ("muscle = {}", "muscle = {}\nforce = { max_frequency_hz = 60.0 }", 658, "`channel.force.max_frequency_hz`"),
+    ("K05.toml", "K99.toml", 650, "no wearer of the program has this name"),
+    ("file = \"../wearers/K05.toml\"", "name = \"K05\"", 661, "`wearer.name` needs `wearer.file`"),
+    ("file = \"../wearers/K05.toml\"", "haptic_range = true", 661, "`wearer.haptic_range`"),
+    ("file = \"../wearers/K05.toml\"", "", 404, "`channel.limit` is missing"),
+    ("value = 12.0", "value = 15.5", 453, "15 mA"),
+    ("width_us = 400", "width_us = 501", 407, "10 to 500"),
+    ("rate_hz = 50", "rate_hz = 20", 462, "40 ms of silence"),
+];
+
+#[test]
+fn what_is_looser_or_elsewhere_is_refused_by_name() {
+    for (find, replace, number, words) in REFUSED {
+        let text = with(LEAST, &[(find, replace)]);
+        let Err(e) = parse(&text) else {
+            panic!("{replace} is taken");
+        };
+        assert!(numbers(&e).contains(&number), "{replace}: {}", e.lines());
+        assert!(e.lines().contains(words), "{replace}: {}", e.lines());
+    }
+}
+
+/// Whatever of the file is wrong is told with its own place, beside what the session has.
+#[test]
+fn mistakes_of_the_file_and_of_the_session_are_told_at_once() {
+    let bad = with(
+        FULL,
+        &[
+            ("\nlimit = 15\n", "\nlimit = 9\n"),
+            ("fall_ms = 40", "fal_ms = 40"),
+        ],
+    );
+    let text = with(LEAST, &[("duration_s = 1.0", "duration_s = 0.0")]);
+    let (numbers, lines) = told(&text, &bad);
+    assert_eq!(
+        numbers.iter().filter(|it| **it == 653).count(),
+        2,
+        "{lines}"
+    );
+    assert!(numbers.contains(&402) && numbers.contains(&407), "{lines}");
+    assert!(lines.contains("../wearers/K05.toml:"), "{lines}");
+    assert!(lines.contains(" it.toml:"), "{lines}");
+    let (numbers, lines) = told(LEAST, "schema = 9");
+    assert_eq!(numbers, [651], "{lines}");
+}
+
+/// At another width by the curve: thresholds by it, the limit never higher than known.
+#[test]
+fn another_width_is_converted_by_the_files_curve_and_noted() {
+    let at = |width: u16, wearer: &str| {
+        let text = with(
+            LEAST,
+            &[
+                ("width_us = 400", &format!("width_us = {width}")),
+                ("value = 12.0", "value = 0.0"),
+            ],
+        );
+        Session::parse_beside("it.toml", &text, &|_| Ok(wearer.to_owned()))
+    };
+    let factor = |us: f64| (1.0 + 215.385 / us) / (1.0 + 215.385 / 400.0);
+    let bare = with(
+        FULL,
+        &[(
+            ", upper = [{ width_us = 100, value = 25 }, { width_us = 400, value = 15 }]",
+            "",
+        )],
+    );
+    for (width, wearer) in [(500, &bare), (300, &bare)] {
+        let session = at(width, wearer).unwrap_or_else(|e| panic!("{}", e.lines()));
+        let channel = &session.channels[0];
+        let muscle = channel.muscle.as_ref().unwrap();
+        let times = factor(f64::from(width));
+        let threshold = muscle.recruitment.motor_threshold.get();
+        assert_eq!(threshold, (10_000.0 * times).round() as u32);
+        let limit = (15_000.0 * times.min(1.0)).floor() as u32;
+        assert_eq!(channel.spec.limit.get(), limit, "at {width} µs");
+        // The muscle at its converted threshold is what it was at the other.
+        let octaves = |span: u32, slope: u32| f64::from(span) * f64::from(slope);
+        let here = octaves(
+            muscle.recruitment.reference.get() - threshold,
+            muscle.recruitment.slope_micro,
+        );
+        assert!(
+            (here / octaves(5_000, 240_000) - 1.0).abs() < 1e-4,
+            "{here}"
+        );
+        let told = |it: &String| it.contains("strength–duration");
+        assert!(session.notes.iter().any(told), "{:?}", session.notes);
+    }
+    // The curve's upper end knows more: straight between its points.
+    let upper = at(250, FULL).unwrap_or_else(|e| panic!("{}", e.lines()));
+    let most = (15_000.0 * factor(250.0)).round() as u32; // where the muscle's curve ends
+    assert_eq!(upper.channels[0].spec.limit.get(), most.min(20_000));
+    // So short that the threshold reaches the limit.
+    let e = at(100, &bare).unwrap_err();
+    assert_eq!(numbers(&e), [658]);
+    assert!(
+        e.lines().contains("is not below what the wearer accepts"),
+        "{}",
+        e.lines()
+    );
+}
+
+/// A joint's points without amplitudes take what an operator set, or threshold to limit.
+#[test]
+fn points_are_the_files_from_least_to_most() {
+    let session = load("hamana_exp4_two_point_finger.toml");
+    let joint = session.joint.unwrap();
+    let points = joint.flexors.iter().chain([&joint.extensor]);
+    let ranges: Vec<_> = points.map(|p| (p.threshold.get(), p.max.get())).collect();
+    assert_eq!(
+        ranges,
+        [(20_000, 28_000), (25_000, 36_000), (14_000, 26_000)]
+    );
+}
+
+/// What the haptic range refuses: what is replaced, by what, and how often it is told.
+#[rustfmt::skip]
+const HAPTIC: [(&str, &str, usize); 6] = [
+    ("value = 12.0", "value = 0.0", 0),
+    ("value = 12.0", "value = 10.0", 0),
+    ("value = 12.0", "value = 9.999", 1),
+    ("rate_hz = 50", "rate_hz = 50\nbounds = [{ channel = 1, least = 0.0, most = 15.0 }]", 0),
+    ("rate_hz = 50", "rate_hz = 50\nbounds = [{ channel = 1, least = 9.0, most = 15.0 }]", 1),
+    ("muscle = {}", "muscle = { motor_threshold = 9.0 }", 1),
+];
+
+#[test]
+fn the_haptic_range_is_kept_where_a_session_asks() {
+    let text = with(LEAST, &[("K05.toml\"", "K05.toml\"\nhaptic_range = true")]);
+    good(&text);
+    for (find, replace, count) in HAPTIC {
+        let (numbers, lines) = told(&with(&text, &[(find, replace)]), shipped("K05").unwrap());
+        assert_eq!(numbers, vec![662; count], "{replace}: {lines}");
+        assert!(count == 0 || lines.contains("10 to 15 mA"), "{lines}");
+    }
+    // A wearer who accepts more: the limit is then 1.5 I_MT, and one beyond is refused.
+    let brave = with(
+        shipped("K05").unwrap(),
+        &[
+            ("limit = 15", "limit = 18"),
+            ("reference = 15", "reference = 18"),
+        ],
+    );
+    let session = Session::parse_beside("it.toml", &text, &|_| Ok(brave.clone())).unwrap();
+    assert_eq!(session.channels[0].spec.limit, Amplitude::new(15_000));
+    let beyond = with(
+        &text,
+        &[("name = \"extensors\"", "name = \"extensors\"\nlimit = 16.0")],
+    );
+    assert_eq!(told(&beyond, &brave).0, [662]);
+    let free = with(&beyond, &[("haptic_range = true", "haptic_range = false")]);
+    assert_eq!(told(&free, &brave).0, [0; 0]);
+}
+
+/// The load with which volts are judged may not be greater than the file's.
+#[test]
+fn a_load_that_lets_more_through_is_refused() {
+    let text = with(
+        LEAST,
+        &[
+            ("number = 1", "number = 2"),
+            (
+                "kind = \"current\", full_scale_ma = 50.0",
+                "kind = \"voltage\", full_scale_v = 50.0, load_ohm = 2500",
+            ),
+            (
+                "width_us = 400, frequency_hz = 30.0",
+                "width_us = 200, frequency_hz = 50.0",
+            ),
+            ("muscle = {}\n", ""),
+            ("channel = 1, value = 12.0", "channel = 2, value = 20.0"),
+            ("rate_hz = 50", "rate_hz = 60"),
+        ],
+    );
+    assert_eq!(told(&text, FULL).0, [0; 0], "{}", told(&text, FULL).1);
+    let loose = with(&text, &[("load_ohm = 2500", "load_ohm = 2600")]);
+    let (numbers, lines) = told(&loose, FULL);
+    assert_eq!(numbers, [659], "{lines}");
+    let session = Session::parse_beside("it.toml", &text, &|_| Ok(FULL.to_owned())).unwrap();
+    let is_voltage = matches!(session.channels[0].spec.stage, StageSpec::Voltage { .. });
+    assert!(is_voltage && session.wearer.hand_stop_required);
+}
