@@ -14,7 +14,7 @@ use host_core::record::{
     trial_folder,
 };
 use host_core::run::{DeviceName, SessionFile};
-use host_core::session::LawName;
+use host_core::session::{KEPT_AS, LawName};
 use std::path::{Path, PathBuf};
 use studies::laboratory::{compared, differs};
 
@@ -31,10 +31,10 @@ pub struct Rerun {
 #[derive(Debug, thiserror::Error)]
 enum RerunError {
     #[error(
-        "E595 {0} is not the session that was run: it is missing, or its SHA-256 is another; take the folder from \
+        "E595 {0} is not the {1} file of this run: it is missing, or its SHA-256 is another; take the folder from \
          where it was kept unchanged"
     )]
-    Altered(PathBuf),
+    Altered(PathBuf, &'static str),
     #[error("E596 the rerun differs from the record: {differs}; {why}")]
     Differs { differs: Difference, why: String },
     #[error(
@@ -112,7 +112,13 @@ fn planned(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
         let sum = sha256(trial.session_text.as_bytes());
         if trial.session_sha256.as_deref() != Some(&sum) {
             let folder = trial_folder(&dir, position, &trial.name);
-            return Err(RerunError::Altered(folder.join("session.toml")));
+            return Err(RerunError::Altered(folder.join("session.toml"), "session"));
+        }
+        if let Some(wearer) = &trial.wearer
+            && wearer.sha256 != sha256(wearer.text.as_bytes())
+        {
+            let folder = trial_folder(&dir, position, &trial.name);
+            return Err(RerunError::Altered(folder.join(KEPT_AS), "wearer"));
         }
     }
     Ok(plan)
@@ -131,7 +137,7 @@ fn session_again(
         what,
     };
     let trial = record.trials.first().ok_or(unknown("what was run"))?;
-    let mut session = SessionFile::parse(&trial.session_file, &trial.session_text)?;
+    let mut session = SessionFile::recorded(trial)?;
     if let Some(law) = &plan.law {
         let law = LawName::named(law).ok_or(unknown("a law that this flexor knows"))?;
         session.session = session.session.with_law(law)?;

@@ -5,6 +5,7 @@ use super::damage::{self, Held};
 use super::disk::{FileSystem, write_json};
 use super::recorder::Recorder;
 use super::{DeviceKind, FORMAT, RecordError, Run, Trial, ending, read_edges, read_samples};
+use crate::session::KEPT_AS;
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::{Path, PathBuf};
 
@@ -76,6 +77,10 @@ pub fn load(dir: &Path) -> Result<Run, RecordError> {
         // Records of the first format have no copy.
         let text = std::fs::read_to_string(folder.join("session.toml"));
         trial.session_text = text.unwrap_or_default();
+        if let Some(wearer) = &mut trial.wearer {
+            let text = std::fs::read_to_string(folder.join(KEPT_AS));
+            wearer.text = text.unwrap_or_default();
+        }
         found.push((folder, Held::by(&trial)));
         run.trials.push(trial);
     }

@@ -189,6 +189,9 @@ pub struct Trial {
     /// Its SHA-256, 64 hexadecimal digits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub session_sha256: Option<String>,
+    /// The wearer file that the session names, kept beside the rows as `wearer.toml`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wearer: Option<TrialWearer>,
     /// What `[fidelity]` came to, where the session has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fidelity: Option<FidelityFound>,
@@ -228,6 +231,23 @@ pub struct Trial {
     /// What the electrode check of arming read, in the order it did.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub electrode_check: Vec<ElectrodeReading>,
+}
+
+/// Whose thresholds and limits a trial kept, and where these are from.
+#[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub struct TrialWearer {
+    /// The file, as the session names it.
+    pub file: String,
+    /// The pseudonym.
+    pub name: String,
+    /// "printed", "simulated", "measured" or "assumed": where its numbers are from. What
+    /// stimulated is another matter.
+    pub evidence: String,
+    /// The file's SHA-256, 64 hexadecimal digits.
+    pub sha256: String,
+    /// Its text.
+    #[serde(skip)]
+    pub text: String,
 }
 
 /// What the electrode check of arming read of a channel.

@@ -19,7 +19,7 @@ const RUN_FILES: &str = "run.json summary.json report.html picture.svg image.elf
 const COMPARE_PAGE: &str = "compare.html";
 
 /// What a trial's folder has.
-const TRIAL_FILES: &str = "trial.json samples.csv edges.csv columns.csv session.toml";
+const TRIAL_FILES: &str = "trial.json samples.csv edges.csv columns.csv session.toml wearer.toml";
 
 /// A folder that this program alone writes, until it is dropped or the program
 /// ends, however it ends.

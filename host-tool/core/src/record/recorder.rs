@@ -4,6 +4,7 @@ use super::disk::{Disk, FileSystem, replace, trial_folder, write_json};
 use super::{
     ClockFit, Edge, ElectrodeReading, Identity, RecordError, Sample, Trial, columns, table,
 };
+use crate::session::KEPT_AS;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -126,12 +127,16 @@ impl Recorder {
         self.trial.clock = clock;
     }
 
-    /// Writes what explains the rows: the session file and the dictionary of
-    /// columns.
+    /// Writes what explains the rows: the session file, the wearer file that it names
+    /// and the dictionary of columns.
     fn accompany(&self, trial: &Trial) -> Result<(), RecordError> {
         if !trial.session_text.is_empty() {
             let path = self.folder.join("session.toml");
             std::fs::write(&path, &trial.session_text).map_err(RecordError::write(&path))?;
+        }
+        if let Some(wearer) = &trial.wearer {
+            let path = self.folder.join(KEPT_AS);
+            std::fs::write(&path, &wearer.text).map_err(RecordError::write(&path))?;
         }
         let path = self.folder.join("columns.csv");
         let written = columns::dictionary(&trial.channels).and_then(|it| std::fs::write(&path, it));

@@ -4,7 +4,7 @@ use super::SessionFile;
 use crate::analysis::LIMIT_CYCLE;
 use crate::record::{
     ChannelInfo, DeviceState, Edge, ElectrodeReading, FidelityFound, Sample, State, Trial,
-    WallPlace, sha256,
+    TrialWearer, WallPlace, sha256,
 };
 use crate::session::{Session, rung_name};
 use firmware::control::ForceGap;
@@ -42,6 +42,13 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
         session_file: file.name.clone(),
         session_text: file.text.clone(),
         session_sha256: Some(sha256(file.text.as_bytes())),
+        wearer: session.worn.as_ref().map(|worn| TrialWearer {
+            file: worn.file.clone(),
+            name: worn.wearer.name.clone(),
+            evidence: worn.wearer.evidence.word().to_owned(),
+            sha256: sha256(worn.text.as_bytes()),
+            text: worn.text.clone(),
+        }),
         fidelity: session.has_fidelity.then(|| FidelityFound {
             telemetry_ms: session.telemetry_ms,
             law_period_ms: session.joint.as_ref().map(|joint| joint.law_period_ms),

@@ -218,7 +218,7 @@ impl Kind {
 
 impl<'a> Limb<'a> {
     fn of(trial: &'a Trial) -> Option<Self> {
-        let file = SessionFile::parse(&trial.session_file, &trial.session_text).ok()?;
+        let file = SessionFile::recorded(trial).ok()?;
         let (kind, channels) = match file.session.body? {
             BodySpec::Finger(f) => {
                 let sites = [f.flexor_a.channel, f.flexor_b.channel, f.extensor.channel];
