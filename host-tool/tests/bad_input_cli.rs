@@ -89,6 +89,8 @@ fn a_quick_look_needs_no_folder() {
 fn a_law_that_was_never_tried_on_this_wearer_records_nothing() {
     let folder = folder("never_tried");
     let file = include_str!("../sessions/hamana_exp4_two_point_wearer.toml");
+    let wearers = concat!(env!("CARGO_MANIFEST_DIR"), "/wearers/");
+    let file = file.replace("../wearers/", wearers);
     let weak = file.replace("law = \"recommended\"", "law = \"paper\"");
     let weak = weak.replace("stiffness_nm_per_rad = 0.12", "stiffness_nm_per_rad = 1.2");
     std::fs::write(folder.join("weak.toml"), weak).unwrap();

@@ -273,7 +273,7 @@ fn another_width_is_converted_by_the_files_curve_and_noted() {
 /// A joint's points without amplitudes take what an operator set, or threshold to limit.
 #[test]
 fn points_are_the_files_from_least_to_most() {
-    let session = load("hamana_exp4_two_point_finger.toml");
+    let session = load("hamana_exp4_two_point_wearer.toml");
     let joint = session.joint.unwrap();
     let points = joint.flexors.iter().chain([&joint.extensor]);
     let ranges: Vec<_> = points.map(|p| (p.threshold.get(), p.max.get())).collect();
@@ -349,4 +349,47 @@ fn a_load_that_lets_more_through_is_refused() {
     let session = Session::parse_beside("it.toml", &text, &|_| Ok(FULL.to_owned())).unwrap();
     let is_voltage = matches!(session.channels[0].spec.stage, StageSpec::Voltage { .. });
     assert!(is_voltage && session.wearer.hand_stop_required);
+}
+
+/// Sessions that name a wearer file, and the lines in which their numbers were typed in
+/// before: a device gets the same of both.
+#[rustfmt::skip]
+const TYPED: [(&str, &[(&str, &str)]); 3] = [
+    ("harris_wall/1_pre_wall.toml", HARRIS),
+    ("harris_wall/3_pre_wall_co_contraction.toml", HARRIS),
+    ("hamana_exp4_two_point_wearer.toml", &[
+        ("file = \"../wearers/P.toml\"\nname = \"P\"", "max_current_ma = 20.0\nmax_charge_uc = 5.0\nmax_rms_ma = 10.0\nrise_ms = 200\nfall_ms = 50\nhost_timeout_ms = 100"),
+        ("name = \"flexor A\"", "name = \"flexor A\"\nlimit = 28.0\narea_mm2 = 300"),
+        ("name = \"flexor B\"", "name = \"flexor B\"\nlimit = 36.0\narea_mm2 = 300"),
+        ("name = \"extensor\"", "name = \"extensor\"\nlimit = 26.0\narea_mm2 = 300"),
+        ("{ channel = 1 }", "{ channel = 1, threshold = 20.0, max = 28.0 }"),
+        ("{ channel = 2 }", "{ channel = 2, threshold = 25.0, max = 36.0 }"),
+        ("{ channel = 3 }", "{ channel = 3, threshold = 14.0, max = 26.0 }"),
+    ]),
+];
+const HARRIS: &[(&str, &str)] = &[
+    (
+        "file = \"../../wearers/harris-1.toml\"",
+        "max_current_ma = 80.0\nmax_charge_uc = 5.0\nmax_rms_ma = 10.0\nrise_ms = 1\nfall_ms = 50\nhost_timeout_ms = 100",
+    ),
+    ("name = \"triceps\"", "name = \"triceps\"\nlimit = 80.0"),
+    ("name = \"biceps\"", "name = \"biceps\"\nlimit = 40.0"),
+];
+
+#[test]
+fn sessions_that_name_a_file_are_what_they_were() {
+    for (file, edits) in TYPED {
+        let path = format!("{}/../sessions/{file}", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(path).unwrap();
+        let (named, typed) = (load(file), good(&with(&text, edits)));
+        assert!(named.worn.is_some() && typed.worn.is_none());
+        assert_eq!(named.requests(), typed.requests(), "{file}");
+        // Of the program as well, which has no folder.
+        assert_eq!(good(&text).requests(), typed.requests(), "{file}");
+        let worn = Session {
+            worn: named.worn.clone(),
+            ..typed
+        };
+        assert_eq!(named, worn, "{file}");
+    }
 }

@@ -67,7 +67,7 @@ use table::{Document, Table};
 pub use trigger::SimulatedTrigger;
 pub use visible::visible;
 use worn::Person;
-pub use worn::{KEPT_AS, WearerTexts, Worn, shipped_text};
+pub use worn::{KEPT_AS, WearerTexts, Worn, no_wearer, shipped_text};
 
 /// A session that the firmware will arm: everything a run needs.
 #[derive(Clone, PartialEq, Debug)]

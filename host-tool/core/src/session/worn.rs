@@ -45,10 +45,14 @@ pub fn shipped_text(file: &str) -> Result<String, SessionError> {
         .unwrap_or_default()
         .to_string_lossy();
     let found = shipped(&name).map(str::to_owned);
-    found.ok_or_else(|| {
-        let reason = format!("{file}: no wearer of the program has this name");
-        SessionError::nowhere(Problem::WearerUnreadable { reason })
-    })
+    found.ok_or_else(|| no_wearer(file, "no wearer of the program has this name"))
+}
+
+/// That a session's wearer file cannot be read, E650.
+#[must_use]
+pub fn no_wearer(file: &str, reason: &str) -> SessionError {
+    let reason = format!("{file}: {reason}");
+    SessionError::nowhere(Problem::WearerUnreadable { reason })
 }
 
 /// The wearer file that a session in `folder` names; of a record's session the one that

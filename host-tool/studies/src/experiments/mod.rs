@@ -6,6 +6,7 @@
 //! In: a name, or a file of somebody's own. Out: an experiment.
 
 use crate::laboratory::{Experiment, LaboratoryError};
+use host_core::wearer::shipped;
 use std::path::Path;
 
 /// File name and text of every declaration.
@@ -60,11 +61,14 @@ pub fn named(name: &str) -> Result<Experiment, LaboratoryError> {
     from_file(Path::new(name))
 }
 
-fn of_program(session: &str) -> Result<String, LaboratoryError> {
-    let found = SESSIONS.iter().find(|(file, _)| *file == session);
-    let text = found.map(|(_, text)| (*text).to_owned());
-    let absent = || std::io::Error::other("no session of the program has this name");
-    text.ok_or_else(|| LaboratoryError::File(session.to_owned(), absent()))
+/// A session or a wearer file of the program, by its path from a declaration.
+fn of_program(path: &str) -> Result<String, LaboratoryError> {
+    let session = SESSIONS.iter().find(|(file, _)| *file == path);
+    let wearer = || path.strip_prefix("../wearers/").and_then(shipped);
+    let text = session.map(|(_, text)| *text).or_else(wearer);
+    let absent = || std::io::Error::other("no file of the program has this name");
+    let text = text.ok_or_else(|| LaboratoryError::File(path.to_owned(), absent()))?;
+    Ok(text.to_owned())
 }
 
 fn from_file(path: &Path) -> Result<Experiment, LaboratoryError> {

@@ -4,7 +4,9 @@ use super::declaration::{Declaration, Level};
 use super::draw::crossed;
 use super::error::{LaboratoryError, words};
 use host_core::run::SessionFile;
+use host_core::session::no_wearer;
 use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
 use toml::{Table, Value};
 
 /// One level of each factor.
@@ -14,6 +16,10 @@ pub struct Condition {
     pub levels: Vec<String>,
     /// The session, before a wearer is put into it.
     base: Table,
+    /// What the declaration calls that session.
+    session: String,
+    /// The wearer file that it names, with its text.
+    worn: Option<(String, String)>,
 }
 
 /// A session's text by the name that a declaration gives it.
@@ -45,14 +51,19 @@ impl Condition {
             let other = levels
                 .iter()
                 .find_map(|(_, level)| level.session.as_deref());
-            let base = sessions.get(other.unwrap_or(&d.session));
-            let mut base = base.cloned().unwrap_or_default();
+            let session = other.unwrap_or(&d.session).to_owned();
+            let mut base = sessions.get(&*session).cloned().unwrap_or_default();
             for (place, level) in &levels {
                 let told = level.change(&mut base).into_iter();
                 refused.extend(told.map(|what| (*place, what)));
             }
             let levels = levels.iter().map(|(_, level)| level.name.clone()).collect();
-            all.push(Self { levels, base });
+            all.push(Self {
+                levels,
+                base,
+                session,
+                worn: None,
+            });
         }
         refused.sort();
         refused.dedup();
@@ -75,8 +86,45 @@ impl Condition {
             set(&mut table, field, value.clone())?;
         }
         let file = format!("{}.toml", self.name());
-        SessionFile::parse(&file, &table.to_string()).map_err(|error| words(&error))
+        let texts = |asked: &str| match &self.worn {
+            Some((file, text)) if file == asked => Ok(text.clone()),
+            _ => Err(no_wearer(
+                asked,
+                "the declaration's own sessions do not name it",
+            )),
+        };
+        let read = SessionFile::parse_beside(&file, &table.to_string(), &texts);
+        read.map_err(|error| words(&error))
     }
+
+    /// Puts on the wearer whose file the session names: what a declaration calls that, and
+    /// its text. Nothing of a session that names none, or one that cannot be read: whoever
+    /// reads the session tells.
+    pub(super) fn wear(&mut self, texts: Texts<'_>) -> Option<(String, String)> {
+        let wearer = self.base.get("wearer")?;
+        let file = wearer.get("file").and_then(Value::as_str)?.to_owned();
+        let name = beside(&self.session, &file);
+        let text = texts(&name).ok()?;
+        self.worn = Some((file, text.clone()));
+        Some((name, text))
+    }
+}
+
+/// What a declaration calls `file`, which its session `session` names.
+pub(super) fn beside(session: &str, file: &str) -> String {
+    let folder = Path::new(session).parent().unwrap_or(Path::new(""));
+    let mut whole = PathBuf::new();
+    for part in folder.join(file).components() {
+        let last = whole.components().next_back();
+        match (part, last) {
+            (Component::ParentDir, Some(Component::Normal(_))) => {
+                whole.pop();
+            }
+            (Component::CurDir, _) => {}
+            (part, _) => whole.push(part),
+        }
+    }
+    whole.display().to_string()
 }
 
 /// A condition's name by its levels.
@@ -144,6 +192,20 @@ fn unset(root: &mut Table, field: &str) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_wearer_lies_where_its_session_says() {
+        let wall = "../sessions/harris_wall/1.toml";
+        let cases = [
+            (wall, "../../wearers/P.toml", "../wearers/P.toml"),
+            ("it.toml", "P.toml", "P.toml"),
+            ("it.toml", "./../w/P.toml", "../w/P.toml"),
+            ("a/it.toml", "/w/P.toml", "/w/P.toml"),
+        ];
+        for (session, file, name) in cases {
+            assert_eq!(beside(session, file), name);
+        }
+    }
 
     #[test]
     fn paths_go_through_tables_and_numbered_lists() {

@@ -27,9 +27,12 @@ pub struct Experiment {
     pub text: String,
     /// Name and text of each session that it names, in its order.
     pub sessions: Vec<(String, String)>,
+    /// Name and text of each wearer file that these name.
+    pub wearers: Vec<(String, String)>,
     /// Its conditions, each level of a factor with each of the others.
     pub conditions: Vec<Condition>,
-    /// SHA-256 of the declaration and of each session that it names, as files.
+    /// SHA-256 of the declaration, of each session that it names and of each wearer file
+    /// that these name, as files.
     pub hashes: Vec<(String, String)>,
 }
 
@@ -55,15 +58,24 @@ impl Experiment {
             _ => return Err(refuse(mistakes)),
         };
         let sum = |(name, text): (&str, &str)| (name.to_owned(), sha256(text.as_bytes()));
+        let conditions = Condition::all(&declaration, &sources::tables(&sessions, texts)?);
+        let mut conditions =
+            conditions.map_err(|all| unchanged(&declaration, (file, text), &all))?;
+        let mut wearers: Vec<(String, String)> = Vec::new();
+        for worn in conditions.iter_mut().filter_map(|it| it.wear(texts)) {
+            if !wearers.contains(&worn) {
+                wearers.push(worn);
+            }
+        }
         let mut hashes = vec![sum((file, text))];
-        hashes.extend(sessions.iter().map(|(name, text)| sum((name, text))));
-        let conditions = Condition::all(&declaration, &sources::tables(&sessions)?);
-        let conditions = conditions.map_err(|all| unchanged(&declaration, (file, text), &all))?;
+        let others = sessions.iter().chain(&wearers);
+        hashes.extend(others.map(|(name, text)| sum((name, text))));
         let whole = Self {
             declaration,
             asked: file.to_owned(),
             text: text.to_owned(),
             sessions,
+            wearers,
             conditions,
             hashes,
         };

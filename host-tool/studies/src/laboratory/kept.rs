@@ -71,8 +71,9 @@ impl Experiment {
     /// # Errors
     /// They cannot be written.
     pub fn keep(&self, dir: &Path) -> Result<(), LaboratoryError> {
-        let sessions = self.sessions.iter().map(|(_, text)| text);
-        let texts = std::iter::once(&self.text).chain(sessions);
+        let others = self.sessions.iter().chain(&self.wearers);
+        let others = others.map(|(_, text)| text);
+        let texts = std::iter::once(&self.text).chain(others);
         for ((place, declared), text) in self.declared().iter().enumerate().zip(texts) {
             let path = dir.join(declared.kept_as(place));
             if let Some(folder) = path.parent() {
@@ -112,7 +113,9 @@ impl Experiment {
         Self::new(first.0, &first.1, &|name| {
             let own = sessions.iter().find(|(file, _)| *file == name);
             let own = own.map(|(_, text)| text.clone());
-            own.ok_or_else(|| refuse("it keeps other sessions than its declaration names"))
+            own.ok_or_else(|| {
+                refuse("it keeps other sessions or wearer files than its declaration names")
+            })
         })
     }
 }

@@ -1,10 +1,11 @@
 //! The sessions that a declaration names: each read once.
 
-use super::condition::Texts;
+use super::condition::{Texts, beside};
 use super::declaration::Declaration;
 use super::error::{LaboratoryError, Mistake};
 use super::written::Written;
 use host_core::run::SessionFile;
+use host_core::session::no_wearer;
 use std::collections::BTreeMap;
 use toml::Table;
 
@@ -55,12 +56,16 @@ fn absent(
 }
 
 /// Each session as a table that conditions change, by its name.
-pub(super) fn tables(
-    sessions: &[(String, String)],
-) -> Result<BTreeMap<&str, Table>, LaboratoryError> {
-    let table = |(name, text): &'_ (String, String)| -> Result<Table, LaboratoryError> {
+pub(super) fn tables<'s>(
+    sessions: &'s [(String, String)],
+    texts: Texts<'_>,
+) -> Result<BTreeMap<&'s str, Table>, LaboratoryError> {
+    let table = |(name, text): &(String, String)| -> Result<Table, LaboratoryError> {
         // Whatever is wrong with it is told by those who know sessions.
-        SessionFile::parse(name, text)?;
+        SessionFile::parse_beside(name, text, &|file| {
+            let text = texts(&beside(name, file));
+            text.map_err(|error| no_wearer(file, &error.reason()))
+        })?;
         Ok(text.parse().unwrap_or_default())
     };
     let each = sessions.iter();
