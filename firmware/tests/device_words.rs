@@ -39,6 +39,7 @@ fn a_mask_of_nothing_does_not_keep_the_host_from_being_silent() {
     let nothing = || Request::Amplitudes {
         mask: 0,
         values: heapless::Vec::new(),
+        widths: heapless::Vec::new(),
     };
     let mut desk = Desk::open(BOOT);
     assert_eq!(desk.refused(nothing()), refusal(Code::OutOfRange, "mask"));

@@ -3,7 +3,7 @@
 //! frequencies, bursts and groups, through the wrap of the 32-bit clock.
 
 use firmware::pulse::{
-    CHANNELS, Group as FirmwareGroup, GroupSpec, Partner, Scheduler, Shape as FirmwareShape,
+    Burst, CHANNELS, Group as FirmwareGroup, GroupSpec, Partner, Scheduler, Shape as FirmwareShape,
     Supply, Train, TrainError, TrainSpec as FirmwareSpec, WINDOW_US, WindowPlan, check_members,
 };
 use firmware::units::{DacCode, Micros, us};
@@ -22,8 +22,8 @@ const REFILL_US: u64 = 2;
 struct Changing;
 
 impl Supply for Changing {
-    fn burst(&mut self, channel: u8, at: Micros) -> Option<DacCode> {
-        Some(DacCode::new(
+    fn burst(&mut self, channel: u8, at: Micros) -> Burst {
+        Burst::of(DacCode::new(
             (at.get() / 13 + u32::from(channel) * 977) as u16,
         ))
     }
@@ -252,8 +252,8 @@ fn direct_current_of(ground_us: u16) -> f64 {
     const CODE: u16 = 7_864; // of 12 mA at a full scale of 100
     struct Steady;
     impl Supply for Steady {
-        fn burst(&mut self, _: u8, _: Micros) -> Option<DacCode> {
-            Some(DacCode::new(CODE))
+        fn burst(&mut self, _: u8, _: Micros) -> Burst {
+            Burst::of(DacCode::new(CODE))
         }
         fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
             true

@@ -161,7 +161,12 @@ fn run(
     let epoch = desk.ask(Request::Start).unwrap();
     let values = trains.iter().map(|_| Amplitude::new(LIMIT_UA)).collect();
     let mask = (1 << trains.len()) - 1;
-    desk.ask(Request::Amplitudes { mask, values }).unwrap();
+    desk.ask(Request::Amplitudes {
+        mask,
+        values,
+        widths: heapless::Vec::new(),
+    })
+    .unwrap();
     for _ in 0..us / 10_000 {
         desk.send(Request::KeepAlive);
         desk.wait(10_000);

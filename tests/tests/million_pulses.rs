@@ -37,6 +37,7 @@ fn train() -> impl Strategy<Value = TrainSpec> {
         |(shape, (width_us, gap, ground, period_us, offset, count, interval))| TrainSpec {
             shape,
             width_us,
+            max_width_us: 0,
             gap_us: if shape.is_biphasic() { gap } else { 0 },
             // Every other biphasic one is grounded, too.
             ground_us: if shape.is_biphasic() && width_us % 2 == 0 {

@@ -13,7 +13,11 @@ pub(super) fn setpoint(mask: u16, random: &mut Random) -> Request {
         // As many slots as channels.
         let _ = values.push(Amplitude::new(random.between(0, 20_000)));
     }
-    Request::Amplitudes { mask, values }
+    Request::Amplitudes {
+        mask,
+        values,
+        widths: Vec::new(),
+    }
 }
 
 pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {

@@ -164,10 +164,10 @@ impl Controller {
             ControlEvent::Pulse {
                 channel,
                 at,
-                amplitude,
+                stimulus,
             } => {
-                self.in_force.pulse(channel, at, amplitude);
-                self.pulse(channel, at, amplitude);
+                self.in_force.pulse(channel, at, stimulus);
+                self.pulse(channel, at, stimulus.amplitude);
             }
             ControlEvent::Slowed => self.limiting = true,
         }

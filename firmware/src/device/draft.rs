@@ -8,7 +8,7 @@ use super::part::{ControlPart, Muscle};
 use crate::control::{ForceControl, ForceSpec, Joint, JointSpec};
 use crate::haptics::{Wall, WallSpec};
 use crate::muscle::{MuscleSpec, Recruitment};
-use crate::pulse::{CHANNELS, GroupError, GroupSpec, MAX_GROUPS, check_members};
+use crate::pulse::{CHANNELS, GroupError, GroupSpec, MAX_GROUPS, TrainSpec, check_members};
 use crate::range::{OutOfRange, Range};
 use crate::safety::{
     Channel, ChannelSpec, Setup, SetupError, Stages, Sums, Wearer, WearerSpec, check_group,
@@ -298,7 +298,11 @@ impl Draft {
         let periods = self
             .channels
             .map(|spec| spec.map_or(0, |s| s.train.period_us));
-        let channels = core::iter::once(Ok(ControlPart::Channels(self.used(), periods)));
+        let channels = core::iter::once(Ok(ControlPart::Channels {
+            channels: self.used(),
+            live_widths: self.live_widths(),
+            periods_us: periods,
+        }));
         let tables = self.tables.iter();
         let muscles = (0u8..).zip(self.muscles.iter().zip(tables));
         let muscles = muscles.filter_map(|(channel, (muscle, table))| {
@@ -325,6 +329,9 @@ impl Draft {
         let part = Part::Muscle(channel);
         if let Some(Some(channel)) = self.channels.get(usize::from(channel)) {
             let train = &channel.train;
+            if has_live_width(train) {
+                return Err(Mistake::of(part)(Rule::WidthChanges));
+            }
             let follows = spec.force.check_train(train.burst_count, train.period_us);
             follows.map_err(Mistake::of(part))?;
         }
@@ -337,6 +344,17 @@ impl Draft {
         let control = table.cloned().transpose();
         let control = control.map_err(Mistake::of(Part::Force(channel)))?;
         Ok(ControlPart::Muscle(muscle, control))
+    }
+
+    /// Channels whose pulse width may change, as bits.
+    fn live_widths(&self) -> u16 {
+        let channels = (0u8..).zip(&self.channels); // below 10
+        channels.fold(0, |live, (index, spec)| {
+            let is_live = spec
+                .as_ref()
+                .is_some_and(|spec| has_live_width(&spec.train));
+            live | u16::from(is_live) << index
+        })
     }
 
     /// Channels with a train, as bits.
@@ -416,6 +434,11 @@ impl Draft {
         }
         Ok(())
     }
+}
+
+/// Whether a setpoint may ask for another width than the train's own.
+const fn has_live_width(train: &TrainSpec) -> bool {
+    train.max_width_us > train.width_us
 }
 
 /// The draft's slot of a channel that a host named.

@@ -7,7 +7,7 @@ use crate::control::Amplitudes;
 use crate::link::{Event, Refusal, Telemetry};
 use crate::muscle::Rung;
 use crate::pulse::CHANNELS;
-use crate::safety::{Denied, FaultRecord, Notice, Setup, State};
+use crate::safety::{Denied, FaultRecord, Notice, Setup, State, Stimulus};
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use heapless::spsc::{Consumer, Producer, Queue};
 
@@ -38,6 +38,8 @@ pub enum OrderKind {
     Amplitudes {
         mask: u16,
         values: [Amplitude; CHANNELS],
+        /// In the same order, µs; 0 for the train's own.
+        widths: [u16; CHANNELS],
     },
 }
 
@@ -225,8 +227,8 @@ pub enum ControlEvent {
         channel: u8,
         /// Its leading edge.
         at: Micros,
-        /// Its amplitude.
-        amplitude: Amplitude,
+        /// What it is made of.
+        stimulus: Stimulus,
     },
     /// What it ordered rose faster than the wearer allows, and was slowed down.
     Slowed,

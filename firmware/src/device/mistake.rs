@@ -75,6 +75,9 @@ pub enum Rule {
         /// A channel of both, if any.
         shared: Option<u8>,
     },
+    /// A muscle under pulses whose width may change: how amplitude recruits it holds at
+    /// one width.
+    WidthChanges,
     /// Force control without a muscle.
     NoMuscle,
     /// Force control of a channel that the joint or the wall drives.
@@ -158,6 +161,7 @@ impl From<Mistake> for Refusal<'static> {
                 let refusal = named(Code::JointAndWall);
                 shared.map_or(refusal, |channel| refusal.on(channel))
             }
+            Rule::WidthChanges => Self::new(Code::WidthChanges, "max_width_us"),
             Rule::NoMuscle => Self::new(Code::NoMuscle, "muscle"),
             Rule::Controlled => named(Code::Controlled),
         };

@@ -21,9 +21,15 @@ pub struct Muscle {
 /// all.
 #[derive(Clone, Debug)]
 pub enum ControlPart {
-    /// The first part. Bit i: channel i is part of the setup; burst start to
-    /// burst start of its train, µs.
-    Channels(u16, [u32; CHANNELS]),
+    /// The first part.
+    Channels {
+        /// Bit i: channel i is part of the setup.
+        channels: u16,
+        /// Bit i: the width of its pulses may change.
+        live_widths: u16,
+        /// Burst start to burst start of its train, µs.
+        periods_us: [u32; CHANNELS],
+    },
     /// A muscle whose force is predicted, and controlled or not.
     Muscle(Muscle, Option<ForceControl>),
     /// The controlled joint.

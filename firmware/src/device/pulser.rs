@@ -286,11 +286,10 @@ impl Pulser {
     fn report_pulses(&mut self, plan: &mut WindowPlan, mail: &mut PulserMail<'_>) {
         for pulse in &plan.pulses {
             self.pulses = self.pulses.wrapping_add(1);
-            let amplitude = self.guard.in_force(pulse.channel);
             let event = ControlEvent::Pulse {
                 channel: pulse.channel,
                 at: pulse.at,
-                amplitude,
+                stimulus: self.guard.in_force(pulse.channel),
             };
             let _ = mail.tell_pulse(event); // counted
             // With the next pulse, which is what was slowed.

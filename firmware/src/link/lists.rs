@@ -31,7 +31,7 @@ pub fn too_long(message: &[u8]) -> Option<(Head, Refusal<'static>)> {
     let (head, rest) = take::<Head>(message)?;
     let (field, least, most, rest) = match head.request {
         GROUPS => ("groups", 0, MAX_GROUPS, rest),
-        AMPLITUDES => ("values", 0, CHANNELS, skip::<u16>(rest)?),
+        AMPLITUDES => amplitudes(skip::<u16>(rest)?)?,
         JOINT => ("flexors", 1, 2, skip::<(LawSpec, u8, u32)>(rest)?),
         _ => return None,
     };
@@ -39,6 +39,18 @@ pub fn too_long(message: &[u8]) -> Option<(Head, Refusal<'static>)> {
     let most = most as i32; // at most 10
     let refusal = Refusal::new(Code::OutOfRange, field).allowed(least, most);
     (i64::from(count) > i64::from(most)).then_some((head, refusal))
+}
+
+/// The first list of amplitudes that is too long, or the second.
+fn amplitudes(values: &[u8]) -> Option<(&'static str, i32, usize, &[u8])> {
+    let (count, mut rest) = take::<u32>(values)?;
+    if count as usize > CHANNELS {
+        return Some(("values", 0, CHANNELS, values));
+    }
+    for _ in 0..count {
+        rest = skip::<u32>(rest)?;
+    }
+    Some(("widths", 0, CHANNELS, rest))
 }
 
 fn skip<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<&'a [u8]> {

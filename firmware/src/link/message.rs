@@ -5,7 +5,7 @@ use super::Refusal;
 use crate::control::{ForceGap, ForceSpec, JointSpec};
 use crate::haptics::WallSpec;
 use crate::muscle::{MuscleSpec, Rung};
-use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
+use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS, TrainSpec};
 use crate::range::Range;
 use crate::safety::{ChannelSpec, FaultRecord, StageKind, Stages, State, StopCause, WearerSpec};
 use crate::units::{Amplitude, Micros};
@@ -17,6 +17,11 @@ impl Request {
     /// Of a mask of amplitudes: a mask of nothing asks for nothing, and would only
     /// say that the host is there, in any state.
     pub const MASK: Range = Range::new("mask", 1, (1 << CHANNELS) - 1);
+    /// Of a setpoint's widths; what a channel's train may have is asked where it is armed.
+    pub const WIDTHS: Range = Range {
+        field: "widths",
+        ..TrainSpec::WIDTH_US
+    };
     /// Of a measurement's joint.
     pub const JOINT: Range = Range::new("joint", 0, 0);
     /// Of telemetry's period.
@@ -90,12 +95,15 @@ pub enum Request {
     Stop,
     /// Acknowledges a fault.
     Acknowledge,
-    /// Direct amplitudes, all or none of them. A setpoint.
+    /// Direct amplitudes and pulse widths, all or none of them. A setpoint.
     Amplitudes {
         /// Bit i is channel i.
         mask: u16,
         /// One per bit set, lowest channel first.
         values: Vec<Amplitude, CHANNELS>,
+        /// Widths of a phase in µs in the same order, each taken with its amplitude; empty
+        /// for the trains' own.
+        widths: Vec<u16, CHANNELS>,
     },
     /// The wanted angle of the joint. A setpoint.
     Angle {
@@ -388,6 +396,9 @@ pub struct Telemetry {
     /// setup, lowest channel first. None while the channel plays nothing: from
     /// an order of nothing, or from when the next burst is overdue.
     pub amplitudes: Vec<Option<Amplitude>, CHANNELS>,
+    /// Widths now in force, µs: as the amplitudes, but one per channel whose width may
+    /// change.
+    pub widths_us: Vec<Option<u16>, CHANNELS>,
     /// Predicted forces in mN, one per channel with a muscle. None where no model
     /// runs.
     pub forces_mn: Vec<Option<u32>, CHANNELS>,

@@ -56,6 +56,8 @@ pub enum Code {
     TimeOver = 235,
     DoseReached = 236,
     TooLargeStep = 237,
+    ChargeAtWidth = 238,
+    WidthChanges = 239,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -74,7 +76,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 55] = [
+    pub const ALL: [Self; 57] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -116,6 +118,8 @@ impl Code {
         Self::TimeOver,
         Self::DoseReached,
         Self::TooLargeStep,
+        Self::ChargeAtWidth,
+        Self::WidthChanges,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -330,6 +334,12 @@ impl From<Denied> for Refusal<'static> {
                 refusal.allowed(0, bound(max_mc))
             }
             Denied::TooLargeStep { channel, highest } => Self::new(Code::TooLargeStep, "values")
+                .on(channel)
+                .allowed(0, bound(highest.get())),
+            Denied::Width { channel, widths } => Self::new(Code::OutOfRange, widths.field)
+                .on(channel)
+                .allowed(widths.min, widths.max),
+            Denied::Charge { channel, highest } => Self::new(Code::ChargeAtWidth, "max_charge_nc")
                 .on(channel)
                 .allowed(0, bound(highest.get())),
             Denied::AboveLimit { channel, limit } => Self::new(Code::AboveWearerLimit, "values")

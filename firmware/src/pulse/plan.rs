@@ -123,6 +123,8 @@ pub struct PulseStart {
     pub at: Micros,
     /// Amplitude in force.
     pub code: DacCode,
+    /// Of each of its phases, µs.
+    pub width_us: u16,
 }
 
 /// A moment at which the current sense samples one channel.

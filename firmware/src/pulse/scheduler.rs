@@ -4,6 +4,7 @@ use super::plan::{Change, Levels, State, WindowPlan};
 use super::{CHANNELS, Group, MAX_GROUPS, Partner, TRIGGER_DELAY_US, Train, WINDOW_US};
 use crate::seal::{Seal, Turn};
 use crate::units::{DacCode, Micros, us};
+use core::num::NonZeroU16;
 use heapless::Vec;
 
 mod agenda;
@@ -18,11 +19,36 @@ use lane::{Lane, Phase};
 /// What the scheduler asks before it pulses. `safety` answers; a refusal means
 /// silence, never a smaller pulse.
 pub trait Supply {
-    /// Amplitude for a whole burst on `channel` that starts at `at`; `None`
-    /// leaves it out.
-    fn burst(&mut self, channel: u8, at: Micros) -> Option<DacCode>;
+    /// What a whole burst on `channel` that starts at `at` is.
+    fn burst(&mut self, channel: u8, at: Micros) -> Burst;
     /// Whether a pulse may still start that has its last edge at `end`.
     fn may_pulse(&mut self, channel: u8, end: Micros) -> bool;
+}
+
+/// A burst as its supply wants it: amplitude and width together, for all its pulses.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Burst {
+    /// Of each pulse; none leaves the burst out.
+    pub code: Option<DacCode>,
+    /// Width of each phase, µs, at most the train's largest; none is the train's own.
+    pub width_us: Option<NonZeroU16>,
+}
+
+impl Burst {
+    /// No pulse.
+    pub const SILENT: Self = Self {
+        code: None,
+        width_us: None,
+    };
+
+    /// Of this amplitude and the train's own width.
+    #[must_use]
+    pub const fn of(code: DacCode) -> Self {
+        Self {
+            code: Some(code),
+            ..Self::SILENT
+        }
+    }
 }
 
 /// The middle of a phase.
@@ -235,14 +261,15 @@ impl Scheduler {
         }
     }
 
-    /// The middle of the first phase of the pulses on `channel`, or of their second if
-    /// `second` and they have one; `None` without a train.
+    /// The middle of the first phase of the latest burst's pulses on `channel`, or of
+    /// their second if `second` and they have one; `None` without a train.
     #[inline]
     #[must_use]
     pub fn middle(&self, channel: u8, second: bool) -> Option<Middle> {
         let lane = self.lanes.get(usize::from(channel))?.as_ref()?;
         let spec = lane.train.spec();
-        let (width_us, second) = (u32::from(spec.width_us), second && spec.shape.is_biphasic());
+        let width_us = u32::from(lane.width_us());
+        let second = second && spec.shape.is_biphasic();
         let to_second_us = width_us + u32::from(lane.train.gap_us()); // at most 700
         Some(Middle {
             after_us: width_us / 2 + if second { to_second_us } else { 0 },

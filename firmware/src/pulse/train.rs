@@ -54,6 +54,9 @@ pub struct TrainSpec {
     pub shape: Shape,
     /// Width of one phase, 10–500 µs.
     pub width_us: u16,
+    /// Largest width that a setpoint may ask for, `width_us`–500 µs; 0 for a width that
+    /// never changes. Everything a train is checked for holds at this width.
+    pub max_width_us: u16,
     /// Interphase gap, 0–200 µs. The phases of a biphasic pulse are isolated
     /// for this long, and never shorter than [`DEAD_TIME_US`]. 0 for monophasic.
     pub gap_us: u16,
@@ -109,6 +112,11 @@ pub struct Train {
 impl TrainSpec {
     /// Of [`Self::width_us`].
     pub const WIDTH_US: Range = Range::new("width_us", 10, 500);
+    /// Of [`Self::max_width_us`], of a width that may change.
+    pub const MAX_WIDTH_US: Range = Range {
+        field: "max_width_us",
+        ..Self::WIDTH_US
+    };
     /// Of [`Self::gap_us`], of a biphasic pulse.
     pub const GAP_US: Range = Range::new("gap_us", 0, 200);
     /// Of [`Self::ground_us`], of pulses that are grounded; monophasic ones must be.
@@ -129,6 +137,7 @@ impl TrainSpec {
         Self {
             shape: Shape::BiphasicCathodicFirst,
             width_us,
+            max_width_us: 0,
             gap_us,
             ground_us: 0,
             period_us,
@@ -166,6 +175,10 @@ impl TrainSpec {
             }
         };
         Self::WIDTH_US.check(self.width_us)?;
+        if self.max_width_us != 0 {
+            let from_own = Self::MAX_WIDTH_US.from(self.width_us.into());
+            from_own.check(self.max_width_us)?;
+        }
         only_if(biphasic, Self::GAP_US).check(self.gap_us)?;
         if !biphasic || self.ground_us != 0 {
             Self::GROUND_US.check(self.ground_us)?;
@@ -185,7 +198,7 @@ impl TrainSpec {
             },
         };
         // Largest: 1200 + 20 000 µs; all sums below stay under 2^20.
-        let min_interval_us = train.occupied_us() + u32::from(DEAD_TIME_US);
+        let min_interval_us = train.occupied_us(train.widest_us()) + u32::from(DEAD_TIME_US);
         if burst && u32::from(self.burst_interval_us) < min_interval_us {
             return Err(TrainError::BurstOverlaps { min_interval_us });
         }
@@ -211,34 +224,69 @@ impl Train {
         self.gap_us
     }
 
-    /// Time driven in one burst, in µs: every phase of every pulse.
+    /// The largest width of a phase, in µs: the train's own if it never changes.
     #[must_use]
-    pub const fn on_us(&self) -> u32 {
-        let phases = if self.spec.shape.is_biphasic() { 2 } else { 1 };
-        phases * self.spec.width_us as u32 * self.spec.burst_count as u32 // at most 8000
-    }
-
-    /// First edge to the end of the last driven phase of one pulse, in µs.
-    #[must_use]
-    pub const fn driven_us(&self) -> u32 {
-        let w = self.spec.width_us as u32;
-        if self.spec.shape.is_biphasic() {
-            2 * w + self.gap_us as u32
+    pub const fn widest_us(&self) -> u16 {
+        if self.has_live_width() {
+            self.spec.max_width_us
         } else {
-            w
+            self.spec.width_us
         }
     }
 
-    /// First to last edge of one pulse, grounding included, in µs.
+    /// Whether a setpoint may ask for another width than the train's own.
     #[must_use]
-    pub const fn occupied_us(&self) -> u32 {
-        self.driven_us() + self.spec.ground_us as u32
+    pub const fn has_live_width(&self) -> bool {
+        self.spec.max_width_us > self.spec.width_us
     }
 
-    /// First to last edge of one burst, in µs.
+    /// The widths that a setpoint may ask for.
+    #[must_use]
+    pub const fn widths(&self) -> Range {
+        let own = self.spec.width_us as i32;
+        let (min, max) = if self.has_live_width() {
+            (TrainSpec::WIDTH_US.min, self.spec.max_width_us as i32)
+        } else {
+            (own, own)
+        };
+        Range::new("widths", min, max)
+    }
+
+    /// Time driven in one burst with phases of `width_us`, in µs: every phase of every
+    /// pulse.
+    #[must_use]
+    pub const fn on_us(&self, width_us: u16) -> u32 {
+        let phases = if self.spec.shape.is_biphasic() { 2 } else { 1 };
+        phases * width_us as u32 * self.spec.burst_count as u32 // at most 8000
+    }
+
+    /// First edge to the end of the last driven phase of one pulse at its widest, in µs.
+    #[must_use]
+    pub const fn driven_us(&self) -> u32 {
+        self.driven_at(self.widest_us())
+    }
+
+    /// The same with phases of `width_us`.
+    const fn driven_at(&self, width_us: u16) -> u32 {
+        if self.spec.shape.is_biphasic() {
+            2 * width_us as u32 + self.gap_us as u32
+        } else {
+            width_us as u32
+        }
+    }
+
+    /// First to last edge of one pulse with phases of `width_us`, grounding included, in
+    /// µs.
+    #[must_use]
+    pub const fn occupied_us(&self, width_us: u16) -> u32 {
+        self.driven_at(width_us) + self.spec.ground_us as u32
+    }
+
+    /// First to last edge of one burst at its widest, in µs.
     #[must_use]
     pub const fn burst_us(&self) -> u32 {
-        self.pulse_offset_us(self.spec.burst_count.saturating_sub(1)) + self.occupied_us()
+        self.pulse_offset_us(self.spec.burst_count.saturating_sub(1))
+            + self.occupied_us(self.widest_us())
     }
 
     /// Burst start to the start of its pulse `index`, in µs.
@@ -259,9 +307,11 @@ pub(crate) mod tests {
     #[test]
     fn ranges_are_named() {
         type Change = fn(&mut TrainSpec);
-        let cases: [(&str, Change); 9] = [
+        let cases: [(&str, Change); 11] = [
             ("width_us", |t| t.width_us = 9),
             ("width_us", |t| t.width_us = 501),
+            ("max_width_us", |t| t.max_width_us = 199),
+            ("max_width_us", |t| t.max_width_us = 501),
             ("gap_us", |t| t.gap_us = 201),
             ("ground_us", |t| t.ground_us = 1),
             ("period_us", |t| t.period_us = 4_999),
@@ -285,6 +335,34 @@ pub(crate) mod tests {
         let train = TrainSpec { gap_us: 0, ..PLAIN }.validate().unwrap();
         assert_eq!(train.gap_us(), DEAD_TIME_US);
         assert_eq!(train.driven_us(), 405);
+    }
+
+    #[test]
+    fn a_train_is_checked_at_its_widest() {
+        let live = TrainSpec {
+            max_width_us: 300,
+            burst_count: 2,
+            burst_interval_us: 705,
+            ..PLAIN
+        };
+        let train = live.validate().unwrap();
+        assert_eq!((train.widest_us(), train.driven_us()), (300, 700));
+        assert_eq!((train.occupied_us(200), train.on_us(10)), (500, 40));
+        assert_eq!((train.widths().min, train.widths().max), (10, 300));
+        let tight = TrainSpec {
+            burst_interval_us: 704,
+            ..live
+        };
+        let overlaps = TrainError::BurstOverlaps {
+            min_interval_us: 705,
+        };
+        assert_eq!(tight.validate(), Err(overlaps));
+        let fixed = TrainSpec {
+            max_width_us: 0,
+            ..tight
+        };
+        let widths = fixed.validate().unwrap().widths();
+        assert_eq!((widths.min, widths.max), (200, 200));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The electrode check before arming: pulses that rise from DAC code 1, and what one
 //! reading of the current says of an electrode.
 
-use super::{Channel, Setup, Stage};
+use super::{Setup, Stage};
 use crate::pulse::{CHANNELS, Train, TrainSpec, WINDOW_US};
 use crate::units::{Amplitude, DacCode, MicroAmps};
 
@@ -218,11 +218,11 @@ pub fn judge(reading: Reading, stage: &Stage, amplitude: Amplitude) -> Electrode
     }
 }
 
-/// Whether `reading` is above what the limits of `channel` allow: by more than 5 % and
-/// two counts.
+/// Whether `reading` is above `max`, what the limits of its channel allow: by more than
+/// 5 % and two counts.
 #[must_use]
-pub(super) const fn is_above_limit(reading: Reading, channel: &Channel) -> bool {
-    let max = channel.max_current.get(); // at most 100 000
+pub(super) const fn is_above_limit(reading: Reading, max: MicroAmps) -> bool {
+    let max = max.get(); // at most 100 000
     reading.current().get() > max + max / 20 + SLACK_UA
 }
 

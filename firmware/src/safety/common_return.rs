@@ -13,7 +13,9 @@ impl Sums {
     /// is the root of the sum of squares where no two phases of one sign meet; never too
     /// low for others: phases count as meeting where their periods' greatest common
     /// divisor lets them, and those of triggered trains, of rates that may change and of
-    /// bursts with another period wherever they have the same sign. Of two channels that
+    /// bursts with another period wherever they have the same sign, as do second phases
+    /// whose beginning a live width moves; first ones last as long as they may. Of two
+    /// channels that
     /// meet, the product of their rms currents stands for the mean of their product
     /// (Cauchy and Schwarz).
     ///
@@ -78,13 +80,13 @@ impl Channel {
     /// Its square, µA².
     fn mean_square(&self, ua: u32) -> u64 {
         let ua = u64::from(ua);
-        let square = ua * ua * u64::from(self.train.on_us());
+        let square = ua * ua * u64::from(self.train.on_us(self.judged_width_us));
         square.div_ceil(self.min_period_us.max(1).into())
     }
 
     /// The most that flows at the start of one of its phases of a sign.
     fn peak_with<'c>(&self, channels: impl Iterator<Item = &'c Self>, is_cathodic: bool) -> u32 {
-        let Some(lag_us) = lag_us(&self.train, is_cathodic) else {
+        let Some(lag) = Lag::of(&self.train, is_cathodic) else {
             return 0;
         };
         let mut sums = [self.current().get(); MOST_PULSES];
@@ -92,7 +94,7 @@ impl Channel {
             let ua = other.current().get();
             let apart = Apart::of(self, other, is_cathodic);
             for (pulse, sum) in (0u8..).zip(&mut sums) {
-                let is_met = apart.is_driven_at(self.train.pulse_offset_us(pulse) + lag_us);
+                let is_met = apart.is_driven_at(self.train.pulse_offset_us(pulse) + lag.us);
                 *sum += if is_met { ua } else { 0 }; // at most 10 · 1e5
             }
         }
@@ -103,12 +105,12 @@ impl Channel {
     /// Whether phases of one sign of the two can be driven at the same time.
     fn meets(&self, other: &Self) -> bool {
         let begins_in = |a: &Self, b: &Self, is_cathodic| {
-            let Some(lag_us) = lag_us(&a.train, is_cathodic) else {
+            let Some(lag) = Lag::of(&a.train, is_cathodic) else {
                 return false;
             };
             let apart = Apart::of(a, b, is_cathodic);
             let mut pulses = 0..a.train.spec().burst_count;
-            pulses.any(|pulse| apart.is_driven_at(a.train.pulse_offset_us(pulse) + lag_us))
+            pulses.any(|pulse| apart.is_driven_at(a.train.pulse_offset_us(pulse) + lag.us))
         };
         let either = |is_cathodic| {
             begins_in(self, other, is_cathodic) || begins_in(other, self, is_cathodic)
@@ -142,21 +144,23 @@ enum Apart {
 impl Apart {
     /// `other`, as a burst of `own` sees it.
     fn of(own: &Channel, other: &Channel, is_cathodic: bool) -> Self {
-        let Some(lag_us) = lag_us(&other.train, is_cathodic) else {
+        let Some(lag) = Lag::of(&other.train, is_cathodic) else {
             return Self::Never;
         };
+        let varies = lag.varies || Lag::of(&own.train, is_cathodic).is_some_and(|l| l.varies);
         let (spec, from) = (other.train.spec(), own.train.spec().offset_us);
         let every_us = gcd(own.train.spec().period_us, spec.period_us).max(1);
         let is_single = spec.burst_count == 1;
-        if !own.is_steady() || !other.is_steady() || !(is_single || every_us == spec.period_us) {
+        let is_known = own.is_steady() && other.is_steady() && !varies;
+        if !is_known || !(is_single || every_us == spec.period_us) {
             return Self::Anywhen;
         }
         // All below 2^23.
-        let first = (spec.offset_us + lag_us) % every_us;
+        let first = (spec.offset_us + lag.us) % every_us;
         Self::Known {
             every_us,
             since_us: from % every_us + every_us - first,
-            width_us: spec.width_us.into(),
+            width_us: other.train.widest_us().into(),
             interval_us: spec.burst_interval_us.into(),
             count: spec.burst_count.into(),
         }
@@ -185,14 +189,31 @@ impl Apart {
     }
 }
 
-/// From a pulse's start to its phase of this sign, µs, if it has one.
-fn lag_us(train: &Train, is_cathodic: bool) -> Option<u32> {
-    let spec = train.spec();
-    if spec.shape.cathodic_first() == is_cathodic {
-        return Some(0);
+/// How long after its start a pulse drives one sign.
+#[derive(Clone, Copy, Debug)]
+struct Lag {
+    /// At the train's own width, µs.
+    us: u32,
+    /// Another width would make it another.
+    varies: bool,
+}
+
+impl Lag {
+    /// Of the phase of this sign, if there is one.
+    fn of(train: &Train, is_cathodic: bool) -> Option<Self> {
+        let spec = train.spec();
+        if spec.shape.cathodic_first() == is_cathodic {
+            return Some(Self {
+                us: 0,
+                varies: false,
+            });
+        }
+        let second = Self {
+            us: u32::from(spec.width_us) + u32::from(train.gap_us()),
+            varies: train.has_live_width(),
+        };
+        spec.shape.is_biphasic().then_some(second)
     }
-    let second = u32::from(spec.width_us) + u32::from(train.gap_us());
-    spec.shape.is_biphasic().then_some(second)
 }
 
 /// The square root, rounded up; at most 1e6 here.

@@ -33,7 +33,7 @@ mod tests;
 use super::check::Load;
 use super::ramp::{Fall, Rise};
 use super::watch::Watch;
-use super::{Channel, ElectrodeCheck, Fault, FaultRecord, Setup, limits};
+use super::{Channel, ElectrodeCheck, Fault, FaultRecord, Setup, Stimulus, limits};
 use super::{Denied, Inputs, Notice, State, StopCause};
 use crate::pulse::{CHANNELS, Scheduler, WINDOW_US};
 use crate::units::{Amplitude, Micros, us};
@@ -70,9 +70,9 @@ enum Mode {
 pub struct Guard {
     mode: Mode,
     setup: Option<Setup>,
-    wanted: [Amplitude; CHANNELS],
+    wanted: [Stimulus; CHANNELS],
     rises: [Rise; CHANNELS],
-    in_force: [Amplitude; CHANNELS],
+    in_force: [Stimulus; CHANNELS],
     steps: [Step; CHANNELS],
     /// Loads at arming.
     loads: [Load; CHANNELS],
@@ -91,10 +91,10 @@ impl Guard {
         let mut guard = Self {
             mode: latched.map_or(Mode::Boot, Mode::Fault),
             setup: None,
-            wanted: [Amplitude::ZERO; CHANNELS],
+            wanted: [Stimulus::default(); CHANNELS],
             rises: [Rise::default(); CHANNELS],
-            in_force: [Amplitude::ZERO; CHANNELS],
-            steps: Self::NO_STEPS,
+            in_force: [Stimulus::default(); CHANNELS],
+            steps: [Step::default(); CHANNELS],
             loads: [Load::default(); CHANNELS],
             watches: [Watch::default(); CHANNELS],
             heard: Micros::new(0),
@@ -372,10 +372,10 @@ impl Guard {
         for channel in 0..CHANNELS as u8 {
             self.open(channel);
         }
-        self.wanted = [Amplitude::ZERO; CHANNELS];
+        self.wanted = [Stimulus::default(); CHANNELS];
         self.rises = [Rise::default(); CHANNELS];
-        self.in_force = [Amplitude::ZERO; CHANNELS];
-        self.steps = Self::NO_STEPS;
+        self.in_force = [Stimulus::default(); CHANNELS];
+        self.steps = [Step::default(); CHANNELS];
         self.watches = [Watch::default(); CHANNELS];
     }
 

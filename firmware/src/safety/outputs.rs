@@ -3,14 +3,15 @@
 //!
 //! It knows trains, limits and groups, and nothing of how the scheduler makes edges of
 //! them: it keeps its own copy of what was armed and its own account of each channel,
-//! from edge to edge. Held are the length of each phase, that two phases are equal
-//! and opposite with the gap between them, that a pulse that is to be grounded is so
+//! from edge to edge. Held are the length of each phase, that it and the DAC code are
+//! allowed together, that two phases are equal and opposite with the gap between them, that a pulse that is to be grounded is so
 //! in full before the next, the distance of pulses and bursts, that nothing is grounded
 //! without a reason, and that no DAC code is above the limit's. Silence breaks no
 //! rule.
 
 use crate::pulse::{
-    CHANNELS, Group, Levels, MAX_GROUPS, Partner, State as OutputState, Train, WindowPlan,
+    CHANNELS, Group, Levels, MAX_GROUPS, Partner, PulseStart, State as OutputState, Train,
+    WindowPlan,
 };
 use crate::seal::{Seal, Turn};
 use crate::units::{DacCode, Micros, us};
@@ -27,6 +28,8 @@ pub struct Expected {
     pub min_period_us: u32,
     /// No DAC code is above this.
     pub max_code: DacCode,
+    /// No DAC code times the width of its phases is above this, µs.
+    pub max_code_us: u32,
 }
 
 /// A rule that a window would have broken.
@@ -46,6 +49,8 @@ pub enum Broken {
     Grounding,
     /// A DAC code above the limit's.
     Code,
+    /// A width that the train may not have, or with more charge than is allowed.
+    Width,
 }
 
 /// Where a channel is in its pulse.
@@ -69,6 +74,8 @@ struct Line {
     burst: Micros,
     pulse: Micros,
     pulses: u8,
+    /// Of the phases of its latest pulses, µs; 0 is the train's own.
+    width_us: u16,
 }
 
 /// The account of all channels.
@@ -165,6 +172,9 @@ impl OutputCheck {
         if plan.changes.is_empty() {
             return Ok(());
         }
+        for pulse in &plan.pulses {
+            self.take_width(pulse)?;
+        }
         for change in &plan.changes {
             let at = plan.start + us(change.slot.into());
             self.change(at, change.levels)?;
@@ -189,6 +199,43 @@ impl OutputCheck {
         }
         if line.pulses != 0 && now.elapsed_since(line.pulse) > LONG_AGO_US {
             line.pulses = 0;
+            *seal = Seal::of(line);
+        }
+        Ok(())
+    }
+
+    /// A pulse is about to begin whose width may be another than the train's own.
+    #[inline]
+    fn take_width(&mut self, pulse: &PulseStart) -> Result<(), Broken> {
+        let expected = self.expected.get(usize::from(pulse.channel));
+        match expected {
+            Some(Some(expected)) if expected.train.has_live_width() => self.take_live_width(pulse),
+            _ => Ok(()), // another is found with its first edge
+        }
+    }
+
+    #[inline(never)]
+    fn take_live_width(&mut self, pulse: &PulseStart) -> Result<(), Broken> {
+        let index = usize::from(pulse.channel);
+        let place = (self.lines.get_mut(index), self.seals.get_mut(index));
+        let (Some(line), Some((_, seal))) = place else {
+            return Err(Broken::Channel);
+        };
+        let Some(Some(expected)) = self.expected.get(index) else {
+            return Err(Broken::Channel);
+        };
+        let width_us = pulse.width_us;
+        // At most 2^32: 65 535 · 65 535.
+        let code_us = u32::from(pulse.code.get()) * u32::from(width_us);
+        let widths = expected.train.widths();
+        if widths.check(width_us).is_err() || code_us > expected.max_code_us {
+            return Err(Broken::Width);
+        }
+        if line.width_us != width_us {
+            if !seal.holds(line) {
+                return Err(Broken::Memory);
+            }
+            line.width_us = width_us;
             *seal = Seal::of(line);
         }
         Ok(())
@@ -257,6 +304,7 @@ impl Line {
         burst: Micros::new(0),
         pulse: Micros::new(0),
         pulses: 0,
+        width_us: 0,
     };
 
     const fn is_pulsing(&self) -> bool {
@@ -285,7 +333,10 @@ impl Line {
         };
         let lasted = (at - self.since).us().cast_unsigned();
         self.since = at;
-        let width = u32::from(spec.width_us);
+        let width = match self.width_us {
+            0 => u32::from(spec.width_us),
+            width_us => width_us.into(),
+        };
         let is_off = matches!(new, OutputState::Isolated | OutputState::Grounded);
         self.part = match self.part {
             Part::First if lasted != width => return Err(Broken::Phase),

@@ -46,8 +46,13 @@ pub struct Channel {
     /// Longest period that may be ordered, µs; the limits hold for it because they
     /// do for the train's own.
     pub max_period_us: u32,
-    /// Charge of a burst at amplitude 1, one phase a pulse, in 256ths of a pC; rounded up.
+    /// Charge of a burst at amplitude 1 and the train's own width, one phase a pulse, in
+    /// 256ths of a pC; rounded up.
     pub charge: u32,
+    /// The width at which the limits of rms and density were checked with the largest
+    /// amplitude, µs: no pulse with less charge than the wearer allows heats more. The
+    /// train's own if it never changes.
+    pub judged_width_us: u16,
 }
 
 /// Why a setup cannot be armed. `channel` is counted from 0.
@@ -140,10 +145,11 @@ impl ChannelSpec {
             });
         }
         Self::AREA_MM2.check(self.area_mm2)?;
+        let judged_width_us = judged_width(&train, current, wearer);
         let is_above = |max: MicroAmps| {
             let (ua, max_ua) = (u64::from(ua), u64::from(max.get()));
             // At most 1e10 · 8000 and 1.6e11 · 2e6: both fit u64.
-            let squares = ua * ua * u64::from(train.on_us());
+            let squares = ua * ua * u64::from(train.on_us(judged_width_us));
             squares > max_ua * max_ua * u64::from(spec.period_us)
         };
         let max = wearer.max_rms();
@@ -158,7 +164,7 @@ impl ChannelSpec {
         let max_current = if stage.is_current() {
             current
         } else {
-            most_current(&train, most_rms, wearer).min(most)
+            most_current(&train, judged_width_us, most_rms, wearer).min(most)
         };
         Ok(Channel {
             train,
@@ -168,7 +174,8 @@ impl ChannelSpec {
             max_current,
             min_period_us: spec.period_us,
             max_period_us: spec.period_us,
-            charge: charge_of(spec, stage),
+            charge: charge_of(spec, spec.width_us, stage),
+            judged_width_us,
         })
     }
 
@@ -216,6 +223,7 @@ impl ChannelSpec {
         let fastest = fastest.validate(wearer)?;
         Ok(Channel {
             max_current: fastest.max_current,
+            judged_width_us: fastest.judged_width_us,
             min_period_us: fastest.min_period_us,
             max_period_us,
             ..channel
@@ -223,14 +231,31 @@ impl ChannelSpec {
     }
 }
 
-/// The largest current with which `train` keeps the limits of charge and of rms.
-fn most_current(train: &Train, max_rms: MicroAmps, wearer: &Wearer) -> MicroAmps {
-    let (spec, rms) = (train.spec(), u64::from(max_rms.get()));
-    // pC by µs, at most 4e7; µA²·µs by µs, at most 2.5e9 · 2e6 / 10.
-    let by_charge = u64::from(wearer.spec().max_charge_nc) * 1000 / u64::from(spec.width_us);
-    let mean_square = (rms * rms * u64::from(spec.period_us)).checked_div(train.on_us().into());
-    let most = by_charge.min(mean_square.map_or(0, u64::isqrt));
-    MicroAmps::new(u32::try_from(most).unwrap_or(u32::MAX))
+/// The width at which a train whose largest current is `current` heats most, µs.
+///
+/// What heats is I²·w, which is I times the charge I·w. Where both are bounded, the
+/// current by `current` and the charge by the wearer, it is largest with both at their
+/// bounds, or with the train's widest phase if that comes first. Not below the train's
+/// own width, whose charge has been checked.
+fn judged_width(train: &Train, current: MicroAmps, wearer: &Wearer) -> u16 {
+    let max_pc = wearer.spec().max_charge_nc * 1000; // at most 4e7
+    // Rounded up: with a µs less, a slightly smaller current might heat more.
+    let by_charge = max_pc.div_ceil(current.get().max(1));
+    let widest = u32::from(train.widest_us());
+    // At most 500.
+    by_charge.min(widest).max(train.spec().width_us.into()) as u16
+}
+
+/// The largest current with which phases of `width_us` keep the limits of charge and of
+/// rms.
+fn most_current(train: &Train, width_us: u16, max_rms: MicroAmps, wearer: &Wearer) -> MicroAmps {
+    let rms = u64::from(max_rms.get());
+    // µA²·µs by µs, at most 2.5e9 · 2e6 / 10.
+    let squares = rms * rms * u64::from(train.spec().period_us);
+    let mean_square = squares.checked_div(train.on_us(width_us).into());
+    let by_rms = mean_square.map_or(0, u64::isqrt);
+    let by_rms = MicroAmps::new(u32::try_from(by_rms).unwrap_or(u32::MAX));
+    wearer.max_current_at(width_us).min(by_rms)
 }
 
 impl Channel {
@@ -259,15 +284,47 @@ impl Channel {
             stage: judged.stage,
             max_current: judged.max_current,
             charge: judged.charge,
+            judged_width_us: judged.judged_width_us,
             ..*self
         })
+    }
+
+    /// No current above this may flow in phases of `width_us`.
+    #[must_use]
+    pub fn max_current_at(&self, width_us: u16, wearer: &Wearer) -> MicroAmps {
+        if !self.train.has_live_width() {
+            return self.max_current; // as mostly
+        }
+        self.max_current.min(wearer.max_current_at(width_us))
+    }
+
+    /// The largest amplitude of phases of `width_us`, by the limits and by charge.
+    #[must_use]
+    pub fn highest_at(&self, width_us: u16, wearer: &Wearer) -> Amplitude {
+        if !self.train.has_live_width() {
+            return self.limit; // its charge was checked
+        }
+        let by_charge = self.stage.amplitude_of(wearer.max_current_at(width_us));
+        self.limit.min(by_charge)
+    }
+
+    /// [`Self::charge`] of a burst with phases of `width_us`.
+    #[must_use]
+    #[inline]
+    pub fn charge_at(&self, width_us: u16) -> u32 {
+        let spec = self.train.spec();
+        if width_us == spec.width_us {
+            self.charge // as mostly
+        } else {
+            charge_of(spec, width_us, self.stage)
+        }
     }
 }
 
 /// Of [`Channel::charge`].
-fn charge_of(train: &TrainSpec, stage: Stage) -> u32 {
+fn charge_of(train: &TrainSpec, width_us: u16, stage: Stage) -> u32 {
     // µA · µs = pC; at most 8 · 500 · 256.
-    let pulses = u32::from(train.width_us) * u32::from(train.burst_count) * 256;
+    let pulses = u32::from(width_us) * u32::from(train.burst_count) * 256;
     match stage.spec() {
         StageSpec::Current { .. } => pulses,
         // 1 mV drives 1000/load µA; at least 200 Ω.
@@ -380,6 +437,34 @@ pub(super) mod tests {
                 max: MicroAmps::new(20_000)
             })
         );
+    }
+
+    /// 8 µC let 20 mA last 400 µs: there it heats most, and is judged; at 500 µs 16 mA
+    /// remain.
+    #[test]
+    fn a_live_width_is_judged_where_it_heats_most() {
+        let wearer = WearerSpec {
+            max_charge_nc: 8_000,
+            ..WearerSpec::default()
+        };
+        let mut spec = CHANNEL;
+        spec.train.max_width_us = 500;
+        let wearer = wearer.validate().unwrap();
+        let channel = spec.validate(&wearer).unwrap();
+        assert_eq!(channel.judged_width_us, 400);
+        let highest = [10, 400, 401, 500].map(|w| channel.highest_at(w, &wearer).get());
+        assert_eq!(highest, [20_000, 20_000, 19_950, 16_000]);
+        // 20 mA for two phases of 400 µs in 20 ms: 4 mA rms, which 200 mm² take.
+        spec.area_mm2 = 200;
+        assert!(spec.validate(&wearer).is_ok());
+        spec.area_mm2 = 199;
+        let max = MicroAmps::new(199 * 20);
+        assert_eq!(spec.validate(&wearer), Err(SetupError::Density { max }));
+        // Alone, without the charge's limit, the widest phase counts.
+        let free = WearerSpec::default().validate().unwrap();
+        spec.area_mm2 = 2_500;
+        assert_eq!(spec.validate(&free).unwrap().judged_width_us, 500);
+        assert_eq!(CHANNEL.validate(&free).unwrap().judged_width_us, 200);
     }
 
     #[test]

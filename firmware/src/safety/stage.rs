@@ -141,6 +141,19 @@ impl Stage {
         DacCode::new((whole * 257 + rest * 257 / full) as u16)
     }
 
+    /// What the DAC code times the width may be, in µs, where a phase may have `max_nc` of
+    /// charge; saturating.
+    #[must_use]
+    pub fn code_us(&self, max_nc: u32) -> u32 {
+        // nC = mA·µs = 1000 µA·µs; through a load Ω·nC = 1000 mV·µs. At most 4e9 · 65 535.
+        let thousandths_us = match self.0 {
+            StageSpec::Current { .. } => u64::from(max_nc) * 1000,
+            StageSpec::Voltage { load_ohm, .. } => u64::from(max_nc) * u64::from(load_ohm),
+        };
+        let code_us = thousandths_us * 65_535 / u64::from(self.full_scale().get().max(1));
+        u32::try_from(code_us).unwrap_or(u32::MAX)
+    }
+
     /// The amplitude that `code` puts out, in thousandths, rounded down.
     #[must_use]
     pub fn amplitude(&self, code: DacCode) -> Amplitude {

@@ -1,6 +1,7 @@
 //! What the guard says and hears: states, inputs, denials, notices.
 
 use super::{Fault, FaultRecord, Reading, SumError};
+use crate::range::Range;
 use crate::units::{Amplitude, Micros};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -146,6 +147,20 @@ pub enum Denied {
     },
     /// Through the loads measured at arming all channels together would exceed this.
     Together(SumError),
+    /// A width that the channel's train may not have.
+    Width {
+        /// The channel.
+        channel: u8,
+        /// What it may be, µs.
+        widths: Range,
+    },
+    /// At this width the amplitude is above the wearer's charge limit.
+    Charge {
+        /// The channel.
+        channel: u8,
+        /// The largest amplitude at this width.
+        highest: Amplitude,
+    },
     /// Above the wearer's limit.
     AboveLimit {
         /// The channel.

@@ -3,7 +3,7 @@
 
 use super::check::{Electrode, Load, SLACK_UA, is_above_limit, judge};
 use super::{Channel, Fault, Reading, limits};
-use crate::units::Amplitude;
+use crate::units::{Amplitude, MicroAmps};
 use core::hash::{Hash, Hasher};
 
 /// Readings in a row without current that are a lost phase, or of both phases a lost
@@ -63,7 +63,8 @@ impl Watch {
         core::mem::take(self).last
     }
 
-    /// After a reading of a channel in force at `amplitude`, armed with `load`.
+    /// After a reading of a channel in force at `amplitude`, armed with `load`; no current
+    /// above `max` may flow.
     ///
     /// # Errors
     /// What it shows, alone or with those before.
@@ -72,10 +73,10 @@ impl Watch {
         reading: Reading,
         channel: &Channel,
         load: Load,
-        amplitude: Amplitude,
+        (amplitude, max): (Amplitude, MicroAmps),
     ) -> Result<Self, Fault> {
         let electrode = judge(reading, &channel.stage, amplitude);
-        if electrode == Electrode::Short || is_above_limit(reading, channel) {
+        if electrode == Electrode::Short || is_above_limit(reading, max) {
             return Err(Fault::OverCurrent);
         }
         let is_off = electrode == Electrode::Off;

@@ -160,6 +160,16 @@ impl Wearer {
         MicroAmps::new(self.0.max_current_ua)
     }
 
+    /// Largest current by the charge of phases of `width_us`, rounded down.
+    #[must_use]
+    pub const fn max_current_at(&self, width_us: u16) -> MicroAmps {
+        let max_pc = self.0.max_charge_nc * 1000; // at most 4e7
+        match max_pc.checked_div(width_us as u32) {
+            Some(ua) => MicroAmps::new(ua),
+            None => MicroAmps::new(max_pc), // of no width
+        }
+    }
+
     /// Largest rms current of a channel.
     #[must_use]
     pub const fn max_rms(&self) -> MicroAmps {

@@ -404,6 +404,7 @@ pub fn all(count: usize, amplitude: u32) -> Request {
     Request::Amplitudes {
         mask: (1 << count) - 1,
         values,
+        widths: heapless::Vec::new(),
     }
 }
 

@@ -35,6 +35,7 @@ fn train(
     TrainSpec {
         shape,
         width_us,
+        max_width_us: 0,
         gap_us,
         ground_us,
         period_us,
@@ -59,7 +60,11 @@ fn channel(channel: u8, train: TrainSpec, stage: StageSpec) -> Request {
 
 fn amplitudes(mask: u16, values: &[u32]) -> Request {
     let values = values.iter().copied().map(Amplitude::new).collect();
-    Request::Amplitudes { mask, values }
+    Request::Amplitudes {
+        mask,
+        values,
+        widths: heapless::Vec::new(),
+    }
 }
 
 /// Over-current between a refill's start and its DAC writes: the zeros of the

@@ -70,13 +70,14 @@ pub fn train() -> impl Strategy<Value = TrainSpec> {
         prop_oneof![3 => prop::sample::select(common.to_vec()), 1 => near(5_000, 60_000), 1 => near(5_000, 2_000_000)],
         any::<u32>(),
         (near16(1, 8), near16(200, 3_000), prop_oneof![4 => Just(0), 1 => 0u16..9]),
-        (prop::bool::weighted(0.2), prop::bool::weighted(0.1)),
+        (prop::bool::weighted(0.2), prop::bool::weighted(0.1), prop_oneof![2 => Just(0), 1 => near16(10, 500)]),
     )
-        .prop_map(|((shape, width_us, gap, ground), period_us, offset, (count, interval, repeats), (triggered, wild))| {
+        .prop_map(|((shape, width_us, gap, ground), period_us, offset, (count, interval, repeats), (triggered, wild, max_width_us))| {
             let biphasic = shape.is_biphasic();
             let mut spec = TrainSpec {
                 shape,
                 width_us,
+                max_width_us: if wild || max_width_us > width_us { max_width_us } else { 0 },
                 gap_us: if biphasic { gap } else { 0 },
                 // Every other biphasic one is grounded, too.
                 ground_us: if biphasic && width_us % 2 == 0 { 0 } else { ground },
@@ -91,7 +92,7 @@ pub fn train() -> impl Strategy<Value = TrainSpec> {
                 (spec.burst_count, spec.burst_interval_us) = (count as u8, interval);
                 spec.offset_us = offset;
             } else if count > 1 && count <= 8 {
-                let one = u32::from(width_us) * 2 + u32::from(gap.max(5)) + 5
+                let one = u32::from(width_us.max(spec.max_width_us)) * 2 + u32::from(gap.max(5)) + 5
                     + u32::from(spec.ground_us);
                 (spec.burst_count, spec.burst_interval_us) =
                     (count as u8, (one.max(200) as u16).max(interval.min(1_000)));
@@ -316,11 +317,18 @@ pub fn amplitudes() -> impl Strategy<Value = Request> {
         (mask, values[..count].to_vec())
     });
     let any_mask = (any::<u16>(), vec(near(0, 20_000), 0..=10));
-    prop_oneof![3 => sane, 1 => any_mask].prop_map(|(mask, values)| {
+    // Mostly none or one each.
+    let widths = prop_oneof![1 => Just(vec![]), 1 => vec(near16(10, 500), 10)];
+    let amplitudes = (prop_oneof![3 => sane, 1 => any_mask], widths, any::<u8>());
+    amplitudes.prop_map(|((mask, values), mut widths, odd)| {
+        if odd != 0 {
+            widths.truncate(values.len());
+        }
         let values: Vec<Amplitude> = values.into_iter().map(Amplitude::new).collect();
         Request::Amplitudes {
             mask,
             values: heapless::Vec::from_slice(&values).unwrap(),
+            widths: heapless::Vec::from_slice(&widths).unwrap(),
         }
     })
 }

@@ -163,7 +163,11 @@ fn state_rows() -> Vec<Row> {
 
 fn amplitudes(mask: u16, values: &[u32]) -> Request {
     let values = values.iter().map(|&v| Amplitude::new(v)).collect();
-    Request::Amplitudes { mask, values }
+    Request::Amplitudes {
+        mask,
+        values,
+        widths: heapless::Vec::new(),
+    }
 }
 
 #[rustfmt::skip]

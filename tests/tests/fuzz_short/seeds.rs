@@ -106,7 +106,11 @@ fn arm_and_start() -> [Step; 4] {
 
 fn amplitudes(mask: u16, ua: u32) -> Step {
     let values = (0..mask.count_ones()).map(|_| Amplitude::new(ua)).collect();
-    Ask(Request::Amplitudes { mask, values })
+    Ask(Request::Amplitudes {
+        mask,
+        values,
+        widths: heapless::Vec::new(),
+    })
 }
 
 fn two_channels() -> Vec<Step> {

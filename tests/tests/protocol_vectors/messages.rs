@@ -249,6 +249,7 @@ pub fn amplitudes(list: &[(u8, u32)]) -> Request {
             .iter()
             .map(|&(_, value)| Amplitude::new(value))
             .collect(),
+        widths: heapless::Vec::new(),
     }
 }
 

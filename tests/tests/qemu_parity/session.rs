@@ -92,6 +92,7 @@ impl Host {
             self.say(Request::Amplitudes {
                 mask: 0b11_1111_0001,
                 values: [0, 4, 5, 6, 7, 8, 9].map(amplitude).into_iter().collect(),
+                widths: heapless::Vec::new(),
             });
             self.say(Request::Angle {
                 at: None,
@@ -105,6 +106,7 @@ impl Host {
                 31 => self.say(Request::Amplitudes {
                     mask: 1,
                     values: [Amplitude::new(99_999)].into_iter().collect(),
+                    widths: heapless::Vec::new(),
                 }),
                 43 => self.sensors.trigger = Some(BOOT + us(self.now + 411)),
                 _ => {}

@@ -1,6 +1,7 @@
 //! What each channel plays now, as far as its pulses tell.
 
 use crate::pulse::CHANNELS;
+use crate::safety::Stimulus;
 use crate::units::{Amplitude, Micros};
 
 /// How late a burst may be before its channel counts as silent, µs: a window's
@@ -10,8 +11,8 @@ const GRACE_US: u32 = 1_500;
 /// Amplitude and rate of the pulses that each channel plays.
 #[derive(Debug, Default)]
 pub(super) struct InForce {
-    /// Amplitude and leading edge of the latest pulse; `None` for silence.
-    latest: [Option<(Amplitude, Micros)>; CHANNELS],
+    /// The latest pulse and its leading edge; `None` for silence.
+    latest: [Option<(Stimulus, Micros)>; CHANNELS],
     /// Burst start to burst start as last ordered, µs.
     periods_us: [u32; CHANNELS],
 }
@@ -29,9 +30,9 @@ impl InForce {
     }
 
     /// A pulse began.
-    pub(super) fn pulse(&mut self, channel: u8, at: Micros, amplitude: Amplitude) {
+    pub(super) fn pulse(&mut self, channel: u8, at: Micros, stimulus: Stimulus) {
         if let Some(slot) = self.latest.get_mut(usize::from(channel)) {
-            *slot = Some((amplitude, at));
+            *slot = Some((stimulus, at));
         }
     }
 
@@ -58,20 +59,20 @@ impl InForce {
         for (slot, period_us) in self.latest.iter_mut().zip(&self.periods_us) {
             // A period is at most 2 s: the sum fits.
             let is_overdue =
-                |(_, at): &mut (Amplitude, Micros)| now.elapsed_since(*at) > period_us + GRACE_US;
+                |(_, at): &mut (Stimulus, Micros)| now.elapsed_since(*at) > period_us + GRACE_US;
             slot.take_if(is_overdue);
         }
     }
 
-    /// The channel's amplitude; `None` while it plays nothing.
-    pub(super) fn amplitude(&self, channel: u8) -> Option<Amplitude> {
+    /// What the channel's pulses are made of; `None` while it plays nothing.
+    pub(super) fn stimulus(&self, channel: u8) -> Option<Stimulus> {
         let latest = self.latest.get(usize::from(channel)).copied().flatten();
-        latest.map(|(amplitude, _)| amplitude)
+        latest.map(|(stimulus, _)| stimulus)
     }
 
     /// Burst start to burst start, µs; `None` while the channel plays nothing.
     pub(super) fn period_us(&self, channel: u8) -> Option<u32> {
-        self.amplitude(channel)?;
+        self.stimulus(channel)?;
         self.periods_us.get(usize::from(channel)).copied()
     }
 }

@@ -57,8 +57,13 @@ impl Controller {
         };
         for channel in 0..CHANNELS as u8 {
             if self.setup.channels & 1 << channel != 0 {
-                let amplitude = self.in_force.amplitude(channel);
+                let stimulus = self.in_force.stimulus(channel);
+                let amplitude = stimulus.map(|stimulus| stimulus.amplitude);
                 let _ = sample.amplitudes.push(amplitude); // as many slots as channels
+                if self.setup.live_widths & 1 << channel != 0 {
+                    let width_us = stimulus.map(|stimulus| stimulus.width_us);
+                    let _ = sample.widths_us.push(width_us); // same
+                }
             }
         }
         for (muscle, state) in self.setup.muscles.iter().zip(&self.muscles) {

@@ -11,6 +11,8 @@ use heapless::Vec;
 pub(super) struct ControlSetup {
     /// Bit i: channel i is part of the setup.
     pub(super) channels: u16,
+    /// Bit i: the width of channel i's pulses may change.
+    pub(super) live_widths: u16,
     /// Burst start to burst start of each channel's train, µs.
     pub(super) periods_us: [u32; CHANNELS],
     /// Muscles whose force is predicted, by rising channel.
@@ -27,8 +29,13 @@ impl ControlSetup {
     /// Puts a part in its place; the first one clears what was there before.
     pub(super) fn insert(&mut self, part: ControlPart) {
         match part {
-            ControlPart::Channels(channels, periods_us) => {
-                (self.channels, self.periods_us) = (channels, periods_us);
+            ControlPart::Channels {
+                channels,
+                live_widths,
+                periods_us,
+            } => {
+                (self.channels, self.live_widths) = (channels, live_widths);
+                self.periods_us = periods_us;
                 self.muscles.clear();
                 self.forces.clear();
                 (self.joint, self.wall) = (None, None);

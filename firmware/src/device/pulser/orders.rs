@@ -3,7 +3,7 @@
 use super::Pulser;
 use crate::device::mail::{ControlEvent, Order, OrderKind, PulserMail, Report};
 use crate::pulse::{Levels, bits};
-use crate::safety::{Denied, Inputs};
+use crate::safety::{Denied, Inputs, Stimulus};
 use crate::units::{Amplitude, Micros};
 
 impl Pulser {
@@ -85,10 +85,14 @@ impl Pulser {
                 self.guard.keep_alive(order.at);
                 Ok(())
             }
-            OrderKind::Amplitudes { mask, ref values } => {
+            OrderKind::Amplitudes {
+                mask,
+                ref values,
+                ref widths,
+            } => {
                 setpoint = true;
                 self.guard
-                    .set_amplitudes(pairs(mask, values), start)
+                    .set_amplitudes(stimuli(mask, values, widths), start)
                     .map(|()| self.guard.keep_alive(order.at))
             }
             OrderKind::Status => {
@@ -154,8 +158,19 @@ impl Pulser {
     }
 }
 
-/// The channels of `mask`, rising, each with its amplitude.
-fn pairs(mask: u16, values: &[Amplitude]) -> impl Iterator<Item = (u8, Amplitude)> + Clone {
+/// The channels of `mask`, rising, each with its amplitude and width.
+fn stimuli(
+    mask: u16,
+    values: &[Amplitude],
+    widths: &[u16],
+) -> impl Iterator<Item = (u8, Stimulus)> + Clone {
     let channels = bits(mask.into()).map(|channel| channel as u8); // below 16
-    channels.zip(values.iter().copied())
+    let stimuli = values
+        .iter()
+        .zip(widths)
+        .map(|(&amplitude, &width_us)| Stimulus {
+            amplitude,
+            width_us,
+        });
+    channels.zip(stimuli)
 }

@@ -59,14 +59,13 @@ impl Session {
             Request::Acknowledge => return later(order(OrderKind::Acknowledge), mail),
             Request::Status => return later(order(OrderKind::Status), mail),
             Request::KeepAlive => return later(order(OrderKind::KeepAlive), mail),
-            Request::Amplitudes { mask, values } => {
-                return later(
-                    order(OrderKind::Amplitudes {
-                        mask: *mask,
-                        values: unpack(*mask, values)?,
-                    }),
-                    mail,
-                );
+            Request::Amplitudes {
+                mask,
+                values,
+                widths,
+            } => {
+                let kind = amplitudes(*mask, values, widths)?;
+                return later(order(kind), mail);
             }
             &Request::Angle {
                 at,
@@ -175,18 +174,41 @@ impl Session {
     }
 }
 
-/// One value per bit of `mask`, as an array with the values in front.
-fn unpack(mask: u16, values: &[Amplitude]) -> Result<[Amplitude; CHANNELS], Refusal<'static>> {
+/// One value per bit of `mask`, and one width or none at all; as arrays with what there
+/// is in front.
+fn amplitudes(
+    mask: u16,
+    values: &[Amplitude],
+    widths: &[u16],
+) -> Result<OrderKind, Refusal<'static>> {
     Request::MASK.check(mask)?;
-    if mask.count_ones() as usize != values.len() {
-        let count = mask.count_ones().cast_signed();
-        return Err(Refusal::new(Code::AmplitudeCount, "values").allowed(count, count));
+    let count = mask.count_ones();
+    let is_one_each = |length: usize| length == count as usize;
+    let wrong = |field| {
+        let count = count.cast_signed();
+        Err(Refusal::new(Code::AmplitudeCount, field).allowed(count, count))
+    };
+    if !is_one_each(values.len()) {
+        return wrong("values");
     }
-    let mut all = [Amplitude::ZERO; CHANNELS];
+    if !widths.is_empty() && !is_one_each(widths.len()) {
+        return wrong("widths");
+    }
+    for &width_us in widths {
+        Request::WIDTHS.check(width_us)?;
+    }
+    let (mut all, mut all_widths) = ([Amplitude::ZERO; CHANNELS], [0; CHANNELS]);
     for (slot, value) in all.iter_mut().zip(values) {
         *slot = *value;
     }
-    Ok(all)
+    for (slot, width_us) in all_widths.iter_mut().zip(widths) {
+        *slot = *width_us;
+    }
+    Ok(OrderKind::Amplitudes {
+        mask,
+        values: all,
+        widths: all_widths,
+    })
 }
 
 fn rate(centideg_per_s: i32) -> Result<AngularRate, Refusal<'static>> {

@@ -33,6 +33,14 @@ struct Stretch {
     length_us: NonZeroU16,
 }
 
+/// A pulse that was begun.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Recent {
+    start: Micros,
+    code: DacCode,
+    width_us: u16,
+}
+
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lane {
     pub(super) train: Train,
@@ -40,8 +48,8 @@ pub(super) struct Lane {
     /// What it puts into its part of the picture now; isolated wherever it
     /// leaves the channel alone.
     pub(super) shows: Picture,
-    /// A pulse: first phase, gap, second phase; or phase, grounding. A grounding after
-    /// the second phase is made of both, as most have none.
+    /// A pulse of the burst: first phase, gap, second phase; or phase, grounding. A
+    /// grounding after the second phase is made of both, as most have none.
     stretches: [Option<Stretch>; 3],
     /// The stretch under way.
     stretch: u8,
@@ -65,7 +73,7 @@ pub(super) struct Lane {
     /// The latest pulses, in a ring: three can lie in a rendered but unplayed
     /// horizon of two windows, the fourth is under way. Pulses of a lane do not
     /// overlap, so their order does not matter; code 0 is no pulse.
-    pub(super) recent: [(Micros, DacCode); 4],
+    pub(super) recent: [Recent; 4],
     /// Place of the oldest, modulo 4.
     pub(super) oldest: u8,
     /// Over what changes from edge to edge; over train, stretches and tail.
@@ -120,7 +128,7 @@ impl Lane {
             code: None,
             bursts_left: 0,
             tail_us: 0,
-            recent: [(Micros::new(0), DacCode::new(0)); 4],
+            recent: [Recent::default(); 4],
             oldest: 0,
             seal: Seal::default(),
             train_seal: Seal::default(),
@@ -130,15 +138,17 @@ impl Lane {
     /// Charge that a truncation at `at` leaves, in DAC-code·µs, anodic positive.
     /// A monophasic pulse counts in full until its grounding is over.
     pub(super) fn residual(&self, at: Micros) -> i32 {
-        let width = i32::from(self.train.spec().width_us);
-        let second = width + i32::from(self.train.gap_us());
         let biphasic = self.train.spec().shape.is_biphasic();
-        let under_way = self.recent.iter().find_map(|&(start, code)| {
-            let t = (at - start).us();
-            let end = self.train.occupied_us().cast_signed(); // at most 21 200 µs
-            (code.get() != 0 && (0..end).contains(&t)).then_some((t, i32::from(code.get())))
+        let under_way = self.recent.iter().find_map(|pulse| {
+            let t = (at - pulse.start).us();
+            let end = self.train.occupied_us(pulse.width_us).cast_signed(); // at most 21 200 µs
+            (pulse.code.get() != 0 && (0..end).contains(&t)).then_some((t, pulse))
         });
-        let Some((t, code)) = under_way else { return 0 };
+        let Some((t, pulse)) = under_way else {
+            return 0;
+        };
+        let (code, width) = (i32::from(pulse.code.get()), i32::from(pulse.width_us));
+        let second = width + i32::from(self.train.gap_us());
         let balance = if biphasic {
             (t - second).clamp(0, width)
         } else {
@@ -262,24 +272,32 @@ impl Lane {
             if !self.train_seal.holds(&self.fixed()) {
                 return Err(RenderError::Memory);
             }
-            self.code = supply.burst(channel, now);
+            let burst = supply.burst(channel, now);
+            self.code = burst.code;
+            self.set_width(burst.width_us);
             if let Some(code) = self.code {
                 plan.dac
                     .push((channel, code))
                     .map_err(|_| RenderError::Full)?;
             }
         }
-        let end = now + us(self.train.occupied_us() + u32::from(self.tail_us));
+        let width_us = self.width_us();
+        let end = now + us(self.train.occupied_us(width_us) + u32::from(self.tail_us));
         match self.code {
             Some(code) if supply.may_pulse(channel, end) => {
                 let pulse = PulseStart {
                     channel,
                     at: now,
                     code,
+                    width_us,
                 };
                 plan.pulses.push(pulse).map_err(|_| RenderError::Full)?;
                 if let Some(oldest) = self.recent.get_mut(usize::from(self.oldest % 4)) {
-                    *oldest = (now, code);
+                    *oldest = Recent {
+                        start: now,
+                        code,
+                        width_us,
+                    };
                 }
                 self.oldest = self.oldest.wrapping_add(1); // 256 is whole rings
                 self.phase = Phase::Pulsing;
@@ -288,6 +306,34 @@ impl Lane {
             _ => self.rest(),
         }
         Ok(())
+    }
+
+    /// Width of a phase of the burst under way, or of the latest, µs.
+    pub(super) fn width_us(&self) -> u16 {
+        let [first, ..] = &self.stretches;
+        first.map_or(0, |first| first.length_us.get())
+    }
+
+    /// The pulses of the burst that begins have phases of this width, or of the train's
+    /// own.
+    #[inline]
+    fn set_width(&mut self, width_us: Option<NonZeroU16>) {
+        let width_us = width_us.map_or(self.train.spec().width_us, NonZeroU16::get);
+        if width_us != self.width_us() {
+            self.change_width(width_us);
+        }
+    }
+
+    #[inline(never)]
+    fn change_width(&mut self, width_us: u16) {
+        let Some(width_us) = NonZeroU16::new(width_us) else {
+            return; // a train's own is 10 µs or more
+        };
+        let [first, _, second] = &mut self.stretches;
+        for phase in [first, second].into_iter().flatten() {
+            phase.length_us = width_us;
+        }
+        self.seal_train();
     }
 
     /// After a pulse, played or left out: on to the next of the burst, the

@@ -4,8 +4,8 @@ use crate::units::us;
 
 struct Always;
 impl Supply for Always {
-    fn burst(&mut self, _: u8, _: Micros) -> Option<DacCode> {
-        Some(DacCode::new(1000))
+    fn burst(&mut self, _: u8, _: Micros) -> Burst {
+        Burst::of(DacCode::new(1000))
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
         true

@@ -1,52 +1,62 @@
 //! How much is put out: what was wanted, within limits, along rise and fall.
 
 use super::{Guard, Mode, check_amplitude};
-use crate::pulse::{Supply, Train};
+use crate::pulse::{Burst, Supply, Train};
 use crate::safety::ramp::Rise;
-use crate::safety::{Channel, Denied, ElectrodeCheck, Expected, StopCause};
+use crate::safety::{Channel, Denied, ElectrodeCheck, Expected, Stimulus, StopCause};
 use crate::units::{Amplitude, DacCode, Micros};
+use core::num::NonZeroU16;
 
 impl Guard {
-    /// A host's direct amplitudes, all or none: refused beyond a wearer's limit, or where
-    /// one rises faster than the wearer allows. A host that asks for that is in error,
-    /// and an amplitude in between is one that nobody asked for.
+    /// A host's direct amplitudes and widths (0 for the train's own), all or none: refused
+    /// beyond a wearer's limit, or where one rises faster than the wearer allows. A host
+    /// that asks for that is in error, and an amplitude in between is one that nobody
+    /// asked for.
     ///
     /// # Errors
-    /// Not armed, no such channel, a controlled channel, above the limit, too large a
-    /// step.
+    /// Not armed, no such channel, a controlled channel, a width that its train may not
+    /// have, above the limit or, at this width, the charge's, too large a step.
     pub fn set_amplitudes(
         &mut self,
-        orders: impl Iterator<Item = (u8, Amplitude)> + Clone,
+        orders: impl Iterator<Item = (u8, Stimulus)> + Clone,
         now: Micros,
     ) -> Result<(), Denied> {
-        for (channel, amplitude) in orders.clone() {
-            self.check_amplitude(channel, amplitude, now)?;
+        for (channel, stimulus) in orders.clone() {
+            self.check_stimulus(channel, stimulus, now)?;
         }
-        for (channel, amplitude) in orders {
-            self.want(channel, amplitude, now);
+        for (channel, stimulus) in orders {
+            self.want(channel, stimulus, now);
         }
         Ok(())
     }
 
-    /// `amplitude`, within every limit, is wanted on `channel` from `now` on.
-    fn want(&mut self, channel: u8, amplitude: Amplitude, now: Micros) {
+    /// `stimulus`, within every limit, is wanted on `channel` from `now` on.
+    fn want(&mut self, channel: u8, stimulus: Stimulus, now: Micros) {
         if !self.open(channel) {
             return; // and the refill ends in a fault
         }
+        let stimulus = self.with_width(channel, stimulus);
         if self.limits_steps() {
-            self.note_order(channel, amplitude, now);
+            self.note_order(channel, stimulus, now);
         }
         if let Some(wanted) = self.wanted.get_mut(usize::from(channel)) {
-            *wanted = amplitude;
+            *wanted = stimulus;
         }
     }
 
-    fn check_amplitude(
-        &self,
-        channel: u8,
-        amplitude: Amplitude,
-        now: Micros,
-    ) -> Result<(), Denied> {
+    /// The same with the train's own width in place of none.
+    fn with_width(&self, channel: u8, stimulus: Stimulus) -> Stimulus {
+        let config = self.setup.as_ref().and_then(|setup| setup.channel(channel));
+        match config {
+            Some(config) if stimulus.width_us == 0 => Stimulus {
+                width_us: config.train.spec().width_us,
+                ..stimulus
+            },
+            _ => stimulus,
+        }
+    }
+
+    fn check_stimulus(&self, channel: u8, stimulus: Stimulus, now: Micros) -> Result<(), Denied> {
         match self.mode {
             Mode::Armed { .. } | Mode::Stimulating => {}
             Mode::Fault(record) => return Err(Denied::FaultLatched(record.fault)),
@@ -60,11 +70,23 @@ impl Guard {
         if setup.controlled & 1u16.checked_shl(channel.into()).unwrap_or(0) != 0 {
             return Err(Denied::Controlled { channel });
         }
+        let Stimulus {
+            amplitude,
+            width_us,
+        } = self.with_width(channel, stimulus);
+        let widths = config.train.widths();
+        if widths.check(width_us).is_err() {
+            return Err(Denied::Width { channel, widths });
+        }
         if amplitude > limit {
             return Err(Denied::AboveLimit { channel, limit });
         }
+        let highest = config.highest_at(width_us, &setup.wearer);
+        if amplitude > highest {
+            return Err(Denied::Charge { channel, highest });
+        }
         if self.limits_steps() {
-            let highest = self.highest(channel, now);
+            let highest = self.highest(channel, width_us, now);
             if amplitude > highest {
                 return Err(Denied::TooLargeStep { channel, highest });
             }
@@ -74,10 +96,11 @@ impl Guard {
 
     /// An amplitude that the control law computed. A joint's points stay
     /// within the limits of their channels, so the clamp to them only matters if
-    /// that promise were broken. A law knows nothing of the wearer's steps: it is slowed
-    /// down to them. Returns whether it was, for the law to be told.
+    /// that promise were broken. Its width is always the train's own. A law knows nothing
+    /// of the wearer's steps: it is slowed down to them. Returns whether it was, for the law to be told.
     pub fn command(&mut self, channel: u8, amplitude: Amplitude, now: Micros) -> bool {
-        if self.wanted.get(usize::from(channel)) == Some(&amplitude) {
+        let wanted = self.wanted.get(usize::from(channel));
+        if wanted.is_some_and(|wanted| wanted.amplitude == amplitude) {
             return false; // as mostly: what stands there need not be opened and sealed
         }
         let (Mode::Armed { .. } | Mode::Stimulating) = self.mode else {
@@ -87,14 +110,18 @@ impl Guard {
         let Some(config) = setup.and_then(|setup| setup.channel(channel)) else {
             return false;
         };
-        let limit = config.limit;
+        let (limit, width_us) = (config.limit, config.train.spec().width_us);
         let highest = if self.limits_steps() {
-            self.highest(channel, now)
+            self.highest(channel, width_us, now)
         } else {
             limit
         };
         let amplitude = amplitude.min(limit);
-        self.want(channel, amplitude.min(highest), now);
+        let stimulus = Stimulus {
+            amplitude: amplitude.min(highest),
+            width_us,
+        };
+        self.want(channel, stimulus, now);
         amplitude > highest
     }
 
@@ -119,17 +146,19 @@ impl Guard {
     #[must_use]
     pub fn expected(&self, channel: u8, train: Option<Train>) -> Option<Expected> {
         let (config, train) = (self.setup.as_ref()?.channel(channel)?, train?);
+        let max_nc = self.setup.as_ref()?.wearer.spec().max_charge_nc;
         Some(Expected {
             train,
             // Another train than the channel's own plays once: the check's.
             min_period_us: config.min_period_us.min(train.spec().period_us),
             max_code: config.stage.code(config.limit),
+            max_code_us: config.stage.code_us(max_nc),
         })
     }
 
-    /// Amplitude of the channel's latest burst.
+    /// Amplitude and width of the channel's latest burst.
     #[must_use]
-    pub fn in_force(&self, channel: u8) -> Amplitude {
+    pub fn in_force(&self, channel: u8) -> Stimulus {
         self.in_force
             .get(usize::from(channel))
             .copied()
@@ -138,10 +167,26 @@ impl Guard {
 }
 
 impl Supply for Guard {
-    fn burst(&mut self, channel: u8, at: Micros) -> Option<DacCode> {
+    fn burst(&mut self, channel: u8, at: Micros) -> Burst {
         if !self.open_burst(channel) {
-            return None; // and the refill ends in a fault
+            return Burst::SILENT; // and the refill ends in a fault
         }
+        self.next_burst(channel, at).unwrap_or(Burst::SILENT)
+    }
+
+    fn may_pulse(&mut self, _: u8, end: Micros) -> bool {
+        match self.mode {
+            Mode::Checking { .. } | Mode::Stimulating => true,
+            Mode::Stopping { fall, .. } => fall.end().has_reached(end),
+            _ => false,
+        }
+    }
+}
+
+impl Guard {
+    /// The burst of an open channel that begins at `at`; `None` leaves it out.
+    #[inline]
+    fn next_burst(&mut self, channel: u8, at: Micros) -> Option<Burst> {
         let index = usize::from(channel);
         let setup = self.setup.as_ref()?;
         let config = setup.channel(channel)?;
@@ -151,43 +196,49 @@ impl Supply for Guard {
         let amplitude = match self.mode {
             Mode::Checking { until, .. } => {
                 let (amplitude, code) = check_step(config, until, at);
-                *self.in_force.get_mut(index)? = amplitude;
-                return Some(code);
+                *self.in_force.get_mut(index)? = Stimulus {
+                    amplitude,
+                    ..wanted
+                };
+                return Some(Burst::of(code));
             }
             // A ramp passes through code 0 without a gap in the schedule; a
             // channel that nobody asked for anything stays out of it.
-            _ if wanted == Amplitude::ZERO => {
+            _ if wanted.amplitude == Amplitude::ZERO => {
                 *rise = Rise::default();
                 self.steps.get_mut(index)?.burst = wanted;
                 return None;
             }
             // Too little for the DAC is nothing to rise from.
-            Mode::Stimulating if config.stage.code(wanted) == DacCode::new(0) => {
+            Mode::Stimulating if config.stage.code(wanted.amplitude) == DacCode::new(0) => {
                 *rise = Rise::default();
-                wanted
+                wanted.amplitude
             }
-            Mode::Stimulating => rise.apply(wanted, at, rise_by),
-            Mode::Stopping { fall, .. } => fall.apply(rise.apply(wanted, at, rise_by), at),
+            Mode::Stimulating => rise.apply(wanted.amplitude, at, rise_by),
+            Mode::Stopping { fall, .. } => {
+                fall.apply(rise.apply(wanted.amplitude, at, rise_by), at)
+            }
             _ => return None,
         };
-        *self.in_force.get_mut(index)? = amplitude;
+        // Rise and fall scale the amplitude at the width that was wanted with it: no
+        // pair on the way has more current or charge than what was judged.
+        let width_us = wanted.width_us;
+        *self.in_force.get_mut(index)? = Stimulus {
+            amplitude,
+            width_us,
+        };
         self.steps.get_mut(index)?.burst = wanted;
         let code = config.stage.code(amplitude);
         // At most 150 000 · 2^23.
-        let charge = u64::from(amplitude.get()) * u64::from(config.charge);
+        let charge = u64::from(amplitude.get()) * u64::from(config.charge_at(width_us));
         let max_mc = setup.wearer.spec().max_dose_mc;
         if self.allowance.spend_charge(index, charge, max_mc) {
             self.end_allowance(at, StopCause::DoseReached);
         }
-        Some(code)
-    }
-
-    fn may_pulse(&mut self, _: u8, end: Micros) -> bool {
-        match self.mode {
-            Mode::Checking { .. } | Mode::Stimulating => true,
-            Mode::Stopping { fall, .. } => fall.end().has_reached(end),
-            _ => false,
-        }
+        Some(Burst {
+            code: Some(code),
+            width_us: NonZeroU16::new(width_us),
+        })
     }
 }
 

@@ -69,9 +69,9 @@ impl Guard {
         let is_last = ElectrodeCheck::is_last_step(since_epoch.checked_sub(SENSED_US)?);
         let (channel, index) = (reading.channel, usize::from(reading.channel));
         let config = *self.setup.as_ref()?.channel(channel)?;
-        let applied = *self.in_force.get(index)?;
+        let applied = self.in_force.get(index)?.amplitude;
         let electrode = judge(reading, &config.stage, applied);
-        if electrode == Electrode::Short || is_above_limit(reading, &config) {
+        if electrode == Electrode::Short || is_above_limit(reading, config.max_current) {
             self.enter_idle(StopCause::Request);
             return Some(Notice::Checked(Err(Denied::ElectrodeShort { channel })));
         }
@@ -98,15 +98,16 @@ impl Guard {
         }
         let index = usize::from(reading.channel);
         let setup = self.setup.as_ref();
-        let (Some(config), Some(&amplitude), Some(&load), Some(&watch)) = (
-            setup.and_then(|setup| setup.channel(reading.channel)),
+        let (Some((config, wearer)), Some(&shown), Some(&load), Some(&watch)) = (
+            setup.and_then(|setup| Some((setup.channel(reading.channel)?, &setup.wearer))),
             self.in_force.get(index),
             self.loads.get(index),
             self.watches.get(index),
         ) else {
             return Ok(());
         };
-        let after = watch.after(reading, config, load, amplitude)?;
+        let max = config.max_current_at(shown.width_us, wearer);
+        let after = watch.after(reading, config, load, (shown.amplitude, max))?;
         // Mostly nothing changes, and what stands there need not be opened and sealed.
         if after != watch
             && self.open(reading.channel)

@@ -1,9 +1,10 @@
 //! How far an amplitude may rise from what it was: per burst and per second, once it
-//! has risen from zero, which a ramp governs. Lower is always allowed.
+//! has risen from zero, which a ramp governs. Lower is always allowed. A wider phase
+//! counts as the amplitude that has its charge at the train's own width: what an
+//! amplitude may not do, a width may not either.
 
 use super::Guard;
-use crate::pulse::CHANNELS;
-use crate::safety::WearerSpec;
+use crate::safety::{Channel, Stimulus, WearerSpec};
 use crate::units::{Amplitude, MicroAmps, Micros, us};
 
 const SECOND_US: u32 = 1_000_000;
@@ -13,16 +14,45 @@ const SECOND_US: u32 = 1_000_000;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Step {
     /// Wanted when the latest burst began; zero before the first of a rise.
-    pub(super) burst: Amplitude,
+    pub(super) burst: Stimulus,
     /// The least wanted since `since`, and in the second before that.
-    low: Amplitude,
-    low_before: Amplitude,
+    low: Measures,
+    low_before: Measures,
     since: Micros,
+}
+
+/// What may not rise too fast: an amplitude, and that of the same charge at the train's
+/// own width.
+#[derive(Clone, Copy, Debug, Default)]
+struct Measures([Amplitude; 2]);
+
+impl Measures {
+    /// Of `stimulus` on a train of this width, rounded up.
+    fn of(stimulus: Stimulus, own_us: u16) -> Self {
+        let Stimulus {
+            amplitude,
+            width_us,
+        } = stimulus;
+        // At most 150 000 · 500.
+        let charge = amplitude.get().saturating_mul(width_us.into());
+        let alike = charge.div_ceil(u32::from(own_us).max(1));
+        Self([amplitude, Amplitude::new(alike)])
+    }
+
+    fn min(self, other: Self) -> Self {
+        let ([a, b], [c, d]) = (self.0, other.0);
+        Self([a.min(c), b.min(d)])
+    }
+}
+
+/// Width of the channel's own pulses, µs.
+const fn own_us(channel: &Channel) -> u16 {
+    channel.train.spec().width_us
 }
 
 impl Step {
     /// The same when `now` has come, with `wanted` all the time.
-    fn at(mut self, wanted: Amplitude, now: Micros) -> Self {
+    fn at(mut self, wanted: Measures, now: Micros) -> Self {
         // Backwards is beyond half the clock: long ago.
         let elapsed_us = (now - self.since).us().cast_unsigned();
         if elapsed_us >= 2 * SECOND_US {
@@ -46,11 +76,11 @@ impl Guard {
         })
     }
 
-    /// The largest amplitude that `channel` may be ordered at `now`. In no second it
-    /// rises by more than the wearer allows for one: what is looked back on is the
-    /// present second and the whole one before it.
+    /// The largest amplitude of this width that `channel` may be ordered at `now`. In no
+    /// second it rises by more than the wearer allows for one: what is looked back on is
+    /// the present second and the whole one before it.
     #[inline(never)]
-    pub(super) fn highest(&self, channel: u8, now: Micros) -> Amplitude {
+    pub(super) fn highest(&self, channel: u8, width_us: u16, now: Micros) -> Amplitude {
         let index = usize::from(channel);
         let wanted = self.wanted.get(index).copied().unwrap_or_default();
         let setup = self.setup.as_ref();
@@ -59,44 +89,55 @@ impl Guard {
             return Amplitude::ZERO;
         };
         let spec = setup.wearer.spec();
-        if wanted == Amplitude::ZERO || step.burst == Amplitude::ZERO {
+        if wanted.amplitude == Amplitude::ZERO || step.burst.amplitude == Amplitude::ZERO {
             return config.limit;
         }
+        let own_us = own_us(config);
+        let wanted = Measures::of(wanted, own_us);
         let step = step.at(wanted, now);
         let above = |from: Amplitude, by_ua: u32| {
             let by = config.stage.amplitude_of(MicroAmps::new(by_ua));
             Amplitude::new(from.get().saturating_add(by.get()))
         };
-        let by_burst = above(step.burst, spec.max_step_ua);
-        let by_second = above(step.low.min(step.low_before), spec.max_step_ua_per_s);
-        by_burst.min(by_second).max(wanted).min(config.limit)
+        let Measures(burst) = Measures::of(step.burst, own_us);
+        let Measures(low) = step.low.min(step.low_before);
+        let bound = |burst, low, wanted: Amplitude| {
+            let by_burst = above(burst, spec.max_step_ua);
+            let by_second = above(low, spec.max_step_ua_per_s);
+            by_burst.min(by_second).max(wanted)
+        };
+        let Measures([wanted, wanted_charge]) = wanted;
+        let ([burst, burst_charge], [low, low_charge]) = (burst, low);
+        let by_charge = bound(burst_charge, low_charge, wanted_charge).get();
+        // What saturates is far above every limit.
+        let by_charge = by_charge.saturating_mul(own_us.into());
+        let by_charge = by_charge.checked_div(width_us.into()).unwrap_or(0);
+        let most = bound(burst, low, wanted).min(Amplitude::new(by_charge));
+        most.min(config.limit)
     }
 
-    /// `amplitude` is about to be wanted on `channel`.
+    /// `stimulus` is about to be wanted on `channel`.
     #[inline(never)]
-    pub(super) fn note_order(&mut self, channel: u8, amplitude: Amplitude, now: Micros) {
+    pub(super) fn note_order(&mut self, channel: u8, stimulus: Stimulus, now: Micros) {
         let index = usize::from(channel);
         let wanted = self.wanted.get(index).copied().unwrap_or_default();
-        let Some(step) = self.steps.get_mut(index) else {
+        let setup = self.setup.as_ref();
+        let config = setup.and_then(|setup| setup.channel(channel));
+        let (Some(config), Some(step)) = (config, self.steps.get_mut(index)) else {
             return;
         };
-        if wanted == Amplitude::ZERO || step.burst == Amplitude::ZERO {
+        let own_us = own_us(config);
+        let ordered = Measures::of(stimulus, own_us);
+        if wanted.amplitude == Amplitude::ZERO || step.burst.amplitude == Amplitude::ZERO {
             *step = Step {
-                burst: Amplitude::ZERO,
-                low: amplitude,
-                low_before: amplitude,
+                burst: Stimulus::default(),
+                low: ordered,
+                low_before: ordered,
                 since: now,
             };
         } else {
-            *step = step.at(wanted, now);
-            step.low = step.low.min(amplitude);
+            *step = step.at(Measures::of(wanted, own_us), now);
+            step.low = step.low.min(ordered);
         }
     }
-
-    pub(super) const NO_STEPS: [Step; CHANNELS] = [Step {
-        burst: Amplitude::ZERO,
-        low: Amplitude::ZERO,
-        low_before: Amplitude::ZERO,
-        since: Micros::new(0),
-    }; CHANNELS];
 }

@@ -1,7 +1,7 @@
 //! The chart of the module's documentation, cell by cell.
 
 use super::*;
-use crate::pulse::{Supply, TrainSpec};
+use crate::pulse::{Burst, Supply, TrainSpec};
 use crate::safety::{ChannelSpec, Reading, StageSpec, Sums, WearerSpec};
 use crate::units::{MicroAmps, us};
 use std::format;
@@ -39,6 +39,14 @@ fn setup() -> Setup {
     }
 }
 
+/// `ua` for `width_us`, 0 for the train's own.
+const fn stimulus(ua: u32, width_us: u16) -> Stimulus {
+    Stimulus {
+        amplitude: Amplitude::new(ua),
+        width_us,
+    }
+}
+
 const CLOSED: Inputs = Inputs {
     arm: true,
     hand_stop: true,
@@ -70,7 +78,7 @@ fn guard_in(state: &str) -> (Guard, Scheduler) {
         guard.arm(&setup(), &CLOSED, NOW).unwrap();
         // The last of the check's four amplitudes: 15 ms after its epoch, sensed.
         let pulse = NOW + us(15_000);
-        guard.burst(0, pulse).unwrap();
+        guard.burst(0, pulse).code.unwrap();
         for (second, window) in [(false, 2), (true, 3)] {
             let reading = Some(Reading::of(0, second, MicroAmps::new(1_000)));
             let inputs = Inputs { reading, ..CLOSED };
@@ -182,7 +190,7 @@ fn a_phase_that_owes_its_reading_is_told() {
         guard.tick(NOW, &CLOSED, &scheduler).unwrap();
         guard.arm(&setup(), &CLOSED, NOW).unwrap();
         let pulse = NOW + us(15_000);
-        guard.burst(0, pulse).unwrap();
+        guard.burst(0, pulse).code.unwrap();
         for &second in phases {
             let reading = Some(Reading::of(0, second, MicroAmps::new(1_000)));
             let inputs = Inputs { reading, ..CLOSED };
@@ -205,20 +213,30 @@ fn a_phase_that_owes_its_reading_is_told() {
 #[test]
 fn a_bit_that_changes_by_itself_is_a_fault() {
     type Flip = fn(&mut Guard);
-    let flips: [(&str, Flip); 14] = [
+    let flips: [(&str, Flip); 17] = [
         ("state", |g| g.mode = Mode::Armed { since: NOW }),
         ("time of the last host frame", |g| g.heard += us(1 << 20)),
         ("hand-held stop", |g| g.held ^= Inputs::STOP),
         ("arm key", |g| g.held ^= Inputs::KEY),
         ("wanted amplitude", |g| {
-            g.wanted[0] = Amplitude::new(1 << 10)
+            g.wanted[0].amplitude = Amplitude::new(1 << 10)
         }),
         ("amplitude in force", |g| {
-            g.in_force[0] = Amplitude::new(1 << 10)
+            g.in_force[0].amplitude = Amplitude::new(1 << 10)
+        }),
+        ("wanted width", |g| g.wanted[0].width_us ^= 1 << 7),
+        ("width in force", |g| g.in_force[0].width_us ^= 1),
+        ("largest width", |g| {
+            let channel = g.setup.as_mut().unwrap().channels[0].as_mut().unwrap();
+            let spec = TrainSpec {
+                max_width_us: 500,
+                ..*channel.train.spec()
+            };
+            channel.train = spec.validate().unwrap();
         }),
         ("rise", |g| g.rises[0] = Rise::Done),
         ("wanted amplitude of an unused channel", |g| {
-            g.wanted[9] = Amplitude::new(1)
+            g.wanted[9].amplitude = Amplitude::new(1)
         }),
         ("what readings showed", |g| {
             let reading = Reading::of(0, false, MicroAmps::new(7_000));
@@ -265,12 +283,12 @@ fn a_bit_that_changes_by_itself_is_a_fault() {
 fn a_burst_of_a_changed_channel_is_left_out() {
     let (mut guard, _) = guard_in("Stimulating");
     guard
-        .set_amplitudes([(0, Amplitude::new(5_000))].into_iter(), NOW)
+        .set_amplitudes([(0, stimulus(5_000, 0))].into_iter(), NOW)
         .unwrap();
     guard.seal();
-    assert!(guard.burst(0, NOW).is_some());
+    assert!(guard.burst(0, NOW).code.is_some());
     guard.seal();
-    guard.wanted[0] = Amplitude::new(5_000 ^ 1 << 12);
-    assert_eq!(guard.burst(0, NOW), None);
+    guard.wanted[0].amplitude = Amplitude::new(5_000 ^ 1 << 12);
+    assert_eq!(guard.burst(0, NOW), Burst::SILENT);
     assert_eq!(guard.check_seen(), Err(Fault::Memory));
 }

@@ -1,15 +1,15 @@
 //! Plans made wrong on purpose, one way each, and whole trains that are right.
 
 use super::*;
-use crate::pulse::{Change, GroupSpec, Scheduler, Supply, TrainSpec, WINDOW_US};
+use crate::pulse::{Burst, Change, GroupSpec, Scheduler, Supply, TrainSpec, WINDOW_US};
 use std::vec::Vec;
 
 const CODE: DacCode = DacCode::new(1000);
 
 struct Always;
 impl Supply for Always {
-    fn burst(&mut self, _: u8, _: Micros) -> Option<DacCode> {
-        Some(CODE)
+    fn burst(&mut self, _: u8, _: Micros) -> Burst {
+        Burst::of(CODE)
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
         true
@@ -21,6 +21,7 @@ fn expected(spec: TrainSpec) -> Option<Expected> {
         train: spec.validate().unwrap(),
         min_period_us: spec.period_us,
         max_code: CODE,
+        max_code_us: u32::MAX,
     })
 }
 

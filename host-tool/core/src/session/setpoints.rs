@@ -142,6 +142,7 @@ impl Setpoint {
                     .fold(0, |mask, (channel, _)| mask | 1 << channel),
                 // At most ten channels.
                 values: values.iter().map(|&(_, amplitude)| amplitude).collect(),
+                widths: heapless::Vec::new(),
             },
         }
     }
@@ -337,7 +338,7 @@ mod tests {
     fn amplitudes_name_their_channels() {
         let values = vec![(1, Amplitude::new(26_000)), (4, Amplitude::new(0))];
         match Setpoint::Amplitudes(values).request(None) {
-            Request::Amplitudes { mask, values } => {
+            Request::Amplitudes { mask, values, .. } => {
                 assert_eq!(mask, 0b10010);
                 assert_eq!(values, [Amplitude::new(26_000), Amplitude::new(0)]);
             }

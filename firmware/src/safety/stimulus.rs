@@ -1,0 +1,22 @@
+//! Amplitude and pulse width, which are only ever changed together.
+
+use crate::units::Amplitude;
+use core::hash::{Hash, Hasher};
+
+/// What the pulses of a burst are made of.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Stimulus {
+    /// In the stage's thousandths.
+    pub amplitude: Amplitude,
+    /// Of each phase, µs; 0 where there is no pulse yet.
+    pub width_us: u16,
+}
+
+/// In one word, for it is summed with every burst: a bit that changes in either changes
+/// the word.
+impl Hash for Stimulus {
+    #[inline]
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        state.write_u32(self.amplitude.get() ^ u32::from(self.width_us).rotate_left(22));
+    }
+}
