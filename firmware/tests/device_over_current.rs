@@ -2,6 +2,7 @@
 
 use crate::device_desk::*;
 use crate::device_safety::{BOOT, running};
+use crate::device_widths::stimuli;
 use firmware::link::{Event, Request};
 use firmware::lockstep::cost;
 use firmware::pulse::{Levels, Shape, State as Line, TrainSpec};
@@ -25,8 +26,10 @@ fn over_current_truncates_and_records_the_charge_left() {
         shape: Shape::MonophasicAnodic,
         ..MONO
     };
+    // Played at its largest width, not at its own.
     let slow = TrainSpec {
-        width_us: 300,
+        width_us: 200,
+        max_width_us: 300,
         gap_us: 137,
         period_us: 6_000,
         shape: Shape::BiphasicAnodicFirst,
@@ -40,6 +43,7 @@ fn over_current_truncates_and_records_the_charge_left() {
             &[channel(burst), channel(mono), channel(slow)],
             17_000,
         );
+        desk.must(stimuli(&[(17_000, 95), (17_000, 200), (17_000, 300)]));
         desk.wait(13_000);
         let start = *driven(&desk.record.levels, 1).last().unwrap() + 6_000;
         let until = start + u64::from(step) - desk.time();

@@ -20,7 +20,7 @@ const K05: Muscle = Muscle {
     tau2: 0.1241,
 };
 
-const SPEC: MuscleSpec = MuscleSpec {
+pub const SPEC: MuscleSpec = MuscleSpec {
     force: CalciumForceSpec {
         a_mn_per_s: 130_800,
         k_micro: 12_000,

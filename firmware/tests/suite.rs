@@ -20,6 +20,7 @@ mod device_setup_sum;
 mod device_stop;
 mod device_telemetry;
 mod device_wall;
+mod device_widths;
 mod device_words;
 mod haptics_wall;
 mod muscle_accuracy;

@@ -12,20 +12,31 @@ use hal_sim::trace::{
 };
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
+use std::num::NonZeroU16;
 
 const WINDOWS: u64 = 12_000;
 const CASES: u32 = 500;
 /// A refill renders the next window this long after the present one began.
 const REFILL_US: u64 = 2;
 
-/// Amplitudes that differ from burst to burst.
-struct Changing;
+/// Amplitudes, and widths of trains that allow it, that differ from burst to burst.
+struct Changing {
+    /// Of each channel, µs; none for a train's own.
+    widest_us: [Option<u16>; CHANNELS],
+}
 
 impl Supply for Changing {
     fn burst(&mut self, channel: u8, at: Micros) -> Burst {
-        Burst::of(DacCode::new(
-            (at.get() / 13 + u32::from(channel) * 977) as u16,
-        ))
+        let number = at.get() / 13 + u32::from(channel) * 977;
+        let width_us = self.widest_us[usize::from(channel)].and_then(|widest_us| {
+            let width_us = 10 + number % u32::from(widest_us - 9);
+            // Now and then the train's own.
+            NonZeroU16::new(width_us as u16).filter(|_| !number.is_multiple_of(5))
+        });
+        Burst {
+            code: Some(DacCode::new(number as u16)),
+            width_us,
+        }
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
         true
@@ -44,13 +55,19 @@ fn spec() -> impl Strategy<Value = FirmwareSpec> {
         1u8..=8,
         200u16..4_000,
         prop_oneof![3 => Just(0u16), 1 => 1u16..20],
+        prop_oneof![1 => Just(0u16), 1 => 10u16..=500],
     );
     (shape, times, burst, 0.0..=1.0).prop_map(|(shape, times, burst, phase)| {
         let (width_us, gap_us, ground_us, period_us) = times;
-        let (burst_count, burst_interval_us, repeats) = burst;
+        let (burst_count, burst_interval_us, repeats, max_width_us) = burst;
         let mut spec = FirmwareSpec {
             shape,
             width_us,
+            max_width_us: if max_width_us < width_us {
+                0
+            } else {
+                max_width_us
+            },
             gap_us: if shape.is_biphasic() { gap_us } else { 0 },
             // Every other biphasic one is grounded, too.
             ground_us: if shape.is_biphasic() && width_us % 2 == 0 {
@@ -135,10 +152,17 @@ impl Scene {
         let epoch = Micros::new(self.start) + us(self.lead_us);
         scheduler.start(trains, groups, Some(0), epoch);
         let (mut trace, mut plan) = (Trace::default(), WindowPlan::new());
+        let widest = |train: &Option<Train>| {
+            let train = train.filter(Train::has_live_width)?;
+            Some(train.widest_us())
+        };
+        let mut supply = Changing {
+            widest_us: std::array::from_fn(|c| widest(&trains[c])),
+        };
         for window in 0..WINDOWS {
             let t_us = u64::from(self.start) + window * u64::from(WINDOW_US);
             scheduler
-                .render(Micros::new(t_us as u32), &mut Changing, &mut plan)
+                .render(Micros::new(t_us as u32), &mut supply, &mut plan)
                 .expect("no window is late or full");
             for &(channel, code) in &plan.dac {
                 let written_us = t_us - u64::from(WINDOW_US) + REFILL_US;
@@ -170,6 +194,7 @@ impl Scene {
             groups: groups.collect(),
             dead_time_us: 5,
             max_code: [u16::MAX; CHANNELS],
+            max_code_us: [u64::MAX; CHANNELS],
             limits: Limits::default(),
             complete: true,
             end_us: start_us + WINDOWS * u64::from(WINDOW_US),
@@ -192,6 +217,7 @@ fn expected(channel: u8, spec: &FirmwareSpec, epoch_us: u64) -> TrainSpec {
             FirmwareShape::MonophasicAnodic => Shape::Monophasic(Polarity::Anodic),
         },
         width_us: spec.width_us.into(),
+        widest_us: (spec.max_width_us > spec.width_us).then_some(spec.max_width_us.into()),
         gap_us: spec.gap_us.into(),
         period_us: spec.period_us.into(),
         offset_us: spec.offset_us.into(),

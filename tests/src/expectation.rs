@@ -17,7 +17,11 @@ pub fn of_session(session: &Session, epoch_us: u64, end_us: u64) -> Expectation 
     let Course::Amplitudes(values) = &session.setpoints.course else {
         panic!("constant amplitudes only");
     };
-    let is_driven = |index: u8| values.iter().any(|(c, a)| *c == index && a.get() > 0);
+    let is_driven = |index: u8| {
+        values
+            .iter()
+            .any(|(c, it)| *c == index && it.amplitude.get() > 0)
+    };
     let driven = session.channels.iter().filter(|c| is_driven(c.index()));
     let trains = driven.map(|c| train(c.index(), &c.spec.train, epoch_us..end_us + 1));
     expectation(trains.collect(), &session.groups, end_us)
@@ -66,6 +70,7 @@ fn expectation(trains: Vec<TrainSpec>, groups: &[GroupSpec], end_us: u64) -> Exp
         groups: groups.collect(),
         dead_time_us: 5,
         max_code: [u16::MAX; 10],
+        max_code_us: [u64::MAX; 10],
         limits: Limits::default(),
         complete: true,
         end_us,
@@ -82,6 +87,7 @@ fn train(channel: u8, spec: &Wire, active_us: Range<u64>) -> TrainSpec {
             WireShape::MonophasicAnodic => Shape::Monophasic(Polarity::Anodic),
         },
         width_us: spec.width_us.into(),
+        widest_us: (spec.max_width_us > spec.width_us).then_some(spec.max_width_us.into()),
         gap_us: spec.gap_us.into(),
         period_us: spec.period_us.into(),
         offset_us: spec.offset_us.into(),

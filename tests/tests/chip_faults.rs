@@ -122,7 +122,7 @@ impl Bench {
             self.say(Request::Amplitudes {
                 mask: 0b10_0001,
                 values: [Amplitude::new(5_000); 2].into_iter().collect(),
-                widths: heapless::Vec::new(),
+                widths: Default::default(),
             });
             self.run_us(5_000);
         }

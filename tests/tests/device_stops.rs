@@ -130,6 +130,7 @@ fn train() -> impl Strategy<Value = TrainSpec> {
                 TrainSpec {
                     shape,
                     width_us,
+                    max_width_us: 0,
                     gap_us,
                     ground_us,
                     period_us,
@@ -164,7 +165,7 @@ fn run(
     desk.ask(Request::Amplitudes {
         mask,
         values,
-        widths: heapless::Vec::new(),
+        widths: Default::default(),
     })
     .unwrap();
     for _ in 0..us / 10_000 {

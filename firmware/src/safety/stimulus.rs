@@ -8,8 +8,19 @@ use core::hash::{Hash, Hasher};
 pub struct Stimulus {
     /// In the stage's thousandths.
     pub amplitude: Amplitude,
-    /// Of each phase, µs; 0 where there is no pulse yet.
+    /// Of each phase, µs; 0 for the train's own.
     pub width_us: u16,
+}
+
+impl Stimulus {
+    /// Of the train's own width.
+    #[must_use]
+    pub const fn own(amplitude: Amplitude) -> Self {
+        Self {
+            amplitude,
+            width_us: 0,
+        }
+    }
 }
 
 /// In one word, for it is summed with every burst: a bit that changes in either changes

@@ -74,6 +74,7 @@ fn channel(number: u8, name: &str, limit: f64) -> ChannelInfo {
         name: name.to_owned(),
         unit: "V".to_owned(),
         limit,
+        live_width: false,
         muscle: true,
         model: None,
         force: false,

@@ -166,7 +166,7 @@ fn experiment_2_has_the_patterns_of_figure_5() {
         let Setpoint::Amplitudes(values) = session.setpoints.at(0) else {
             panic!("{name}: no amplitudes");
         };
-        let values: Vec<_> = values.iter().map(|&(_, v)| v).collect();
+        let values: Vec<_> = values.iter().map(|&(_, v)| v.amplitude).collect();
         let (a, b) = (Amplitude::new(26_000), Amplitude::new(30_000));
         if values == [a, b] {
             let delay = offset(1) - offset(0);

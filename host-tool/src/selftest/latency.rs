@@ -226,7 +226,7 @@ fn setpoint(path: Path, index: u32) -> Request {
             Request::Amplitudes {
                 mask: 0x3FF,
                 values: [value; CHANNELS].into_iter().collect(),
-                widths: heapless::Vec::new(),
+                widths: Default::default(),
             }
         }
         Path::Control => {

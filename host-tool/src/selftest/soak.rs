@@ -96,7 +96,7 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
         let request = Request::Amplitudes {
             mask: 0x3FF,
             values: values.iter().copied().collect(),
-            widths: heapless::Vec::new(),
+            widths: Default::default(),
         };
         asked.insert(client.post(request)?, values);
         soak.sent += 1;

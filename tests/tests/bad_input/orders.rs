@@ -166,7 +166,7 @@ fn amplitudes(mask: u16, values: &[u32]) -> Request {
     Request::Amplitudes {
         mask,
         values,
-        widths: heapless::Vec::new(),
+        widths: Default::default(),
     }
 }
 

@@ -109,7 +109,7 @@ fn amplitudes(mask: u16, ua: u32) -> Step {
     Ask(Request::Amplitudes {
         mask,
         values,
-        widths: heapless::Vec::new(),
+        widths: Default::default(),
     })
 }
 

@@ -249,7 +249,7 @@ pub fn amplitudes(list: &[(u8, u32)]) -> Request {
             .iter()
             .map(|&(_, value)| Amplitude::new(value))
             .collect(),
-        widths: heapless::Vec::new(),
+        widths: Default::default(),
     }
 }
 
@@ -322,6 +322,9 @@ fn telemetry(at: Micros, channels: u32) -> Telemetry {
         effort_milli: is_full.then_some(-999),
         limiting: is_full,
         amplitudes: (0..channels).map(amplitude).collect(),
+        widths_us: (0..channels.min(2))
+            .map(|c| (c != 0).then_some(250))
+            .collect(),
         forces_mn: (0..channels).map(|c| (c != 0).then_some(c * 100)).collect(),
         force_control: (0..channels.min(2)).map(force).collect(),
         state: [State::Idle, State::Stimulating][usize::from(is_full)],

@@ -91,8 +91,16 @@ impl Host {
             let amplitude = |c: u32| Amplitude::new(2_000 + 150 * ((step * (c + 3)) % 40));
             self.say(Request::Amplitudes {
                 mask: 0b11_1111_0001,
-                values: [0, 4, 5, 6, 7, 8, 9].map(amplitude).into_iter().collect(),
-                widths: heapless::Vec::new(),
+                values: DIRECT.map(|c| amplitude(c.into())).into_iter().collect(),
+                // Two change burst by burst, one of each shape.
+                widths: DIRECT
+                    .map(|c| match c {
+                        LIVE_BIPHASIC => 50 + (step * 7 % 250) as u16,
+                        LIVE_MONOPHASIC => 10 + (step * 11 % 290) as u16,
+                        fixed => width_us(fixed),
+                    })
+                    .into_iter()
+                    .collect(),
             });
             self.say(Request::Angle {
                 at: None,
@@ -106,7 +114,7 @@ impl Host {
                 31 => self.say(Request::Amplitudes {
                     mask: 1,
                     values: [Amplitude::new(99_999)].into_iter().collect(),
-                    widths: heapless::Vec::new(),
+                    widths: Default::default(),
                 }),
                 43 => self.sensors.trigger = Some(BOOT + us(self.now + 411)),
                 _ => {}
@@ -114,6 +122,16 @@ impl Host {
             self.wait_ms(11);
         }
     }
+}
+
+/// Channels that the host drives.
+const DIRECT: [u8; 7] = [0, 4, 5, 6, 7, 8, 9];
+/// Of them, those whose width may change.
+const LIVE_BIPHASIC: u8 = 6;
+const LIVE_MONOPHASIC: u8 = 5;
+
+fn width_us(channel: u8) -> u16 {
+    150 + 13 * u16::from(channel)
 }
 
 /// Every waveform, each with its own rate, width and offset.
@@ -125,7 +143,11 @@ pub fn channel_spec(channel: u8) -> ChannelSpec {
             1 => Shape::BiphasicAnodicFirst,
             _ => Shape::MonophasicCathodic,
         },
-        width_us: 150 + 13 * u16::from(channel),
+        width_us: width_us(channel),
+        max_width_us: match channel {
+            LIVE_BIPHASIC | LIVE_MONOPHASIC => 300,
+            _ => 0,
+        },
         gap_us: if is_one_phase {
             0
         } else {

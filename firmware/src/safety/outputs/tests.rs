@@ -2,14 +2,22 @@
 
 use super::*;
 use crate::pulse::{Burst, Change, GroupSpec, Scheduler, Supply, TrainSpec, WINDOW_US};
+use core::num::NonZeroU16;
 use std::vec::Vec;
 
 const CODE: DacCode = DacCode::new(1000);
+/// The channel whose width may change.
+const LIVE: u8 = 4;
 
+/// Widths of 100 and 300 µs in turn where a train allows it; else its own.
 struct Always;
 impl Supply for Always {
-    fn burst(&mut self, _: u8, _: Micros) -> Burst {
-        Burst::of(CODE)
+    fn burst(&mut self, channel: u8, at: Micros) -> Burst {
+        let is_wide = at.get().is_multiple_of(2);
+        Burst {
+            code: Some(CODE),
+            width_us: NonZeroU16::new(if is_wide { 300 } else { 100 }).filter(|_| channel == LIVE),
+        }
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
         true
@@ -21,7 +29,7 @@ fn expected(spec: TrainSpec) -> Option<Expected> {
         train: spec.validate().unwrap(),
         min_period_us: spec.period_us,
         max_code: CODE,
-        max_code_us: u32::MAX,
+        max_code_us: 300_000,
     })
 }
 
@@ -193,6 +201,42 @@ fn each_way_to_be_wrong_is_told() {
     assert_eq!(one(&levels(81, 0, grounds)), Err(Broken::Grounding));
 }
 
+/// A live width: each burst's own is right; one that the train may not have, that has too
+/// much charge, or that is not the one announced, is not.
+#[test]
+fn a_live_width_is_the_announced_one_and_within_its_bounds() {
+    let live = TrainSpec {
+        max_width_us: 300,
+        period_us: 20_001, // so that bursts begin at odd times and at even ones
+        burst_count: 2,
+        burst_interval_us: 1_000,
+        ..PLAIN
+    };
+    let mut specs = [PLAIN; LIVE as usize + 1];
+    for (spec, offset_us) in specs.iter_mut().zip([2_000, 4_000, 6_000, 8_000]) {
+        spec.offset_us = offset_us;
+    }
+    specs[usize::from(LIVE)] = live;
+    let width = |by: fn(u16) -> u16| {
+        move |_: u32, plan: &mut WindowPlan| {
+            for pulse in plan.pulses.iter_mut().filter(|it| it.channel == LIVE) {
+                pulse.width_us = by(pulse.width_us);
+            }
+        }
+    };
+    assert_eq!(play(&specs, &[], width(|us| us)), Ok(()));
+    assert_eq!(play(&specs, &[], width(|us| us - 1)), Err(Broken::Phase));
+    assert_eq!(play(&specs, &[], width(|us| us + 1)), Err(Broken::Width));
+    assert_eq!(play(&specs, &[], width(|_| 9)), Err(Broken::Width));
+    assert_eq!(play(&specs, &[], width(|_| 0)), Err(Broken::Width));
+    let code = |_: u32, plan: &mut WindowPlan| {
+        for pulse in plan.pulses.iter_mut().filter(|it| it.width_us == 300) {
+            pulse.code = DacCode::new(1_001);
+        }
+    };
+    assert_eq!(play(&specs, &[], code), Err(Broken::Width));
+}
+
 #[test]
 fn its_own_memory_is_sealed() {
     let all = channels(&[PLAIN]);
@@ -201,6 +245,8 @@ fn its_own_memory_is_sealed() {
         |c| c.lines[0].since += us(4),
         |c| c.expected[0].as_mut().unwrap().min_period_us ^= 1 << 14,
         |c| c.expected[0].as_mut().unwrap().max_code = DacCode::new(u16::MAX),
+        |c| c.expected[0].as_mut().unwrap().max_code_us ^= 1 << 20,
+        |c| c.lines[0].width_us ^= 1 << 6,
         |c| c.levels.0 ^= 1,
     ] {
         let mut check = OutputCheck::new();

@@ -27,6 +27,9 @@ pub struct TrainSpec {
     pub shape: Shape,
     /// Width of each phase.
     pub width_us: u64,
+    /// If it may change from burst to burst: the largest. Then each burst has a width of
+    /// its own, from the limits' shortest to this, whatever `width_us` says.
+    pub widest_us: Option<u64>,
     /// Interphase gap asked for; the one put out is at least the dead time.
     pub gap_us: u64,
     /// From burst to burst.
@@ -106,6 +109,8 @@ pub struct Expectation {
     pub dead_time_us: u64,
     /// Greatest DAC code of each channel.
     pub max_code: [u16; CHANNELS],
+    /// Greatest product of DAC code and phase width of each channel, code·µs.
+    pub max_code_us: [u64; CHANNELS],
     /// Bounds that hold whatever the trains are.
     pub limits: Limits,
     /// True if every pulse of every train must be there.
@@ -115,11 +120,12 @@ pub struct Expectation {
 }
 
 impl TrainSpec {
-    /// Length of one pulse, first edge to last.
+    /// Length of one pulse at its widest, first edge to last.
     pub fn pulse_us(&self, dead_time_us: u64) -> u64 {
+        let width_us = self.widest_us.unwrap_or(self.width_us);
         match self.shape {
-            Shape::Biphasic(_) => 2 * self.width_us + self.gap_us.max(dead_time_us),
-            Shape::Monophasic(_) => self.width_us,
+            Shape::Biphasic(_) => 2 * width_us + self.gap_us.max(dead_time_us),
+            Shape::Monophasic(_) => width_us,
         }
     }
 
@@ -158,6 +164,11 @@ impl TrainSpec {
         [
             (usize::from(self.channel) >= CHANNELS, "channel"),
             (!limits.width_us.contains(&self.width_us), "width"),
+            (
+                self.widest_us
+                    .is_some_and(|it| !limits.width_us.contains(&it)),
+                "largest width",
+            ),
             (self.gap_us > MAX_GAP_US, "gap"),
             (!limits.period_us.contains(&self.period_us), "period"),
             (self.offset_us > self.period_us, "offset"),

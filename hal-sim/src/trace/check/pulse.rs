@@ -26,6 +26,13 @@ pub(super) fn judge(
             let code = pulse.code;
             report(pulse.start_us, Rule::Code { code, max });
         }
+        let widest_us = pulse.width_us.into_iter().max().unwrap_or(0);
+        let code_us = u64::from(pulse.code) * widest_us;
+        let max_code_us = expected.max_code_us[usize::from(channel)];
+        if code_us > max_code_us {
+            let max = max_code_us;
+            report(pulse.start_us, Rule::PhaseCharge { code_us, max });
+        }
         if pulse.complete && pulse.phases == 2 && pulse.charge != 0 {
             report(pulse.start_us, Rule::Charge { net: pulse.charge });
         }

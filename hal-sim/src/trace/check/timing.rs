@@ -25,6 +25,8 @@ pub(super) fn compare<'a>(
 ) -> Vec<Timed<'a>> {
     let mut timed = Vec::with_capacity(pulses.len());
     let mut current = 0;
+    // Start of the burst under way, and the width it began with.
+    let mut begun = (u64::MAX, 0);
     let mut roll: Vec<RollCall> = trains.iter().map(|train| RollCall::new(train)).collect();
     for pulse in pulses {
         let past = |train: &TrainSpec| train.active_us.end + train.period_us <= pulse.start_us;
@@ -36,9 +38,14 @@ pub(super) fn compare<'a>(
         let (burst_us, ground_us) = match place {
             Some((index, (burst, number))) => {
                 let train = trains[index];
+                let burst_us = train.start_us(burst, 0);
+                if begun.0 != burst_us {
+                    begun = (burst_us, pulse.width_us[0]);
+                }
+                compare_width(pulse, train, begun.1, found);
                 compare_shape(pulse, train, expected.dead_time_us, found);
                 roll[index].present(burst * train.burst_count + number, expected, found);
-                (train.start_us(burst, 0), train.ground_us)
+                (burst_us, train.ground_us)
             }
             None => {
                 let near = trains.iter().filter_map(|it| nearest(it, pulse.start_us));
@@ -86,6 +93,21 @@ fn nearest(train: &TrainSpec, t_us: u64) -> Option<u64> {
         .min_by_key(|start_us| start_us.abs_diff(t_us))
 }
 
+/// Of a width that may change: within its bounds, and the same in all of a burst.
+fn compare_width(pulse: &Pulse, train: &TrainSpec, first_us: u64, found: &mut Vec<Violation>) {
+    let Some(widest_us) = train.widest_us.filter(|_| pulse.complete) else {
+        return;
+    };
+    let width_us = pulse.width_us[0];
+    let mut report = |rule| found.push(Violation::new(pulse.start_us, pulse.channel, rule));
+    if width_us > widest_us {
+        report(Rule::Width { width_us });
+    }
+    if width_us != first_us {
+        report(Rule::WidthInBurst { width_us, first_us });
+    }
+}
+
 fn compare_shape(pulse: &Pulse, train: &TrainSpec, dead_time_us: u64, found: &mut Vec<Violation>) {
     let (phases, first) = match train.shape {
         Shape::Biphasic(first) => (2, first),
@@ -98,7 +120,11 @@ fn compare_shape(pulse: &Pulse, train: &TrainSpec, dead_time_us: u64, found: &mu
         return;
     }
     let gap_us = train.gap_us.max(dead_time_us);
-    let mut due_us = train.width_us;
+    let own_us = match train.widest_us {
+        Some(_) => pulse.width_us[0],
+        None => train.width_us,
+    };
+    let mut due_us = own_us;
     let mut seen_us = pulse.width_us[0];
     let mut compare = |seen_us: u64, due_us: u64| {
         if seen_us != due_us {
@@ -115,7 +141,7 @@ fn compare_shape(pulse: &Pulse, train: &TrainSpec, dead_time_us: u64, found: &mu
     if phases == 2 {
         (seen_us, due_us) = (seen_us + pulse.gap_us, due_us + gap_us);
         compare(seen_us, due_us);
-        compare(seen_us + pulse.width_us[1], due_us + train.width_us);
+        compare(seen_us + pulse.width_us[1], due_us + own_us);
     }
 }
 

@@ -72,6 +72,22 @@ pub enum Rule {
         /// Its length.
         width_us: u64,
     },
+    /// Amplitude and width of a phase are too much together.
+    #[error("phase of {code_us} code·µs exceeds {max}")]
+    PhaseCharge {
+        /// Their product.
+        code_us: u64,
+        /// The channel's limit.
+        max: u64,
+    },
+    /// A pulse of a burst has another width than the burst's first.
+    #[error("phase of {width_us} µs in a burst of {first_us} µs")]
+    WidthInBurst {
+        /// Its width.
+        width_us: u64,
+        /// The first pulse's.
+        first_us: u64,
+    },
     /// Two bursts of a channel follow each other too fast.
     #[error("burst {since_us} µs after the previous one")]
     Repetition {

@@ -192,6 +192,8 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::TimeOver => ("the wearer's time of stimulation is over until power comes up anew", "end the day's session; switch off and on for another wearer"),
         Code::DoseReached => ("the channel has put out the wearer's largest charge until power comes up anew", "end the day's session; switch off and on for another wearer"),
         Code::TooLargeStep => ("the amplitude rises faster than the wearer allows from burst to burst or in a second", "raise it in smaller steps; lower is always taken"),
+        Code::ChargeAtWidth => ("at this width the amplitude exceeds the charge limit per phase", "ask for less, or for a shorter phase"),
+        Code::WidthChanges => ("its pulse width may change, and its muscle's recruitment holds at one", "leave the muscle out, or max_width_us"),
         Code::NoStageMemory => ("this device keeps no table of its output stages", "store it on a board; a simulator has the stages its session declares"),
         Code::OtherSetup => ("the setup that was armed is not the one the device holds", "send Clear and the whole setup again, then arm"),
         Code::LoadTooLow => ("through the load measured at arming, the channel's limit is more than the wearer's limits allow", "lower the channel's limit or its full scale, or check electrodes and gel"),

@@ -77,21 +77,48 @@ impl<P: Port> Client<P> {
     }
 
     /// Sets amplitudes by (channel from 0, amplitude) in any order, all or none of
-    /// them.
+    /// them, at the trains' own widths.
     ///
     /// # Errors
     /// As all; more than ten amplitudes are too large.
     pub fn amplitudes(&mut self, list: &[(u8, Amplitude)]) -> Result<Micros, Error> {
+        let list = list.iter();
+        let own: Vec<_> = list.map(|&(channel, it)| (channel, it, None)).collect();
+        self.send_amplitudes(&own)
+    }
+
+    /// Sets amplitudes and widths by (channel from 0, amplitude, width in µs) in any
+    /// order, all or none of them, each pair from the channel's next burst on.
+    ///
+    /// # Errors
+    /// As all; more than ten amplitudes are too large.
+    pub fn stimuli(&mut self, list: &[(u8, Amplitude, u16)]) -> Result<Micros, Error> {
+        let list = list.iter();
+        let pairs: Vec<_> = list
+            .map(|&(channel, it, us)| (channel, it, Some(us)))
+            .collect();
+        self.send_amplitudes(&pairs)
+    }
+
+    /// Either all have a width or none has.
+    fn send_amplitudes(&mut self, list: &[(u8, Amplitude, Option<u16>)]) -> Result<Micros, Error> {
         if list.len() > CHANNELS {
             return Err(Error::TooLarge("Amplitudes"));
         }
         // A channel named twice is left for the device to refuse.
         let mut sorted = list.to_vec();
-        sorted.sort_by_key(|(channel, _)| *channel);
-        let mask = sorted.iter().fold(0, |mask, (channel, _)| {
+        sorted.sort_by_key(|(channel, ..)| *channel);
+        let mask = sorted.iter().fold(0, |mask, (channel, ..)| {
             mask | 1u16.checked_shl((*channel).into()).unwrap_or(0)
         });
-        let values = sorted.iter().map(|(_, amplitude)| *amplitude).collect();
-        self.ack("Amplitudes", Request::Amplitudes { mask, values })
+        let request = Request::Amplitudes {
+            mask,
+            values: sorted.iter().map(|(_, amplitude, _)| *amplitude).collect(),
+            widths: sorted
+                .iter()
+                .filter_map(|(.., width_us)| *width_us)
+                .collect(),
+        };
+        self.ack("Amplitudes", request)
     }
 }

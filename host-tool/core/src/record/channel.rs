@@ -15,6 +15,9 @@ pub struct ChannelInfo {
     pub unit: String,
     /// The wearer's limit, in that unit.
     pub limit: f64,
+    /// Whether its pulse width may change: a place in `Sample::widths_us`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub live_width: bool,
     /// Whether its muscle's force is predicted: a place in `Sample::forces_n`.
     #[serde(default)]
     pub muscle: bool,

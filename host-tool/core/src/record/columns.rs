@@ -26,6 +26,8 @@ pub enum Each {
     Table,
     /// For each channel in use.
     Channel,
+    /// For each channel whose width may change.
+    Width,
     /// For each channel whose muscle's force is predicted.
     Muscle,
     /// For each channel under force control.
@@ -50,7 +52,7 @@ const fn column(
 
 /// The columns of `samples.csv`, in their order.
 #[rustfmt::skip]
-pub const SAMPLES: [Column; 13] = [
+pub const SAMPLES: [Column; 14] = [
     column(Each::Table, "t_s", "s", "time since the start of the trains", "device clock, 1 µs"),
     column(Each::Table, "target_deg", "°", "wanted joint angle, or where the wall stands; empty before the first setpoint and without joint or wall", "device: the setpoint it follows, held or extrapolated"),
     column(Each::Table, "measured_deg", "°", "joint angle; empty before the first measurement and without joint or wall", "the session's sensor, as the device took it"),
@@ -59,6 +61,7 @@ pub const SAMPLES: [Column; 13] = [
     column(Each::Table, "limiting", "0, 1", "1 while the device cannot give what is wanted, on any channel: a computed amplitude is held at the wearer's limit, or a force is wanted that is below that of threshold or beyond what the muscle, perhaps tired, gives", "device: guard, force control"),
     column(Each::Table, "state", "", "the device's state: boot, idle, armed, stimulating, stopping or fault", "device"),
     column(Each::Channel, "amplitude", "", "amplitude in force; empty while the channel plays nothing", "device: as sent to the DAC; no measurement"),
+    column(Each::Width, "width", "us", "pulse width in force; empty while the channel plays nothing", "device: as played; no measurement"),
     column(Each::Muscle, "force", "N", "force that the muscle model predicts from the pulses played; empty where none runs", "device: muscle model; no measurement"),
     column(Each::Force, "wanted", "N", "wanted force; empty before its first setpoint", "device: the setpoint it follows"),
     column(Each::Force, "rate", "Hz", "pulse rate in force; empty while the channel plays nothing", "device: force control"),
@@ -83,6 +86,7 @@ impl Column {
         }
         let own = channels.iter().filter(|channel| match self.each {
             Each::Table | Each::Channel => true,
+            Each::Width => channel.live_width,
             Each::Muscle => channel.muscle,
             Each::Force => channel.force,
         });
@@ -128,7 +132,7 @@ pub(super) fn in_markdown(columns: &[Column]) -> String {
         let (name, unit) = match column.each {
             Each::Table => (column.name.to_owned(), column.unit),
             Each::Channel => (format!("{}_N_ma, …_v", column.name), "the channel's"),
-            Each::Muscle | Each::Force => (
+            Each::Width | Each::Muscle | Each::Force => (
                 format!("{}_N_{}", column.name, column.unit.to_lowercase()),
                 column.unit,
             ),
@@ -136,6 +140,7 @@ pub(super) fn in_markdown(columns: &[Column]) -> String {
         let whose = match column.each {
             Each::Table => "",
             Each::Channel => "; for each channel N",
+            Each::Width => "; for each channel N with a `max_width_us`",
             Each::Muscle => "; for each channel N with a muscle",
             Each::Force => "; for each channel N under force control",
         };

@@ -349,6 +349,10 @@ pub struct Sample {
     /// Amplitude of each channel, in the channel's unit; `None` while it plays
     /// nothing.
     pub amplitudes: Vec<Option<f64>>,
+    /// Pulse width of each channel whose width may change, µs, in channel order; `None`
+    /// while it plays nothing.
+    #[serde(default)]
+    pub widths_us: Vec<Option<f64>>,
     /// Predicted force of each channel that has a muscle, N, in channel order; `None`
     /// where no model ran.
     pub forces_n: Vec<Option<f64>>,

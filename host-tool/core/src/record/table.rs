@@ -27,6 +27,7 @@ pub(super) fn push_sample_header(text: &mut Vec<u8>, channels: &[ChannelInfo]) {
 /// a zero; surplus amplitudes or forces have no column and are left out.
 pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[ChannelInfo]) {
     let predicted = channels.iter().filter(|c| c.muscle).count();
+    let live = channels.iter().filter(|c| c.live_width).count();
     let controlled = channels.iter().filter(|c| c.force).count();
     number::push(text, sample.t_s);
     for value in [sample.target_deg, sample.measured_deg, sample.true_deg] {
@@ -37,6 +38,9 @@ pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[Chann
     text.extend_from_slice(word(&DEVICE_STATES, sample.state).as_bytes());
     for column in 0..channels.len() {
         push_field(text, sample.amplitudes.get(column).copied().flatten());
+    }
+    for column in 0..live {
+        push_field(text, sample.widths_us.get(column).copied().flatten());
     }
     for column in 0..predicted {
         push_field(text, sample.forces_n.get(column).copied().flatten());
@@ -100,6 +104,7 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
     };
     let lists = [
         "amplitude_",
+        "width_",
         "force_",
         "wanted_",
         "rate_",
@@ -107,7 +112,7 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
         "above_",
     ]
     .map(columns);
-    let [amplitudes, forces, wanted, rates, below, above] = lists;
+    let [amplitudes, widths, forces, wanted, rates, below, above] = lists;
     let fixed = FIXED.map(|name| rows.column(name));
     let [t, target, measured, truth, effort, limiting, state] = fixed;
     let (t, target, measured) = (t?, target?, measured?);
@@ -126,6 +131,7 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
             limiting: row.get::<u8>(limiting)? != 0,
             state: row.state(&DEVICE_STATES, state)?,
             amplitudes: list(&amplitudes)?,
+            widths_us: list(&widths)?,
             forces_n: list(&forces)?,
             wanted_n: list(&wanted)?,
             rates_hz: list(&rates)?,

@@ -316,6 +316,7 @@ mod tests {
             name: String::new(),
             unit: "mA".to_owned(),
             limit: 10.0,
+            live_width: false,
             muscle: true,
             model: model.map(str::to_owned),
             force: false,

@@ -2,6 +2,7 @@
 
 use crate::session::{Course, ForceCourse, Session};
 use firmware::pulse::CHANNELS;
+use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 use hal_sim::trace::{Edge, State, Trace};
 
@@ -51,7 +52,10 @@ pub(super) fn why_silent(session: &Session, length_us: u64, idle_triggers: u64) 
             ..
         } => *offset_n == 0.0 && *amplitude_n == 0.0,
     };
-    let is_zero = |values: &[(u8, Amplitude)]| values.iter().all(|(_, a)| *a == Amplitude::ZERO);
+    let is_zero = |values: &[(u8, Stimulus)]| {
+        let amplitudes = values.iter().map(|(_, it)| it.amplitude);
+        amplitudes.into_iter().all(|it| it == Amplitude::ZERO)
+    };
     match &setpoints.course {
         Course::Amplitudes(values) if is_zero(values) && is_zero(&setpoints.beside) => {
             "all amplitudes that it asks for are 0"
@@ -69,7 +73,7 @@ pub(super) fn why_silent(session: &Session, length_us: u64, idle_triggers: u64) 
             "the wanted force is nearer to none than to the least that the muscle gives; a lower \
              min_frequency_hz lets it give less"
         }
-        Course::Amplitudes(_) => {
+        Course::Amplitudes(_) | Course::Stimulus(..) => {
             "every amplitude was below the first step of its DAC, or the ramp \
                                   had not begun"
         }

@@ -26,6 +26,7 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
         name: channel.name.clone(),
         unit: channel.unit().symbol().to_owned(),
         limit: milli(channel.spec.limit.get().into()),
+        live_width: channel.has_live_width(),
         muscle: channel.muscle.is_some(),
         model: (channel.muscle.as_ref()).map(|muscle| rung_name(muscle.rung()).to_owned()),
         force: channel.force.is_some(),
@@ -94,6 +95,7 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
         gaps.map(|gap| gap.map(|gap| milli(f(gap)))).collect()
     };
     let amplitudes = telemetry.amplitudes.iter();
+    let widths = telemetry.widths_us.iter();
     Sample {
         t_s: f64::from((telemetry.at - epoch).us()) * 1e-6,
         target_deg: degrees(telemetry.target_centideg),
@@ -103,6 +105,7 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
         limiting: telemetry.limiting,
         state: state(telemetry.state),
         amplitudes: amplitudes.map(|a| a.map(|a| milli(a.get()))).collect(),
+        widths_us: widths.map(|w| w.map(f64::from)).collect(),
         forces_n: telemetry.forces_mn.iter().map(|f| f.map(milli)).collect(),
         wanted_n: force(|f| f.target_mn.map(|mn| f64::from(mn) * 1e-3)),
         rates_hz: force(|f| f.period_us.map(|us| 1e6 / f64::from(us))),

@@ -67,6 +67,12 @@ impl Channel {
         .ok()
     }
 
+    /// Whether a setpoint may ask for another width than the train's own.
+    #[must_use]
+    pub const fn has_live_width(&self) -> bool {
+        self.spec.train.max_width_us > self.spec.train.width_us
+    }
+
     /// What its amplitudes are.
     #[must_use]
     pub const fn unit(&self) -> Unit {

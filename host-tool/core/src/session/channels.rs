@@ -201,6 +201,10 @@ fn read_train(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> TrainSpec {
             .named("shape", &SHAPES)
             .unwrap_or(Shape::BiphasicCathodicFirst),
         width_us: t.whole("width_us"),
+        max_width_us: match t.has("max_width_us") {
+            true => t.whole("max_width_us"),
+            false => 0,
+        },
         gap_us: t.whole("gap_us"),
         ground_us: t.whole("ground_us"),
         period_us: read_period(t, number, notes),

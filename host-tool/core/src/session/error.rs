@@ -28,7 +28,7 @@ pub(crate) struct Place {
 macro_rules! problems {
     (at $path:ident, $given:ident: $($number:literal $name:ident { $($field:ident: $type:ty),* } $message:literal $remedy:literal)*) => {
         /// Everything a session file is refused for. This is the only list of the
-        /// numbers E400–E499 and E650–E669; they are
+        /// numbers E400–E499, E630–E639 and E650–E669; they are
         /// stable. `allowed` is what may stand there.
         #[derive(Clone, PartialEq, Debug)]
         #[expect(missing_docs, reason = "each message explains its fields")]
@@ -37,7 +37,7 @@ macro_rules! problems {
         }
 
         impl Problem {
-            /// The stable number, 400–499 or 650–669.
+            /// The stable number, 400–499, 630–639 or 650–669.
             #[must_use]
             pub const fn number(&self) -> u16 {
                 match self {
@@ -175,6 +175,15 @@ problems! {
     482 CurrentIntoHand { channel: u8 }
         "`{field}` names channel {channel}, whose stage drives a current: the simulated hand knows voltages alone"
         "give the channel a voltage stage"
+    630 ChargeAtWidth { value: String, width_us: u16, most: String, max_uc: String }
+        "{value} for {width_us} µs is more than the {max_uc} µC of one phase that the wearer's limits and the channel's allow, `wearer.max_charge_uc`: at this width {most} at most (`{field}`)"
+        "lower the amplitude or the width, there or on the way to the next point"
+    631 FixedWidth { channel: u8, own_us: u16 }
+        "`{field}` is {given}, and channel {channel}'s width is {own_us} µs and never changes"
+        "give its train a `max_width_us`, the largest width it is to have"
+    632 WidthChanges { channel: u8 }
+        "channel {channel} has a `muscle`, whose recruitment holds at one width, and a `max_width_us`"
+        "leave one of them out"
     650 WearerUnreadable { reason: String }
         "the wearer file cannot be read: {reason}"
         "check path and permissions; `[wearer] file` is relative to the session's own folder"

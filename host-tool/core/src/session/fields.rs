@@ -172,6 +172,7 @@ fn train() -> Section {
     vec![
         f("shape", one_of(&SHAPES), Required, "waveform"),
         f("width_us", n("µs", 0, T::WIDTH_US), Required, "one phase"),
+        f("max_width_us", nb("µs", 0, T::MAX_WIDTH_US, "from `width_us`"), OrTold("`width_us`: it never changes".into()), "largest width that a setpoint may ask for, [burst by burst](protocol.md#widths); not under a `muscle`"),
         f("gap_us", nb("µs", 0, T::GAP_US, "0 for monophasic"), Or(0), "between the phases; 5 at least is kept"),
         f("ground_us", nb("µs", 0, or_none(T::GROUND_US), "at least 1000 and at most `fall_ms` less 1.2 ms; 0 for none, after biphasic pulses only"), Or(0), "grounding after each pulse; without it what the phases of biphasic pulses differ by is net direct current"),
         f("frequency_hz", Kind::Real(Number::rate_of(T::PERIOD_US.field, T::PERIOD_US)), Required, "rounded to a whole period; a note says so").without("period_us"),
@@ -262,6 +263,25 @@ fn values() -> Section {
     vec![
         f("channel", channel(), Required, "a channel of the file"),
         f("value", amplitude(), Required, "its amplitude"),
+        f("width_us", width(TrainSpec::WIDTH_US), OrTold("the train's `width_us`".into()), "its width; another needs the train's `max_width_us`"),
+    ]
+}
+
+/// Widths that a point of a course may have: below the shortest is none.
+const POINT_WIDTH: Range = or_none(TrainSpec::WIDTH_US);
+
+/// A width of a setpoint.
+fn width(range: Range) -> Kind {
+    nb("µs", 0, range, "to the train's `max_width_us`")
+}
+
+/// What an amplitude and a width over time are told by.
+#[rustfmt::skip]
+fn stimulus_points() -> Section {
+    vec![
+        f("at_s", Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising")), Required, "when"),
+        f("value", amplitude(), Required, "which amplitude"),
+        f("width_us", width(POINT_WIDTH), OrTold("the train's `width_us`".into()), "which width; below 10 an amplitude of 0"),
     ]
 }
 
@@ -294,20 +314,21 @@ fn setpoints() -> Section {
     let [offset, amplitude, _] = sine_of_force();
     let angle = || Kind::Real(Number::any("°", 3, "within the joint's range"));
     vec![
-        f("kind", Kind::Choice(vec!["keep-alive", "amplitudes", "angle-sine", "angle-steps", "force-ramp", "force-sine"]), Required, "what is streamed; angles need a `[joint]`, forces a channel's `force`; `\"keep-alive\"` is nothing but a sign of life: all that a `[wall]` needs"),
+        f("kind", Kind::Choice(vec!["keep-alive", "amplitudes", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine"]), Required, "what is streamed; angles need a `[joint]`, forces a channel's `force`; `\"keep-alive\"` is nothing but a sign of life: all that a `[wall]` needs"),
         f("rate_hz", Kind::Real(Number::within("Hz", 0, 1, 1000).bound("above 1000/`host_timeout_ms`")), Required, "how often"),
         f("offset_deg", angle(), Required, "centre").when("kind", &["angle-sine"]),
         f("amplitude_deg", angle(), Required, "of the sine").when("kind", &["angle-sine"]),
         f("steps", list(steps, 1, None, "steps"), Required, "`{ at_s, deg }`: each angle from its time on").when("kind", &["angle-steps"]),
-        f("channel", channel(), Required, "whose force").when("kind", &["force-ramp", "force-sine"]),
+        f("channel", channel(), Required, "whose amplitude, or whose force").when("kind", &["amplitude-ramp", "amplitude-steps", "force-ramp", "force-sine"]),
+        f("points", list(stimulus_points(), 1, None, "points"), Required, "`{ at_s, value, width_us }`: amplitudes and widths, both straight between their times in a ramp, both held in steps; the last pair stays. Each pair on the way is within `max_charge_uc` (E630). From 0 an amplitude rises over the wearer's `rise_ms`, a ramp of the width as soon as that reaches 10 µs").when("kind", &["amplitude-ramp", "amplitude-steps"]),
         f("points", list(force_points(), 1, None, "points"), Required, "`{ at_s, n }`: forces, straight between their times; the last one stays; more than 1000 N/s is a step").when("kind", &["force-ramp"]),
         f("offset_n", offset, Required, "centre").when("kind", &["force-sine"]),
         f("amplitude_n", amplitude, Required, "of the sine").when("kind", &["force-sine"]),
         f("frequency_hz", Kind::Real(SINE), Required, "of the sine").when("kind", &["angle-sine", "force-sine"]),
         f("forces", list(forces, 0, Some(CHANNELS), "forces"), Optional, "forces of further channels with `force`, sent with every setpoint of any kind: each `{ channel, points }` as of a `force-ramp` or `{ channel, offset_n, amplitude_n, frequency_hz }` as of a `force-sine`; for up to ten, with `kind = \"keep-alive\"`, see `host-tool/sessions/ten_forces.toml`"),
         f("bounds", list(bounds, 0, Some(CHANNELS), "channels"), Optional, "`{ channel, least, most, per_s, shortest_s }`: what a live client may stream instead, for the choice of [muscle models](muscle.md); a run plays the file's own, which may not leave them (but a force may go below `least`)"),
-        f("values", list(values(), 1, Some(CHANNELS), "channels"), Required, "`{ channel, value }`: constant amplitudes; not for the joint's or the wall's channels").when("kind", &["amplitudes"]),
-        f("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same beside all that is wanted").when("kind", &["keep-alive", "angle-sine", "angle-steps", "force-ramp", "force-sine"]),
+        f("values", list(values(), 1, Some(CHANNELS), "channels"), Required, "`{ channel, value, width_us }`: constant amplitudes; not for the joint's or the wall's channels").when("kind", &["amplitudes"]),
+        f("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same beside all that is wanted").when("kind", &["keep-alive", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine"]),
     ]
 }
 

@@ -1,14 +1,17 @@
 //! `[setpoints]`: what the host streams while the session runs.
 
 mod read;
+mod stimulus;
 
 use std::f64::consts::TAU;
 
 use firmware::control::setpoint::ESTIMATED_RATE_MAX;
 use firmware::link::Request;
+use firmware::safety::Stimulus;
 use firmware::units::{Amplitude, Micros};
 
 pub(super) use read::read_setpoints;
+pub use stimulus::StimulusCourse;
 
 /// What the host streams, and how often.
 #[derive(Clone, PartialEq, Debug)]
@@ -22,7 +25,7 @@ pub struct Setpoints {
     pub forces: Vec<(u8, ForceCourse)>,
     /// Constant amplitudes sent with every setpoint, for channels that nothing
     /// else drives, by rising channel on the link (0–9).
-    pub beside: Vec<(u8, Amplitude)>,
+    pub beside: Vec<(u8, Stimulus)>,
     /// Amplitudes over time of further channels on the link (0–9), thousandths for
     /// mN: what a trial of `bounds` streams, nothing in a file.
     pub swings: Vec<(u8, ForceCourse)>,
@@ -53,7 +56,9 @@ pub enum Course {
     /// Nothing is wanted, the host only says that it is there: for a wall.
     KeepAlive,
     /// Constant amplitudes, by rising channel on the link (0–9).
-    Amplitudes(Vec<(u8, Amplitude)>),
+    Amplitudes(Vec<(u8, Stimulus)>),
+    /// Amplitudes and widths of one channel on the link (0–9).
+    Stimulus(u8, StimulusCourse),
     /// offset + amplitude · sin(2π·frequency·t).
     AngleSine {
         /// °.
@@ -98,8 +103,8 @@ pub enum Setpoint {
         /// 0.01 °/s; 0 between steps.
         centideg_per_s: i32,
     },
-    /// For channels on the link (0–9), rising.
-    Amplitudes(Vec<(u8, Amplitude)>),
+    /// For channels on the link (0–9), rising. Widths of all of them, or of none: 0.
+    Amplitudes(Vec<(u8, Stimulus)>),
     /// For a channel under force control.
     Force {
         /// On the link, 0–9.
@@ -141,8 +146,11 @@ impl Setpoint {
                     .iter()
                     .fold(0, |mask, (channel, _)| mask | 1 << channel),
                 // At most ten channels.
-                values: values.iter().map(|&(_, amplitude)| amplitude).collect(),
-                widths: heapless::Vec::new(),
+                values: values.iter().map(|(_, it)| it.amplitude).collect(),
+                widths: match values.iter().any(|(_, it)| it.width_us != 0) {
+                    true => values.iter().map(|(_, it)| it.width_us).collect(),
+                    false => Default::default(),
+                },
             },
         }
     }
@@ -177,6 +185,9 @@ impl Setpoints {
                 }
             }
             Course::Force(channel, course) => course.setpoint(*channel, t_us),
+            Course::Stimulus(channel, course) => {
+                Setpoint::Amplitudes(vec![(*channel, course.at(t_us))])
+            }
         }
     }
 
@@ -187,7 +198,7 @@ impl Setpoints {
         let beside = (!self.beside.is_empty()).then(|| Setpoint::Amplitudes(self.beside.clone()));
         let swings = self.swings.iter().map(move |(channel, course)| {
             let amplitude = Amplitude::new((course.at(t_us).0 * 1e3).round() as u32); // saturates
-            Setpoint::Amplitudes(vec![(*channel, amplitude)])
+            Setpoint::Amplitudes(vec![(*channel, Stimulus::own(amplitude))])
         });
         forces.chain(beside).chain(swings)
     }
@@ -209,13 +220,20 @@ impl Setpoints {
     /// of a force, else thousandths of its unit.
     pub(super) fn extremes(&self, channel: u8) -> Option<(u32, u32)> {
         let milli = |newton: f64| (newton * 1e3).round() as u32; // saturates
+        if let Course::Stimulus(driven, course) = &self.course
+            && *driven == channel
+        {
+            return course.extremes();
+        }
         let constant = match &self.course {
             Course::Amplitudes(values) => values,
             _ => &self.beside,
         };
         let mut constant = constant.iter().filter(|(driven, _)| *driven == channel);
         match self.force_of(channel) {
-            None => constant.next().map(|(_, it)| (it.get(), it.get())),
+            None => constant
+                .next()
+                .map(|(_, it)| (it.amplitude.get(), it.amplitude.get())),
             Some(ForceCourse::Ramp(points)) => {
                 let forces = || points.iter().map(|(_, mn)| *mn);
                 forces().min().zip(forces().max())
@@ -336,11 +354,17 @@ mod tests {
 
     #[test]
     fn amplitudes_name_their_channels() {
-        let values = vec![(1, Amplitude::new(26_000)), (4, Amplitude::new(0))];
+        let own = |ua| Stimulus::own(Amplitude::new(ua));
+        let values = vec![(1, own(26_000)), (4, own(0))];
         match Setpoint::Amplitudes(values).request(None) {
-            Request::Amplitudes { mask, values, .. } => {
+            Request::Amplitudes {
+                mask,
+                values,
+                widths,
+            } => {
                 assert_eq!(mask, 0b10010);
                 assert_eq!(values, [Amplitude::new(26_000), Amplitude::new(0)]);
+                assert!(widths.is_empty());
             }
             other => panic!("{other:?}"),
         }

@@ -93,6 +93,7 @@ pub(crate) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
             let period = ["period_us", "frequency_hz"][usize::from(!train.has("period_us"))];
             train.say(period, Problem::BurstTooLong { min_us });
         }
+        Rule::WidthChanges => t.say("muscle", Problem::WidthChanges { channel: *number }),
         Rule::NoMuscle => t.say("force", Problem::NoMuscle { channel: *number }),
         Rule::Setup(SetupError::Range(e)) if e.field == "triggered" => {
             train.out_of_range("triggered", "false with a `force`".into());

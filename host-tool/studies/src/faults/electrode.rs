@@ -166,7 +166,7 @@ fn wanted(session: &Session, drawn: &Drawn<'_>) -> Request {
     Request::Amplitudes {
         mask,
         values: values.collect(),
-        widths: heapless::Vec::new(),
+        widths: Default::default(),
     }
 }
 

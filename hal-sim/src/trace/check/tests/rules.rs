@@ -50,6 +50,53 @@ fn a_longer_gap_moves_two_edges() {
     assert_eq!(found, edges);
 }
 
+/// Doublets whose width may change: a burst of its own width is right; another width in
+/// the same burst, above the largest, or with too much charge, is not.
+#[test]
+fn a_live_width_holds_for_a_burst_within_its_bounds() {
+    let widen = |scene: &mut Scene, pulses: &[u64], by_us: u64| {
+        for &t_us in pulses {
+            let first = scene.at(1, t_us);
+            first.2 += by_us;
+            let second = scene.at(1, t_us + 105);
+            (second.1, second.2) = (second.1 + by_us, second.2 + 2 * by_us);
+        }
+    };
+    let burst = [120_500, 120_900];
+    let live = |change: &dyn Fn(&mut Scene)| {
+        after(|scene| {
+            scene.expected.trains[1].widest_us = Some(150);
+            change(scene);
+        })
+    };
+    assert_eq!(live(&|scene| widen(scene, &burst, 50)), []);
+    let rule = |t_us, rule| (t_us, 1, rule);
+    let (width_us, first_us) = (130, 100);
+    let found = live(&|scene| widen(scene, &burst[1..], 30));
+    assert_eq!(
+        found,
+        [rule(120_900, Rule::WidthInBurst { width_us, first_us })]
+    );
+    let found = live(&|scene| widen(scene, &burst, 51));
+    assert_eq!(found, burst.map(|t| rule(t, Rule::Width { width_us: 151 })));
+    let found = live(&|scene| {
+        scene.expected.max_code_us[1] = 149_999;
+        widen(scene, &burst, 50);
+    });
+    let (code_us, max) = (150_000, 149_999);
+    assert_eq!(
+        found,
+        burst.map(|t| rule(t, Rule::PhaseCharge { code_us, max }))
+    );
+    // Without a live width its edges are late.
+    let found = after(|scene| widen(scene, &burst, 50));
+    assert!(
+        found.iter().all(|it| matches!(it.2, Rule::EdgeTime { .. })),
+        "{found:?}"
+    );
+    assert_eq!(found.len(), 6);
+}
+
 #[test]
 fn unequal_phases_leave_charge() {
     let found = after(|scene| scene.at(0, 101_230).2 -= 1);

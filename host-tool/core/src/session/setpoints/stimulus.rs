@@ -1,0 +1,151 @@
+//! Amplitude and width of one channel over time.
+
+use firmware::pulse::TrainSpec;
+use firmware::safety::Stimulus;
+use firmware::units::Amplitude;
+
+/// No phase is shorter, µs; what asks for less asks for none.
+const SHORTEST_US: u16 = TrainSpec::WIDTH_US.min as u16; // 10
+
+/// The course of a channel's amplitude and width.
+#[derive(Clone, PartialEq, Debug)]
+pub struct StimulusCourse {
+    /// At µs after the start, the first at 0; the last one stays.
+    pub points: Vec<(u64, Stimulus)>,
+    /// Whether each holds until the next; else both go straight from one to the next.
+    pub is_held: bool,
+    /// Whether widths may change; else they are the train's own, whatever the points say.
+    pub is_live: bool,
+}
+
+impl StimulusCourse {
+    /// What is asked `t_us` after the start: both rounded down, so that no pair on the
+    /// way has more charge than the straight lines have. A width below 10 µs is none: an
+    /// amplitude of 0.
+    #[must_use]
+    pub fn at(&self, t_us: u64) -> Stimulus {
+        let next = self.points.partition_point(|&(at_us, _)| at_us <= t_us);
+        let Some(&(from_us, from)) = self.points.get(next.saturating_sub(1)) else {
+            return Stimulus::default(); // there is a first point: checked
+        };
+        match self.points.get(next) {
+            Some(&(to_us, to)) if !self.is_held => {
+                let part = (t_us - from_us) as f64 / (to_us - from_us) as f64;
+                self.playable(between(from, to, part))
+            }
+            _ => self.playable(from),
+        }
+    }
+
+    /// The least and the most amplitude.
+    pub(super) fn extremes(&self) -> Option<(u32, u32)> {
+        let values = || self.points.iter().map(|(_, it)| it.amplitude.get());
+        values().min().zip(values().max())
+    }
+
+    /// What it asks for where a pair may have the most charge: at its points and, between
+    /// two, where amplitude times width is largest. Each with the place of the point
+    /// before.
+    pub(super) fn peaks(&self) -> Vec<(usize, Stimulus)> {
+        let points = self.points.iter().enumerate();
+        let mut all: Vec<_> = points.map(|(n, (_, it))| (n, self.playable(*it))).collect();
+        for (n, pair) in self.points.windows(2).enumerate() {
+            let [(_, from), (_, to)] = pair else { continue };
+            let number = |it: &Stimulus| (f64::from(it.amplitude.get()), f64::from(it.width_us));
+            let ((a, w), (b, v)) = (number(from), number(to));
+            // d/du (a + (b − a)u)(w + (v − w)u) = 0; nowhere where neither changes.
+            let part = -((b - a) * w + (v - w) * a) / (2.0 * (b - a) * (v - w));
+            if !self.is_held && (0.0..1.0).contains(&part) {
+                all.push((n, self.playable(between(*from, *to, part))));
+            }
+        }
+        all
+    }
+
+    /// The same as a device takes it.
+    fn playable(&self, stimulus: Stimulus) -> Stimulus {
+        match stimulus.width_us {
+            _ if !self.is_live => Stimulus::own(stimulus.amplitude),
+            0..SHORTEST_US => Stimulus {
+                amplitude: Amplitude::ZERO,
+                width_us: SHORTEST_US,
+            },
+            _ => stimulus,
+        }
+    }
+}
+
+/// `part` of the way.
+fn between(from: Stimulus, to: Stimulus, part: f64) -> Stimulus {
+    let mix = |from: u32, to: u32| {
+        let (from, to) = (f64::from(from), f64::from(to));
+        (from + (to - from) * part + 1e-6).floor() as u32 // not negative
+    };
+    Stimulus {
+        amplitude: Amplitude::new(mix(from.amplitude.get(), to.amplitude.get())),
+        width_us: mix(from.width_us.into(), to.width_us.into()) as u16, // at most 500
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn stimulus(ua: u32, width_us: u16) -> Stimulus {
+        Stimulus {
+            amplitude: Amplitude::new(ua),
+            width_us,
+        }
+    }
+
+    /// The width ramp of Harris 2017, figure 7: its first 10 µs are nothing.
+    #[test]
+    fn a_ramp_is_straight_and_begins_with_the_shortest_phase() {
+        let ramp = StimulusCourse {
+            points: vec![
+                (0, stimulus(35_000, 0)),
+                (30_000_000, stimulus(35_000, 300)),
+            ],
+            is_held: false,
+            is_live: true,
+        };
+        assert_eq!(ramp.at(0), stimulus(0, 10));
+        assert_eq!(ramp.at(999_999), stimulus(0, 10));
+        assert_eq!(ramp.at(1_000_000), stimulus(35_000, 10));
+        assert_eq!(ramp.at(1_099_999), stimulus(35_000, 10));
+        assert_eq!(ramp.at(15_000_000), stimulus(35_000, 150));
+        assert_eq!(ramp.at(u64::MAX), stimulus(35_000, 300));
+        assert_eq!(ramp.extremes(), Some((35_000, 35_000)));
+    }
+
+    #[test]
+    fn steps_are_held_and_a_fixed_width_is_never_named() {
+        let points = vec![(0, stimulus(1_000, 100)), (500, stimulus(2_000, 400))];
+        let steps = StimulusCourse {
+            points: points.clone(),
+            is_held: true,
+            is_live: true,
+        };
+        assert_eq!(steps.at(499), points[0].1);
+        assert_eq!(steps.at(500), points[1].1);
+        let fixed = StimulusCourse {
+            is_held: false,
+            is_live: false,
+            ..steps
+        };
+        assert_eq!(fixed.at(250), stimulus(1_500, 0));
+    }
+
+    /// Between 20 mA, 100 µs and 10 mA, 200 µs a pair has 2.25 µC, more than the ends' 2.
+    #[test]
+    fn the_most_charge_may_lie_between_two_points() {
+        let ramp = StimulusCourse {
+            points: vec![(0, stimulus(20_000, 100)), (100, stimulus(10_000, 200))],
+            is_held: false,
+            is_live: true,
+        };
+        let peaks = ramp.peaks();
+        assert_eq!(peaks[2], (0, stimulus(15_000, 150)));
+        assert_eq!(peaks.len(), 3);
+    }
+}
