@@ -4,12 +4,14 @@
 //! (calcium-force model in f64, with a high-accuracy reference), `wearer`
 //! (recruitment, participants), `finger` (index-finger PIP joint), `random_finger`
 //! (the same with another muscle structure and friction, drawn at random), `elbow`
-//! (and the person who moves it), `hand` (a forearm under many pads), `still`.
+//! (and the person who moves it), `hand` (a forearm under many pads), `bench` (limbs
+//! fixed to a force sensor, as a laboratory measures them), `still`.
 //! Not here: anything of the firmware. A body shares no code with the device it
 //! tests, so it cannot agree with the device's mistakes.
 //! In: pulses as the electrodes saw them, and time in microseconds.
 //! Out: the joint angle (true and sensed) and the electrode loads.
 
+pub mod bench;
 pub mod elbow;
 pub mod electrode;
 pub mod finger;
@@ -72,6 +74,11 @@ pub trait Body: Send {
     fn angle_deg(&self) -> f64;
     /// Joint angle as the sensor reports it, degrees.
     fn sensed_deg(&self) -> f64;
+    /// What the laboratory's own instrument reads now, N: of a limb that is fixed to a force
+    /// sensor ([`bench`]). It is no part of the device; nothing without one.
+    fn instrument_n(&self) -> Option<f64> {
+        None
+    }
     /// What each channel's electrodes present to the output stage.
     fn loads(&self) -> &[Load; CHANNELS];
     /// The same, to change: an electrode falls off, gel dries.

@@ -165,6 +165,11 @@ impl Muscle {
         self.c += 1.0;
     }
 
+    /// Scales A by `recruitment` from now on, without a pulse.
+    pub fn rescale(&mut self, recruitment: f64) {
+        self.recruitment = recruitment;
+    }
+
     /// Lets one step of time pass.
     pub fn step(&mut self, step: &Step) {
         if self.force == 0.0 && self.recruitment == 0.0 {

@@ -1,0 +1,196 @@
+//! How many fibres a pulse excites.
+//!
+//! Every fibre has a threshold of its own. They are distributed, with a lowest one, so that
+//! force rises from nothing: it has a foot, which the exponential that Lee 2020 fits
+//! (equation 5) has not. Width acts through strength-duration.
+
+use super::InvalidBench;
+use std::f64::consts::FRAC_1_SQRT_2;
+
+/// What is as strong as what: I = rheobase·(1 + chronaxie/width) (Weiss; Geddes 2004:
+/// reliable for rectangular pulses of constant current only).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrengthDuration {
+    /// Width at twice the rheobase, µs; above 0.
+    pub chronaxie_us: f64,
+    /// Width at which thresholds are given, µs; above 0.
+    pub reference_us: f64,
+}
+
+impl StrengthDuration {
+    /// Current at the reference width that excites as much as `current_ma` for `width_us`
+    /// microseconds, mA; nothing for no width.
+    #[must_use]
+    pub fn equivalent_ma(&self, current_ma: f64, width_us: f64) -> f64 {
+        if width_us <= 0.0 {
+            return 0.0;
+        }
+        let at = |width_us: f64| 1.0 + self.chronaxie_us / width_us;
+        current_ma * at(self.reference_us) / at(width_us)
+    }
+
+    /// Threshold at `width_us` (above 0) of what is excited at `reference_ma` at the
+    /// reference width, mA.
+    #[must_use]
+    pub fn threshold_ma(&self, reference_ma: f64, width_us: f64) -> f64 {
+        let at = |width_us: f64| 1.0 + self.chronaxie_us / width_us;
+        reference_ma * at(width_us) / at(self.reference_us)
+    }
+}
+
+/// Fibres whose thresholds are normally distributed, but that none is below the lowest.
+/// Unit is that of the strength (mA at the reference width).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pool {
+    lowest: f64,
+    middle: f64,
+    spread: f64,
+    /// Of the normal distribution: what is below the lowest.
+    cut: f64,
+}
+
+impl Pool {
+    /// Fibres from `lowest` on, the normal distribution around `middle` with standard
+    /// deviation `spread` (above 0).
+    ///
+    /// # Errors
+    /// Names what no pool can have: a lowest threshold not above 0, no spread, all but
+    /// nothing of the distribution below the lowest.
+    pub fn new(lowest: f64, middle: f64, spread: f64) -> Result<Self, InvalidBench> {
+        let cut = normal_below((lowest - middle) / spread);
+        match () {
+            () if !(lowest.is_finite() && lowest > 0.0) => Err(InvalidBench("lowest")),
+            () if !(spread.is_finite() && spread > 0.0) => Err(InvalidBench("spread")),
+            () if !(middle.is_finite() && cut < 1.0 - 1e-9) => Err(InvalidBench("middle")),
+            () => Ok(Self {
+                lowest,
+                middle,
+                spread,
+                cut,
+            }),
+        }
+    }
+
+    /// The pool from `lowest` on, with `spread`, of which `weak` excites `ratio` (in 0..1,
+    /// exclusive) of what `strong` does: the middle is looked for by halving.
+    ///
+    /// # Errors
+    /// Names what no pool can have; `ratio`: no middle gives it.
+    pub fn through(
+        (lowest, spread): (f64, f64),
+        (weak, strong): (f64, f64),
+        ratio: f64,
+    ) -> Result<Self, InvalidBench> {
+        // The higher the middle, the later the many come and the smaller the ratio.
+        let (mut low, mut high) = (lowest - 4.0 * spread, strong + 12.0 * spread);
+        let at =
+            |middle| Self::new(lowest, middle, spread).map(|it| it.share(weak) / it.share(strong));
+        if !(at(low)? >= ratio && at(high)? <= ratio) {
+            return Err(InvalidBench("ratio"));
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            match at(middle)? > ratio {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        Self::new(lowest, 0.5 * (low + high), spread)
+    }
+
+    /// Part of the fibres, 0 to 1, that a pulse of this strength excites.
+    #[must_use]
+    pub fn share(&self, strength: f64) -> f64 {
+        if strength <= self.lowest {
+            return 0.0;
+        }
+        let below = normal_below((strength - self.middle) / self.spread);
+        ((below - self.cut) / (1.0 - self.cut)).clamp(0.0, 1.0)
+    }
+
+    /// Lowest threshold of a fibre.
+    #[must_use]
+    pub const fn lowest(&self) -> f64 {
+        self.lowest
+    }
+
+    /// The strength that excites this `share` (0 to 1) of the fibres, by halving; the lowest
+    /// threshold for none.
+    #[must_use]
+    pub fn strength(&self, share: f64) -> f64 {
+        let (mut low, mut high) = (
+            self.lowest,
+            self.lowest.max(self.middle) + 10.0 * self.spread,
+        );
+        for _ in 0..80 {
+            let middle = 0.5 * (low + high);
+            match self.share(middle) < share {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        if share <= 0.0 { self.lowest } else { high }
+    }
+}
+
+/// Part of a standard normal distribution below `z`.
+fn normal_below(z: f64) -> f64 {
+    0.5 * libm::erfc(-z * FRAC_1_SQRT_2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn force_rises_from_nothing_at_the_lowest_threshold_to_all() {
+        let pool = Pool::new(8.0, 12.0, 2.5).unwrap();
+        assert_eq!([0.0, 7.9, 8.0].map(|it| pool.share(it)), [0.0; 3]);
+        let all: Vec<f64> = (80..400)
+            .map(|tenth| pool.share(f64::from(tenth) * 0.1))
+            .collect();
+        assert!(all.windows(2).all(|it| it[1] >= it[0]));
+        // The foot: no jump where it begins.
+        assert!(all[1] < 0.01 && all[1] > 0.0);
+        assert!((all[319] - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_pool_goes_through_a_ratio() {
+        for ratio in [0.12, 0.3, 0.5] {
+            let pool = Pool::through((8.0, 2.5), (10.0, 15.0), ratio).unwrap();
+            assert!((pool.share(10.0) / pool.share(15.0) - ratio).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_strength_excites_the_share_it_was_asked_for() {
+        let pool = Pool::new(8.0, 12.0, 2.5).unwrap();
+        for share in [0.001, 0.1, 0.9] {
+            assert!((pool.share(pool.strength(share)) - share).abs() < 1e-9);
+        }
+        assert_eq!(pool.strength(0.0), 8.0);
+    }
+
+    /// Twice the rheobase at the chronaxie, and back.
+    #[test]
+    fn width_trades_for_current() {
+        let law = StrengthDuration {
+            chronaxie_us: 200.0,
+            reference_us: 400.0,
+        };
+        let rheobase = 10.0 / 1.5;
+        assert!((law.threshold_ma(10.0, 200.0) - 2.0 * rheobase).abs() < 1e-12);
+        assert!((law.equivalent_ma(2.0 * rheobase, 200.0) - 10.0).abs() < 1e-12);
+        assert_eq!(law.equivalent_ma(10.0, 0.0), 0.0);
+    }
+
+    #[test]
+    fn what_no_pool_has_is_named() {
+        assert_eq!(Pool::new(0.0, 1.0, 1.0), Err(InvalidBench("lowest")));
+        assert_eq!(Pool::new(1.0, 1.0, 0.0), Err(InvalidBench("spread")));
+        assert_eq!(Pool::new(9.0, 1.0, 0.5), Err(InvalidBench("middle")));
+        let none = Pool::through((8.0, 2.5), (10.0, 15.0), 1.5);
+        assert_eq!(none, Err(InvalidBench("ratio")));
+    }
+}
