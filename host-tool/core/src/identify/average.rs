@@ -1,0 +1,64 @@
+//! The experimenter's filter: a moving average over 40 ms (Lee 2020, §2.3.2; its
+//! -3 dB lie at 11.1 Hz). It is nowhere else.
+
+/// Samples of 1 ms in the window.
+pub const WINDOW: usize = 40;
+
+/// The mean of every [`WINDOW`] samples in a row: `result[i]` is that of
+/// `samples[i..i + WINDOW]`, so there are 39 fewer. Nothing of fewer samples than one window.
+#[must_use]
+pub fn averaged(samples: &[f64]) -> Vec<f64> {
+    let part = 1.0 / WINDOW as f64;
+    let mut sums = Vec::with_capacity(samples.len() + 1);
+    let mut sum = 0.0;
+    sums.push(sum);
+    for sample in samples {
+        sum += sample;
+        sums.push(sum);
+    }
+    let later = sums.iter().skip(WINDOW);
+    later
+        .zip(&sums)
+        .map(|(to, from)| part * (to - from))
+        .collect()
+}
+
+/// The transpose of [`averaged`] as a matrix: from the averages of `samples` samples back to
+/// as many numbers.
+pub(super) fn spread(averages: &[f64], samples: usize) -> Vec<f64> {
+    let nothing = vec![0.0; WINDOW - 1];
+    let padded: Vec<f64> = nothing
+        .iter()
+        .chain(averages)
+        .chain(&nothing)
+        .copied()
+        .collect();
+    let mut all = averaged(&padded);
+    all.resize(samples, 0.0);
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_becomes_a_ramp_of_forty_milliseconds() {
+        let step: Vec<f64> = (0..200).map(|i| if i < 100 { 0.0 } else { 1.0 }).collect();
+        let all = averaged(&step);
+        assert_eq!(all.len(), 161);
+        assert_eq!((all[60], all[100]), (0.0, 1.0));
+        assert!((all[80] - 0.5).abs() < 1e-12);
+        assert!(averaged(&step[..39]).is_empty());
+    }
+
+    /// ⟨W a, b⟩ = ⟨a, Wᵀ b⟩.
+    #[test]
+    fn spreading_is_the_transpose() {
+        let a: Vec<f64> = (0..120).map(|i| f64::from(i * i % 17)).collect();
+        let b: Vec<f64> = (0..81).map(|i| f64::from(i * 7 % 13)).collect();
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (one, other) = (product(&averaged(&a), &b), product(&a, &spread(&b, 120)));
+        assert!((one - other).abs() < 1e-9 * one.abs());
+    }
+}

@@ -1,0 +1,151 @@
+//! Equations 5, 6 and 8 of Lee 2020: peak force over amplitude, and A from it.
+
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::storage::Owned;
+use nalgebra::{DVector, Dyn, OMatrix, U2, Vector2};
+
+/// F_PK(I) = a·e^(bI).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exponential {
+    /// N.
+    pub a_n: f64,
+    /// Per mA.
+    pub b_per_ma: f64,
+}
+
+impl Exponential {
+    /// That with the least squares through amplitudes in mA and peaks in N, one above 0 at
+    /// two amplitudes at least.
+    #[must_use]
+    pub fn through(points: &[(f64, f64)]) -> Option<Self> {
+        let above: Vec<_> = points.iter().filter(|(_, n)| *n > 0.0).collect();
+        let (first, last) = (above.first()?, above.last()?);
+        if above.len() < 2 || first.0 == last.0 {
+            return None;
+        }
+        let b = (last.1 / first.1).ln() / (last.0 - first.0);
+        let problem = Problem {
+            points,
+            now: Vector2::new(first.1.ln() - b * first.0, b),
+        };
+        let (found, _) = LevenbergMarquardt::new().minimize(problem);
+        let own = Self {
+            a_n: found.now[0].exp(),
+            b_per_ma: found.now[1],
+        };
+        [own.a_n, own.b_per_ma]
+            .iter()
+            .all(|it| it.is_finite())
+            .then_some(own)
+    }
+
+    /// Peak force at `ma`, N.
+    #[must_use]
+    pub fn at(&self, ma: f64) -> f64 {
+        self.a_n * (self.b_per_ma * ma).exp()
+    }
+
+    /// Equation 6: A at `ma` over A at `reference_ma`.
+    #[must_use]
+    pub fn gain(&self, ma: f64, reference_ma: f64) -> f64 {
+        (self.b_per_ma * (ma - reference_ma)).exp()
+    }
+}
+
+struct Problem<'a> {
+    points: &'a [(f64, f64)],
+    /// ln a and b.
+    now: Vector2<f64>,
+}
+
+impl LeastSquaresProblem<f64, Dyn, U2> for Problem<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, U2>;
+    type ParameterStorage = Owned<f64, U2>;
+
+    fn set_params(&mut self, x: &Vector2<f64>) {
+        self.now = *x;
+    }
+
+    fn params(&self) -> Vector2<f64> {
+        self.now
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let of = |(ma, n): &(f64, f64)| (self.now[0] + self.now[1] * ma).exp() - n;
+        Some(DVector::from_iterator(
+            self.points.len(),
+            self.points.iter().map(of),
+        ))
+    }
+
+    fn jacobian(&self) -> Option<OMatrix<f64, Dyn, U2>> {
+        Some(OMatrix::<f64, Dyn, U2>::from_fn(
+            self.points.len(),
+            |row, column| {
+                let ma = self.points[row].0;
+                let force = (self.now[0] + self.now[1] * ma).exp();
+                if column == 0 { force } else { ma * force }
+            },
+        ))
+    }
+}
+
+/// How well something is estimated, as the paper tells it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Agreement {
+    /// Coefficient of determination.
+    pub r2: f64,
+    /// Root of the mean square error, N.
+    pub rmse_n: f64,
+    /// The same over the largest measured force, %.
+    pub nrmse_percent: f64,
+}
+
+/// Of what was estimated against what was measured, N, as many each.
+#[must_use]
+pub fn agreement(estimated: &[f64], measured: &[f64]) -> Agreement {
+    let n = measured.len().max(1) as f64;
+    let mean = measured.iter().sum::<f64>() / n;
+    let both = estimated.iter().zip(measured);
+    let off: f64 = both
+        .map(|(estimated, measured)| (estimated - measured).powi(2))
+        .sum();
+    let all: f64 = measured.iter().map(|it| (it - mean).powi(2)).sum();
+    let peak = measured.iter().copied().fold(f64::MIN, f64::max);
+    let rmse_n = (off / n).sqrt();
+    Agreement {
+        r2: 1.0 - off / all,
+        rmse_n,
+        nrmse_percent: 100.0 * rmse_n / peak,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_exponential_is_found_again() {
+        let truth = Exponential {
+            a_n: 0.3,
+            b_per_ma: 0.4,
+        };
+        let points: Vec<_> = (8..13)
+            .map(f64::from)
+            .map(|ma| (ma, truth.at(ma)))
+            .collect();
+        let found = Exponential::through(&points).unwrap();
+        assert!((found.a_n - 0.3).abs() < 1e-9 && (found.b_per_ma - 0.4).abs() < 1e-9);
+        assert!((found.gain(8.0, 12.0) - truth.at(8.0) / truth.at(12.0)).abs() < 1e-9);
+        assert_eq!(Exponential::through(&points[..1]), None);
+    }
+
+    #[test]
+    fn agreement_is_the_paper_s() {
+        let all = agreement(&[1.0, 2.0, 3.0], &[1.0, 2.0, 4.0]);
+        assert!((all.rmse_n - (1.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert!((all.nrmse_percent - 100.0 * all.rmse_n / 4.0).abs() < 1e-12);
+        assert!((all.r2 - (1.0 - 1.0 / (14.0 / 3.0))).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,187 @@
+//! A train's force as it was recorded, and what can be wrong with it.
+
+use super::error::IdentifyError;
+
+/// Between two samples, µs (Lee 2020, §2.3.2: 1 kHz).
+pub const SAMPLE_US: u32 = 1_000;
+/// As many equal samples in a row are no measurement: white noise repeats none.
+const STUCK: usize = 8;
+/// Rest before the first pulse, and decay after the last one, µs.
+const REST_US: u32 = 100_000;
+const DECAY_US: u32 = 500_000;
+/// From the first pulse on, µs: force has not come yet everywhere.
+const RISE_US: u32 = 100_000;
+/// In standard errors, by how much a reading must fall to be called upside down.
+const CLEARLY: f64 = 6.0;
+
+/// Force during a train and its decay.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ForceRecord {
+    /// When pulses came, µs after the first sample, in order.
+    pub pulses_us: Vec<u32>,
+    /// Force as read, N, each [`SAMPLE_US`] after the last.
+    pub samples_n: Vec<f64>,
+    /// A of this train in parts of the A that is fitted: 1 at the same amplitude.
+    pub gain: f64,
+}
+
+/// A record that can be used: what [`ForceRecord::sound`] found of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sound {
+    /// Mean of the rest before the train, N.
+    pub rest_n: f64,
+    /// Standard deviation of a sample then, N.
+    pub noise_n: f64,
+    /// Samples of that rest.
+    pub rest: usize,
+}
+
+impl ForceRecord {
+    /// Samples before the first pulse.
+    #[must_use]
+    pub fn rest(&self) -> usize {
+        let first = self.pulses_us.first().copied().unwrap_or(0);
+        ((first / SAMPLE_US) as usize).min(self.samples_n.len())
+    }
+
+    /// Its samples less the mean of the rest before the train, N.
+    #[must_use]
+    pub fn from_rest(&self) -> Vec<f64> {
+        let rest = self.rest();
+        let zero_n = self.samples_n.iter().take(rest).sum::<f64>() / rest.max(1) as f64;
+        self.samples_n.iter().map(|it| it - zero_n).collect()
+    }
+
+    /// Whether it can be fitted.
+    ///
+    /// # Errors
+    /// E643 too little rest, decay, or not a number; E640 the sensor saturates; E641 it is
+    /// upside down.
+    pub fn sound(&self) -> Result<Sound, IdentifyError> {
+        let too_short = |what: &str| IdentifyError::TooShort {
+            what: what.to_owned(),
+        };
+        let (Some(first), Some(last)) = (self.pulses_us.first(), self.pulses_us.last()) else {
+            return Err(too_short("it has no pulses"));
+        };
+        let lasts_us = self.samples_n.len() as u64 * u64::from(SAMPLE_US);
+        if !self.samples_n.iter().all(|it| it.is_finite()) {
+            return Err(too_short("a sample is no number"));
+        }
+        if !self.pulses_us.is_sorted() {
+            return Err(too_short("its pulses are out of order"));
+        }
+        if *first < REST_US {
+            return Err(too_short("it has less than 0.1 s before the first pulse"));
+        }
+        if lasts_us < u64::from(*last) + u64::from(DECAY_US) {
+            return Err(too_short("it has less than 0.5 s after the last pulse"));
+        }
+        self.saturates()?;
+        self.hangs(*first, *last)
+    }
+
+    fn saturates(&self) -> Result<(), IdentifyError> {
+        let mut run = 1;
+        for (place, pair) in self.samples_n.windows(2).enumerate() {
+            run = if pair[0] == pair[1] { run + 1 } else { 1 };
+            if run == STUCK {
+                let same = |it: &&f64| **it == pair[1];
+                let from = place + 2 - STUCK;
+                return Err(IdentifyError::Saturated {
+                    reading_n: pair[1],
+                    samples: self.samples_n.iter().skip(from).take_while(same).count(),
+                    at_s: from as f64 * f64::from(SAMPLE_US) * 1e-6,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn hangs(&self, first_us: u32, last_us: u32) -> Result<Sound, IdentifyError> {
+        let rest = self.rest();
+        let (rest_n, variance) = moments(&self.samples_n[..rest]);
+        let from = (((first_us + RISE_US) / SAMPLE_US) as usize).min(self.samples_n.len());
+        let to = ((last_us / SAMPLE_US) as usize).clamp(from, self.samples_n.len());
+        let (pulled_n, _) = moments(&self.samples_n[from..to]);
+        let moved_n = if to > from { pulled_n - rest_n } else { 0.0 };
+        // A drift of the offset moves it too, but little.
+        let error_n = (variance / rest.max(1) as f64).sqrt();
+        if moved_n < -CLEARLY * error_n - 0.01 {
+            return Err(IdentifyError::UpsideDown { moved_n });
+        }
+        Ok(Sound {
+            rest_n,
+            noise_n: variance.sqrt(),
+            rest,
+        })
+    }
+}
+
+/// Mean and variance; nothing of nothing.
+fn moments(all: &[f64]) -> (f64, f64) {
+    let n = all.len().max(1) as f64;
+    let mean = all.iter().sum::<f64>() / n;
+    let square = all.iter().map(|it| (it - mean).powi(2)).sum::<f64>();
+    (mean, square / (n - 1.0).max(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(sample: impl Fn(usize) -> f64) -> ForceRecord {
+        ForceRecord {
+            pulses_us: (0..40).map(|i| 200_000 + 25_000 * i).collect(),
+            samples_n: (0..2_000).map(sample).collect(),
+            gain: 1.0,
+        }
+    }
+
+    /// Two decimals that repeat in no run, and 5 N while pulses come.
+    fn pulled(i: usize) -> f64 {
+        let noise = ((i * 7_919) % 101) as f64 * 1e-3;
+        noise + if (200..1_200).contains(&i) { 5.0 } else { 0.0 }
+    }
+
+    #[test]
+    fn a_sound_record_tells_its_rest() {
+        let sound = record(pulled).sound().unwrap();
+        assert_eq!(sound.rest, 200);
+        assert!((sound.rest_n - 0.05).abs() < 0.01);
+    }
+
+    #[test]
+    fn an_end_and_a_sign_are_named() {
+        let ends = record(|i| pulled(i).min(4.0)).sound().unwrap_err();
+        let IdentifyError::Saturated { samples, at_s, .. } = ends else {
+            panic!("{ends}");
+        };
+        assert!(samples == 1_000 && (at_s - 0.2).abs() < 1e-9);
+        let hangs = record(|i| -pulled(i)).sound().unwrap_err();
+        assert!(matches!(hangs, IdentifyError::UpsideDown { .. }), "{hangs}");
+        assert!(hangs.to_string().starts_with("E641"));
+    }
+
+    #[test]
+    fn too_little_is_named() {
+        let mut short = record(pulled);
+        short.samples_n.truncate(1_400);
+        assert!(
+            short
+                .sound()
+                .unwrap_err()
+                .to_string()
+                .contains("0.5 s after")
+        );
+        let mut early = record(pulled);
+        early.pulses_us.iter_mut().for_each(|it| *it -= 150_000);
+        assert!(
+            early
+                .sound()
+                .unwrap_err()
+                .to_string()
+                .contains("0.1 s before")
+        );
+    }
+}

@@ -1,0 +1,86 @@
+//! How high a train's force comes, and how fast (Lee 2020, equation 9).
+
+use super::model::{Constants, Sensitive};
+
+/// Force from which on time counts, N (Lee 2020, §3.3).
+pub const BEGINS_N: f64 = 0.015;
+/// Grid of the paper's integration, s (§2.4): its times are whole multiples of it.
+const GRID_S: f64 = 2e-4;
+
+/// Times are in s from when force exceeds [`BEGINS_N`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Response {
+    /// Largest force, N.
+    pub peak_n: f64,
+    /// To 10 % of it.
+    pub t10_s: f64,
+    /// To 50 %.
+    pub t50_s: f64,
+    /// To 90 %.
+    pub t90_s: f64,
+}
+
+impl Response {
+    /// T_RT, s: from 10 to 90 % of the peak.
+    #[must_use]
+    pub const fn t_rt_s(&self) -> f64 {
+        self.t90_s - self.t10_s
+    }
+
+    /// Of force at every `step_s`; `None` if it does not exceed [`BEGINS_N`].
+    #[must_use]
+    pub fn of(force_n: &[f64], step_s: f64) -> Option<Self> {
+        let peak_n = force_n.iter().copied().fold(0.0, f64::max);
+        let from = |level: f64| force_n.iter().position(|it| *it >= level);
+        let begin = force_n.iter().position(|it| *it > BEGINS_N)?;
+        let after = |part: f64| Some((from(part * peak_n)? as f64 - begin as f64) * step_s);
+        Some(Self {
+            peak_n,
+            t10_s: after(0.1)?,
+            t50_s: after(0.5)?,
+            t90_s: after(0.9)?,
+        })
+    }
+}
+
+/// Of the model's force during `lasts_s` of a train with `period_s` (both above 0), from its
+/// first pulse on, as the paper computes it (§3.3, §4.3).
+#[must_use]
+pub fn response(constants: Constants, period_s: f64, lasts_s: f64) -> Option<Response> {
+    let steps = (lasts_s / GRID_S).round() as u64;
+    let mut muscle = Sensitive::new(constants);
+    let (mut force, mut next, mut now_s) = (Vec::with_capacity(steps as usize), 0u32, 0.0);
+    // A rounding less than the train: a pulse at its end belongs to no train.
+    let pulses = ((lasts_s / period_s) + 1e-9).floor() as u32;
+    for step in 0..=steps {
+        let to_s = step as f64 * GRID_S;
+        while next < pulses && f64::from(next) * period_s <= to_s + 1e-12 {
+            let at_s = f64::from(next) * period_s;
+            muscle.pass(at_s - now_s);
+            now_s = now_s.max(at_s);
+            muscle.pulse();
+            next += 1;
+        }
+        muscle.pass(to_s - now_s);
+        now_s = now_s.max(to_s);
+        force.push(muscle.force_n);
+    }
+    Response::of(&force, GRID_S)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_count_from_when_force_comes() {
+        let force: Vec<f64> = (0..200)
+            .map(|i| (f64::from(i) - 50.0).max(0.0) * 0.1)
+            .collect();
+        let all = Response::of(&force, 1e-3).unwrap();
+        assert!((all.peak_n - 14.9).abs() < 1e-9);
+        assert!((all.t_rt_s() - 0.119).abs() < 0.0015, "{all:?}");
+        assert!((all.t10_s - 0.014).abs() < 1e-9, "{all:?}");
+        assert_eq!(Response::of(&[0.0; 10], 1e-3), None);
+    }
+}
