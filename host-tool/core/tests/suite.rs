@@ -1,6 +1,7 @@
 //! The tests of sessions, runs and reports, one program: a room each.
 
 mod choice;
+mod identify;
 mod link_native;
 mod report_page;
 mod report_truth;

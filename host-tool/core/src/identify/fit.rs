@@ -1,0 +1,181 @@
+//! The five constants from records, each with its 95 % interval.
+
+use super::error::IdentifyError;
+use super::information::{inverse, untold};
+use super::model::{Constants, PARAMETERS};
+use super::problem::Problem;
+use super::record::ForceRecord;
+use hal_sim::random::Random;
+use levenberg_marquardt::LevenbergMarquardt;
+use nalgebra::SMatrix;
+
+/// Seeds of the starts, tried in this order until [`AGREE`] of them end alike.
+pub const START_SEEDS: [u64; 6] = [1, 2, 3, 4, 5, 6];
+/// As many starts must end in the same place.
+const AGREE: usize = 2;
+/// Sums of squares that differ by less, as a part of the smaller, are the same place.
+const ALIKE: f64 = 1e-6;
+/// Standard errors to either end of a 95 % interval.
+const HALF_95: f64 = 1.959_963_984_540_054;
+/// Where starts are drawn, evenly in the logarithm: K, τc, τ1, τ2 (s). Wider than the
+/// subjects of Lee 2020, table 4. A follows from them and the record.
+const STARTS: [[f64; 2]; 4] = [[0.01, 0.6], [8e-3, 40e-3], [4e-3, 100e-3], [20e-3, 300e-3]];
+/// Tolerance of the solver.
+const TOLERANCE: f64 = 1e-10;
+
+/// What is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weighting {
+    /// The samples themselves. White noise that a moving average made correlated is white
+    /// again when the average is undone: this is generalised least squares of the averaged
+    /// record, and as good as any estimator can be.
+    Whitened,
+    /// Averages against the averaged model, each as heavy as another: the paper's (equation
+    /// 7), but through the filter. Its intervals know of the correlation (a sandwich).
+    Averaged,
+}
+
+/// A constant with its interval, in SI units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Best.
+    pub value: f64,
+    /// Lower end of the 95 % interval.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Estimate {
+    /// Whether the interval has it.
+    #[must_use]
+    pub fn covers(&self, truth: f64) -> bool {
+        (self.low..=self.high).contains(&truth)
+    }
+}
+
+/// How constants are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fit {
+    /// What is compared.
+    pub weighting: Weighting,
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// A in N/s, K, τc, τ1, τ2 in s.
+    pub constants: Constants,
+    /// Of their logarithms.
+    pub covariance: [[f64; PARAMETERS]; PARAMETERS],
+    /// Standard deviation of the white noise of a sample, N, from what remains.
+    pub noise_n: f64,
+    /// Starts that were tried.
+    pub starts: usize,
+    /// Names of the constants that these data cannot tell.
+    pub untold: Vec<&'static str>,
+}
+
+impl Fitted {
+    /// The constants with their intervals, in the order of [`super::NAMES`].
+    #[must_use]
+    pub fn estimates(&self) -> [Estimate; PARAMETERS] {
+        std::array::from_fn(|i| {
+            let (value, error) = (self.constants[i], self.covariance[i][i].max(0.0).sqrt());
+            Estimate {
+                value,
+                low: value * (-HALF_95 * error).exp(),
+                high: value * (HALF_95 * error).exp(),
+            }
+        })
+    }
+}
+
+impl Fit {
+    /// The constants that all `records` have in common.
+    ///
+    /// # Errors
+    /// E640, E641, E643 of any record; E644.
+    pub fn of(self, records: &[ForceRecord]) -> Result<Fitted, IdentifyError> {
+        if records.is_empty() {
+            let what = "there is none".to_owned();
+            return Err(IdentifyError::TooShort { what });
+        }
+        for record in records {
+            record.sound()?;
+        }
+        let mut best: Option<Problem<'_>> = None;
+        let (mut agreeing, mut starts, mut why) = (0, 0, "no start".to_owned());
+        for seed in START_SEEDS {
+            starts += 1;
+            let mut problem = Problem::new(records, self.weighting, start(seed));
+            problem.scale();
+            let solver = LevenbergMarquardt::new()
+                .with_ftol(TOLERANCE)
+                .with_xtol(TOLERANCE)
+                .with_gtol(TOLERANCE);
+            let (found, report) = solver.minimize(problem);
+            if !found.squares().is_finite() {
+                why = format!("{:?}", report.termination);
+                continue;
+            }
+            let before = best.as_ref().map_or(f64::INFINITY, Problem::squares);
+            let now = found.squares();
+            agreeing = match () {
+                () if (now - before).abs() <= ALIKE * before.min(now) => agreeing + 1,
+                () if now < before => 1,
+                () => agreeing,
+            };
+            if now < before {
+                best = Some(found);
+            }
+            if agreeing >= AGREE {
+                break;
+            }
+        }
+        let best = best.ok_or(IdentifyError::NoFit { starts, why })?;
+        self.judged(&best, starts)
+    }
+
+    fn judged(self, best: &Problem<'_>, starts: usize) -> Result<Fitted, IdentifyError> {
+        let information = best.information();
+        let no_fit = |why: &str| IdentifyError::NoFit {
+            starts,
+            why: why.to_owned(),
+        };
+        let bread = inverse(&information).ok_or_else(|| no_fit("nothing depends on it"))?;
+        let (covariance, variance) = match self.weighting {
+            Weighting::Whitened => {
+                let straight = 2 * best.records();
+                let freedom = best.count().saturating_sub(PARAMETERS + straight).max(1);
+                let variance = best.squares() / freedom as f64;
+                (bread * variance, variance)
+            }
+            Weighting::Averaged => {
+                let (meat, trace) = best.averaged_noise();
+                let taken = (bread * meat).trace();
+                let variance = best.squares() / (trace - taken).max(1.0);
+                (bread * meat * bread * variance, variance)
+            }
+        };
+        Ok(Fitted {
+            constants: best.constants(),
+            untold: untold(&covariance),
+            covariance: rows(&covariance),
+            noise_n: variance.sqrt(),
+            starts,
+        })
+    }
+}
+
+fn start(seed: u64) -> Constants {
+    let mut random = Random::new(seed);
+    let [k, tau_c, tau1, tau2] = STARTS.map(|[low, high]| random.log_between(low, high));
+    [100.0, k, tau_c, tau1, tau2]
+}
+
+pub(super) fn rows(
+    matrix: &SMatrix<f64, PARAMETERS, PARAMETERS>,
+) -> [[f64; PARAMETERS]; PARAMETERS] {
+    std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)]))
+}

@@ -1,0 +1,233 @@
+//! The calcium-force model (Lee 2020, equations 2 to 4) with what its force owes to each
+//! constant.
+//!
+//! ```text
+//! dC/dt = Σ δ(t − tᵢ) − C/τc      x = C/(C + K)      dF/dt = A x − F/(τ1 + τ2 x)
+//! ```
+//!
+//! C and its sensitivity are exact. F and its sensitivities have the same decay, so that one
+//! variation of constants with two Gauss nodes a millisecond serves all of them. It is
+//! written here anew: neither the bodies' nor the device's.
+
+use super::record::{ForceRecord, SAMPLE_US};
+
+/// How many constants there are.
+pub const PARAMETERS: usize = 5;
+/// Their names, in the order of all arrays: as a session's `channel.muscle` has them.
+pub const NAMES: [&str; PARAMETERS] = ["a_n_per_s", "k", "tau_c_ms", "tau1_ms", "tau2_ms"];
+/// And their units there.
+pub const UNITS: [&str; PARAMETERS] = ["N/s", "", "ms", "ms", "ms"];
+
+/// A in N/s, K, τc, τ1 and τ2 in s; all above 0.
+pub type Constants = [f64; PARAMETERS];
+
+/// Nodes of the two-point Gauss rule on 0 to 1.
+const NODES: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+/// From node i to the end, the mean of what is linear between the nodes.
+const RISE: [f64; 2] = [0.683_012_701_892_219_3, 1.183_012_701_892_219_3];
+
+/// C and F now, and their derivatives by the logarithm of each constant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensitive {
+    constants: Constants,
+    /// dC/d ln τc beside C.
+    calcium: [f64; 2],
+    /// Force, N.
+    pub force_n: f64,
+    /// dF/d ln of each constant, N.
+    pub slopes_n: [f64; PARAMETERS],
+}
+
+/// What a step's length decides.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    s: f64,
+    /// What is left of C at the nodes and at the end.
+    left: [f64; 3],
+}
+
+impl Span {
+    fn new(s: f64, tau_c_s: f64) -> Self {
+        let z = s / tau_c_s;
+        Self {
+            s,
+            left: [NODES[0], NODES[1], 1.0].map(|u| (-z * u).exp()),
+        }
+    }
+}
+
+/// At a node: bound part x, rate of decay, and their derivatives by ln K, ln τc; of the
+/// rate also by ln τ1, ln τ2.
+struct Node {
+    bound: f64,
+    rate: f64,
+    bound_by: [f64; 2],
+    rate_by: [f64; 4],
+}
+
+impl Sensitive {
+    /// At rest.
+    #[must_use]
+    pub const fn new(constants: Constants) -> Self {
+        Self {
+            constants,
+            calcium: [0.0; 2],
+            force_n: 0.0,
+            slopes_n: [0.0; PARAMETERS],
+        }
+    }
+
+    /// A pulse now.
+    pub const fn pulse(&mut self) {
+        self.calcium[0] += 1.0;
+    }
+
+    /// Lets `s` seconds pass, of the order of a millisecond.
+    pub fn pass(&mut self, s: f64) {
+        if s > 0.0 {
+            self.over(&Span::new(s, self.constants[2]));
+        }
+    }
+
+    fn node(&self, c: f64, c_by_tau: f64) -> Node {
+        let [_, k, _, tau1, tau2] = self.constants;
+        let part = 1.0 / (c + k);
+        let bound = c * part;
+        let rate = 1.0 / (tau1 + tau2 * bound);
+        let bound_by = [-bound * k * part, k * c_by_tau * part * part];
+        let slow = -rate * rate;
+        let rate_by = [
+            slow * tau2 * bound_by[0],
+            slow * tau2 * bound_by[1],
+            slow * tau1,
+            slow * tau2 * bound,
+        ];
+        Node {
+            bound,
+            rate,
+            bound_by,
+            rate_by,
+        }
+    }
+
+    fn over(&mut self, span: &Span) {
+        let (a, tau_c, h) = (self.constants[0], self.constants[2], span.s);
+        let [c, by] = self.calcium;
+        let at = |u: f64, left: f64| [c * left, (by + c * u * h / tau_c) * left];
+        let [c1, by1] = at(NODES[0], span.left[0]);
+        let [c2, by2] = at(NODES[1], span.left[1]);
+        let (one, two) = (self.node(c1, by1), self.node(c2, by2));
+        let slope = two.rate - one.rate;
+        let kept1 = (-h * (1.0 - NODES[0]) * (one.rate + slope * RISE[0])).exp();
+        let kept2 = (-h * (1.0 - NODES[1]) * (one.rate + slope * RISE[1])).exp();
+        let kept = (-h * 0.5 * (one.rate + two.rate)).exp();
+        let half = 0.5 * h;
+        let before = self.force_n;
+        let after = before * kept + half * a * (one.bound * kept1 + two.bound * kept2);
+        // Force at the nodes, which the sensitivities' sources need to second order only.
+        let moved = after - before;
+        let (f1, f2) = (before + NODES[0] * moved, before + NODES[1] * moved);
+        let of = |bound_by: [f64; 2], rate_by: [f64; 2], old: f64| {
+            let source1 = a * bound_by[0] - f1 * rate_by[0];
+            let source2 = a * bound_by[1] - f2 * rate_by[1];
+            old * kept + half * (source1 * kept1 + source2 * kept2)
+        };
+        let [_, k, c_, t1, t2] = self.slopes_n;
+        let rate_by = |i: usize| [one.rate_by[i], two.rate_by[i]];
+        self.slopes_n = [
+            after, // F is proportional to A
+            of([one.bound_by[0], two.bound_by[0]], rate_by(0), k),
+            of([one.bound_by[1], two.bound_by[1]], rate_by(1), c_),
+            of([0.0; 2], rate_by(2), t1),
+            of([0.0; 2], rate_by(3), t2),
+        ];
+        self.force_n = after;
+        self.calcium = at(1.0, span.left[2]);
+    }
+}
+
+/// Force at every sample of `record`, N, and its derivatives by the logarithm of each
+/// constant; gain included.
+#[must_use]
+pub fn simulated(constants: Constants, record: &ForceRecord) -> (Vec<f64>, Vec<[f64; PARAMETERS]>) {
+    let whole = Span::new(f64::from(SAMPLE_US) * 1e-6, constants[2]);
+    let mut muscle = Sensitive::new(constants);
+    let count = record.samples_n.len();
+    let (mut force, mut slopes) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let mut pulses = record.pulses_us.iter().copied().peekable();
+    let mut begun = false;
+    for sample in 0..count as u32 {
+        let from_us = sample.saturating_sub(1) * SAMPLE_US;
+        let (to_us, mut now_us) = (sample * SAMPLE_US, from_us);
+        // What comes with a sample acts after it.
+        while let Some(at_us) = pulses.next_if(|at| *at < to_us) {
+            muscle.pass(f64::from(at_us.saturating_sub(now_us)) * 1e-6);
+            now_us = now_us.max(at_us);
+            muscle.pulse();
+            begun = true;
+        }
+        if begun {
+            match to_us - now_us {
+                SAMPLE_US => muscle.over(&whole),
+                rest_us => muscle.pass(f64::from(rest_us) * 1e-6),
+            }
+        }
+        force.push(record.gain * muscle.force_n);
+        slopes.push(muscle.slopes_n.map(|it| record.gain * it));
+    }
+    (force, slopes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hal_sim::body::muscle::{SUBJECTS, reference};
+
+    fn record() -> ForceRecord {
+        ForceRecord {
+            pulses_us: (0..40).map(|i| 25_000 * i).collect(),
+            samples_n: vec![0.0; 1_500],
+            gain: 1.0,
+        }
+    }
+
+    /// Against the reference integrator, ten subjects: 2e-6 of the peak.
+    #[test]
+    fn force_is_the_reference_s() {
+        for subject in &SUBJECTS {
+            let (force, _) = simulated(subject.all(), &record());
+            let pulses = reference::train(40.0, 40);
+            let truth = reference::integrate(subject, &pulses, 1.499, 1e-3);
+            let peak = force.iter().copied().fold(0.0, f64::max);
+            for (ours, theirs) in force.iter().zip(&truth) {
+                assert!((ours - theirs.force_n).abs() < 2e-6 * peak, "{subject:?}");
+            }
+        }
+    }
+
+    /// Against central differences: 1 % of the largest slope (the force at the nodes is
+    /// taken as linear).
+    #[test]
+    fn slopes_are_the_differences() {
+        for subject in &SUBJECTS {
+            let (_, slopes) = simulated(subject.all(), &record());
+            for parameter in 0..PARAMETERS {
+                let moved = |by: f64| {
+                    let mut constants = subject.all();
+                    constants[parameter] *= f64::exp(by);
+                    simulated(constants, &record()).0
+                };
+                let (up, down) = (moved(1e-4), moved(-1e-4));
+                let largest = slopes
+                    .iter()
+                    .map(|it| it[parameter].abs())
+                    .fold(0.0, f64::max);
+                for ((up, down), slopes) in up.iter().zip(&down).zip(&slopes) {
+                    let difference = (up - down) / 2e-4;
+                    let off = (slopes[parameter] - difference).abs() / largest;
+                    assert!(off < 0.01, "{subject:?} {}: {off}", NAMES[parameter]);
+                }
+            }
+        }
+    }
+}

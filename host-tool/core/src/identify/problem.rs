@@ -1,0 +1,228 @@
+//! Least squares of the model against records, as the crate that solves them wants it.
+//!
+//! Each record has an offset and a drift of its own, which are no muscle's: whatever is
+//! straight in a record is taken out of it and of the model alike.
+
+use super::average::{averaged, spread};
+use super::fit::Weighting;
+use super::model::{Constants, PARAMETERS, simulated};
+use super::record::ForceRecord;
+use levenberg_marquardt::LeastSquaresProblem;
+use nalgebra::storage::Owned;
+use nalgebra::{DVector, Dyn, OMatrix, SMatrix, SVector, U5};
+
+/// Straight lines of a record: two directions of length 1, at right angles.
+#[derive(Debug, Clone)]
+struct Straight([Vec<f64>; 2]);
+
+impl Straight {
+    fn of(samples: usize) -> Self {
+        let n = samples.max(1) as f64;
+        let middle = 0.5 * (n - 1.0);
+        let constant = vec![1.0 / n.sqrt(); samples];
+        let slope: Vec<f64> = (0..samples).map(|i| i as f64 - middle).collect();
+        let length = slope
+            .iter()
+            .map(|it| it * it)
+            .sum::<f64>()
+            .sqrt()
+            .max(1e-300);
+        Self([constant, slope.iter().map(|it| it / length).collect()])
+    }
+
+    /// Takes them out of `all`.
+    fn out_of(&self, all: &mut [f64]) {
+        for direction in &self.0 {
+            let along: f64 = direction.iter().zip(all.iter()).map(|(d, it)| d * it).sum();
+            all.iter_mut()
+                .zip(direction)
+                .for_each(|(it, d)| *it -= along * d);
+        }
+    }
+}
+
+/// Records, what is compared, and where the search is.
+pub(super) struct Problem<'a> {
+    records: &'a [ForceRecord],
+    weighting: Weighting,
+    straight: Vec<Straight>,
+    /// As compared, one record after the other.
+    measured: Vec<f64>,
+    logarithms: [f64; PARAMETERS],
+    residuals: Vec<f64>,
+    slopes: Vec<[f64; PARAMETERS]>,
+}
+
+/// What the constants are looked for in: A in N/s, K, τc, τ1, τ2 in s.
+const RANGE: [[f64; 2]; PARAMETERS] = [
+    [1e-2, 1e5],
+    [1e-5, 1e2],
+    [5e-4, 0.5],
+    [1e-4, 2.0],
+    [1e-4, 5.0],
+];
+
+impl<'a> Problem<'a> {
+    pub fn new(records: &'a [ForceRecord], weighting: Weighting, start: Constants) -> Self {
+        let count = |record: &ForceRecord| match weighting {
+            Weighting::Whitened => record.samples_n.len(),
+            Weighting::Averaged => averaged(&record.samples_n).len(),
+        };
+        let straight: Vec<Straight> = records.iter().map(|it| Straight::of(count(it))).collect();
+        let mut measured = Vec::new();
+        for (record, straight) in records.iter().zip(&straight) {
+            let mut own = match weighting {
+                Weighting::Whitened => record.samples_n.clone(),
+                Weighting::Averaged => averaged(&record.samples_n),
+            };
+            straight.out_of(&mut own);
+            measured.extend(own);
+        }
+        let mut problem = Self {
+            records,
+            weighting,
+            straight,
+            measured,
+            logarithms: [0.0; PARAMETERS],
+            residuals: Vec::new(),
+            slopes: Vec::new(),
+        };
+        problem.place(start.map(f64::ln));
+        problem
+    }
+
+    /// The constants where the search is.
+    pub fn constants(&self) -> Constants {
+        self.logarithms.map(f64::exp)
+    }
+
+    /// Sum of squares, N².
+    pub fn squares(&self) -> f64 {
+        self.residuals.iter().map(|it| it * it).sum()
+    }
+
+    /// How many records.
+    pub fn records(&self) -> usize {
+        self.records.len()
+    }
+
+    /// Numbers that are compared.
+    pub fn count(&self) -> usize {
+        self.measured.len()
+    }
+
+    fn place(&mut self, logarithms: [f64; PARAMETERS]) {
+        let mut within = logarithms;
+        for (own, [low, high]) in within.iter_mut().zip(RANGE) {
+            *own = own.clamp(low.ln(), high.ln());
+        }
+        self.logarithms = within;
+        (self.residuals, self.slopes) = (Vec::new(), Vec::new());
+        let constants = self.constants();
+        for (record, straight) in self.records.iter().zip(&self.straight) {
+            let (force, slopes) = simulated(constants, record);
+            self.residuals
+                .extend(compared(&force, self.weighting, straight));
+            let begin = self.slopes.len();
+            for parameter in 0..PARAMETERS {
+                let own: Vec<f64> = slopes.iter().map(|it| it[parameter]).collect();
+                let own = compared(&own, self.weighting, straight);
+                self.slopes.resize(begin + own.len(), [0.0; PARAMETERS]);
+                let all = self.slopes.iter_mut().skip(begin);
+                all.zip(own).for_each(|(all, own)| all[parameter] = own);
+            }
+        }
+        let both = self.residuals.iter_mut().zip(&self.measured);
+        both.for_each(|(own, measured)| *own -= measured);
+    }
+
+    /// The start's A, that fits best with the other constants as they are.
+    pub fn scale(&mut self) {
+        // dF/d ln A is F.
+        let force = self.slopes.iter().map(|it| it[0]);
+        let both = force.zip(&self.measured);
+        let (across, square) = both.fold((0.0, 0.0), |(across, square), (f, m)| {
+            (across + f * m, square + f * f)
+        });
+        let mut logarithms = self.logarithms;
+        if across > 0.0 && square > 0.0 {
+            logarithms[0] += (across / square).ln();
+        }
+        self.place(logarithms);
+    }
+
+    /// Fisher's information about the logarithms of the constants, for noise of 1 N.
+    pub fn information(&self) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+        let mut sum = SMatrix::zeros();
+        for slopes in &self.slopes {
+            let own = SVector::<f64, PARAMETERS>::from(*slopes);
+            sum += own * own.transpose();
+        }
+        sum
+    }
+
+    /// JᵀWWᵀJ, and what trace averaging leaves of the noise: for white noise of 1 N, the
+    /// expectation of the sum of squares is the second less what the constants take.
+    pub fn averaged_noise(&self) -> (SMatrix<f64, PARAMETERS, PARAMETERS>, f64) {
+        let (mut meat, mut trace) = (SMatrix::zeros(), 0.0);
+        let mut begin = 0;
+        for (record, straight) in self.records.iter().zip(&self.straight) {
+            let samples = record.samples_n.len();
+            let count = straight.0[0].len();
+            let own = self.slopes.get(begin..begin + count).unwrap_or_default();
+            begin += count;
+            let columns: Vec<Vec<f64>> = (0..PARAMETERS)
+                .map(|parameter| own.iter().map(|it| it[parameter]).collect::<Vec<f64>>())
+                .map(|column| spread(&column, samples))
+                .collect();
+            for row in 0..samples {
+                let own = SVector::<f64, PARAMETERS>::from_fn(|i, _| columns[i][row]);
+                meat += own * own.transpose();
+            }
+            trace += count as f64 / super::WINDOW as f64;
+            for direction in &straight.0 {
+                trace -= spread(direction, samples)
+                    .iter()
+                    .map(|it| it * it)
+                    .sum::<f64>();
+            }
+        }
+        (meat, trace)
+    }
+}
+
+/// As it is compared: averaged if so, without what is straight.
+fn compared(all: &[f64], weighting: Weighting, straight: &Straight) -> Vec<f64> {
+    let mut own = match weighting {
+        Weighting::Whitened => all.to_vec(),
+        Weighting::Averaged => averaged(all),
+    };
+    straight.out_of(&mut own);
+    own
+}
+
+impl LeastSquaresProblem<f64, Dyn, U5> for Problem<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, U5>;
+    type ParameterStorage = Owned<f64, U5>;
+
+    fn set_params(&mut self, x: &SVector<f64, PARAMETERS>) {
+        self.place((*x).into());
+    }
+
+    fn params(&self) -> SVector<f64, PARAMETERS> {
+        self.logarithms.into()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let all = DVector::from_column_slice(&self.residuals);
+        all.iter().all(|it| it.is_finite()).then_some(all)
+    }
+
+    fn jacobian(&self) -> Option<OMatrix<f64, Dyn, U5>> {
+        let rows = self.slopes.len();
+        Some(OMatrix::<f64, Dyn, U5>::from_fn(rows, |row, column| {
+            self.slopes[row][column]
+        }))
+    }
+}
