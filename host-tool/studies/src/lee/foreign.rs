@@ -1,0 +1,64 @@
+//! Bodies of another structure: how far a fit of the model still agrees with them.
+
+use super::alone::Alone;
+use super::analysis::analysed;
+use super::declaration::Declaration;
+use super::error::LeeError;
+use super::protocol::{Amplitudes, fifteen};
+use super::truth::Truth;
+use hal_sim::body::bench::{Foreign, Generator, Kind, WristSpec};
+use hal_sim::random::word;
+
+/// What a departure of some size came to in one subject.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mismatch {
+    /// Subject, from 0.
+    pub subject: usize,
+    /// Which departure, how large.
+    pub foreign: Foreign,
+    /// At I1 to I5, %.
+    pub nrmse_percent: Vec<f64>,
+    /// Found over true, by constant.
+    pub ratios: [f64; 5],
+    /// Whether the 95 % interval has the truth, by constant.
+    pub covers: [bool; 5],
+}
+
+/// One of them, at the printed amplitudes.
+///
+/// # Errors
+/// A bench that cannot be, records that cannot be fitted.
+pub fn mismatch(
+    (subject, truth): (usize, &Truth),
+    foreign: Foreign,
+    seed: u64,
+    declared: &Declaration,
+) -> Result<Mismatch, LeeError> {
+    let generator = Generator {
+        foreign: Some(foreign),
+        ..truth.spec.generator
+    };
+    let spec = WristSpec {
+        generator,
+        ..truth.spec
+    };
+    let place = Kind::ALL.iter().position(|it| *it == foreign.kind);
+    let seed = word(
+        word(seed, place.unwrap_or_default() as u64),
+        (1e6 * foreign.size) as u64,
+    );
+    let mut alone = Alone::new(spec, seed)?;
+    let amplitudes = Amplitudes::from(truth.printed_ma, declared)?;
+    let most_ma = amplitudes.0.last().copied().unwrap_or_default();
+    let found = analysed(&fifteen(&mut alone, amplitudes, declared)?, declared)?;
+    let constants = truth.constants(most_ma, declared.trains.width_us);
+    let fit = &found.fits[0];
+    let estimates = fit.estimates();
+    Ok(Mismatch {
+        subject,
+        foreign,
+        nrmse_percent: found.agreements.iter().map(|it| it.nrmse_percent).collect(),
+        ratios: std::array::from_fn(|i| fit.constants[i] / constants[i]),
+        covers: std::array::from_fn(|i| estimates[i].covers(constants[i])),
+    })
+}

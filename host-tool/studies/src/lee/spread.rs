@@ -1,0 +1,87 @@
+//! Numbers of many draws: means, medians, and rows of them.
+
+use crate::laboratory::Row;
+use host_core::statistics::quantile_of;
+
+/// Mean and standard deviation; nothing of nothing.
+pub(super) fn mean_sd(all: &[f64]) -> Option<(f64, f64)> {
+    let n = all.len() as f64;
+    if all.is_empty() {
+        return None;
+    }
+    let mean = all.iter().sum::<f64>() / n;
+    let square = all.iter().map(|it| (it - mean).powi(2)).sum::<f64>();
+    Some((mean, (square / (n - 1.0).max(1.0)).sqrt()))
+}
+
+/// Median; nothing of nothing.
+pub(super) fn median(all: impl IntoIterator<Item = f64>) -> Option<f64> {
+    at(all, 0.5)
+}
+
+/// This part of them lies below; nothing of nothing.
+pub(super) fn at(all: impl IntoIterator<Item = f64>, part: f64) -> Option<f64> {
+    let mut all: Vec<f64> = all.into_iter().filter(|it| it.is_finite()).collect();
+    all.sort_unstable_by(f64::total_cmp);
+    (!all.is_empty()).then(|| quantile_of(&all, part))
+}
+
+/// Median, 5th and 95th percentile beside what the paper printed.
+pub(super) fn row(
+    (id, quantity, unit): (&str, &str, &str),
+    paper: Option<f64>,
+    all: Vec<f64>,
+) -> Row {
+    let n = all.len();
+    Row {
+        id: id.to_owned(),
+        quantity: quantity.to_owned(),
+        unit: unit.to_owned(),
+        paper,
+        ours: at(all.iter().copied(), 0.5),
+        low: at(all.iter().copied(), 0.05),
+        high: at(all, 0.95),
+        n,
+    }
+}
+
+/// For a cell: so many decimals, or a dash.
+pub(super) fn cell(it: Option<f64>, decimals: usize) -> String {
+    it.map_or_else(|| "-".to_owned(), |it| format!("{it:.decimals$}"))
+}
+
+/// Slope and R² of the straight line that `y` has over `x`.
+pub(super) fn regression(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let n = points.len() as f64;
+    if points.len() < 3 {
+        return None;
+    }
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
+    let (x, y) = (mean(|it| it.0), mean(|it| it.1));
+    let sum = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>();
+    let (xx, yy) = (sum(&|it| (it.0 - x).powi(2)), sum(&|it| (it.1 - y).powi(2)));
+    let xy = sum(&|it| (it.0 - x) * (it.1 - y));
+    Some((xy / xx, xy * xy / (xx * yy)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_straight_line_is_its_own_regression() {
+        let points: Vec<_> = (0..9)
+            .map(|i| (f64::from(i), 3.0 - 0.5 * f64::from(i)))
+            .collect();
+        let (slope, r2) = regression(&points).unwrap();
+        assert!((slope + 0.5).abs() < 1e-12 && (r2 - 1.0).abs() < 1e-12);
+        assert_eq!(regression(&points[..2]), None);
+    }
+
+    #[test]
+    fn quantiles_leave_out_what_is_no_number() {
+        assert_eq!(median([1.0, f64::NAN, 3.0]), Some(2.0));
+        assert_eq!(mean_sd(&[1.0, 3.0]), Some((2.0, 2.0_f64.sqrt())));
+        assert_eq!(cell(None, 2), "-");
+    }
+}

@@ -1,0 +1,76 @@
+//! What the bench's subjects are: the truth that methods are judged by.
+
+use super::alone::Alone;
+use super::declaration::Declaration;
+use super::error::LeeError;
+use super::protocol::Train;
+use hal_sim::body::bench::wrist::PRINTED;
+use hal_sim::body::bench::{SensorSpec, WristSpec};
+use host_core::identify::{Constants, averaged};
+
+/// Of a threshold: the lowest step at which a noise-free 40 ms mean exceeds this, N.
+const MOVES_N: f64 = 0.015;
+
+/// A subject's bench and what is true of it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Truth {
+    /// The bench.
+    pub spec: WristSpec,
+    /// The printed I_MT, mA.
+    pub printed_ma: f64,
+    /// The lowest step of the search at which it moves, mA.
+    pub i_mt_ma: f64,
+    /// Lowest threshold of a fibre, mA.
+    pub lowest_ma: f64,
+}
+
+impl Truth {
+    /// Of subject `index`, K01 from 0.
+    ///
+    /// # Errors
+    /// No such subject; E646: it moves at no step.
+    pub fn of(index: usize, declared: &Declaration) -> Result<Self, LeeError> {
+        let spec = WristSpec::subject(index)?;
+        let nothing = LeeError::Declaration("most_ma moves nobody".to_owned());
+        let printed_ma = PRINTED.get(index).map_or(0.0, |it| it.0);
+        Ok(Self {
+            i_mt_ma: lowest_step(spec, declared)?.ok_or(nothing)?,
+            lowest_ma: spec.pool.lowest(),
+            spec,
+            printed_ma,
+        })
+    }
+
+    /// The five constants of force at `ma`: A as much as is recruited there.
+    #[must_use]
+    pub fn constants(&self, ma: f64, width_us: u32) -> Constants {
+        let [a, k, tau_c, tau1, tau2] = self.spec.generator.parameters.all();
+        let recruited = self.spec.recruited(ma, width_us.into());
+        [a * recruited, k, tau_c, tau1, tau2]
+    }
+}
+
+/// By the muscle's own force, in steps from rest.
+fn lowest_step(spec: WristSpec, declared: &Declaration) -> Result<Option<f64>, LeeError> {
+    let (search, layout) = (&declared.search, declared.search.detector().layout);
+    let sensor = SensorSpec {
+        noise_n: 0.0,
+        ..spec.sensor
+    };
+    let steps = (search.most_ma / search.step_ma + 1e-9).floor() as u32;
+    for step in 1..=steps {
+        let ma = f64::from(step) * search.step_ma;
+        let mut alone = Alone::new(WristSpec { sensor, ..spec }, 0)?;
+        let (_, truth) = alone.known(&Train {
+            ma,
+            pulses: search.frequency_hz,
+            width_us: declared.trains.width_us,
+            before: layout.before,
+            samples: layout.samples,
+        });
+        if averaged(&truth).iter().any(|it| *it > MOVES_N) {
+            return Ok(Some(ma));
+        }
+    }
+    Ok(None)
+}
