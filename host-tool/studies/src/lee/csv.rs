@@ -1,0 +1,128 @@
+//! `draws.csv`: a row for each replication, so that every number can be computed again.
+
+use super::analysis::Analysed;
+use super::study::{Drawn, Part, Study};
+use super::{SUBJECTS, name};
+use host_core::identify::NAMES;
+use std::fmt::Write;
+
+impl Study {
+    /// Of these, in their order.
+    #[must_use]
+    pub fn csv(&self, parts: &[Part]) -> String {
+        let mut text =
+            "subject,draw,session,became,i_mt_ma,bare_ma,placement_n,true_i_mt_ma".to_owned();
+        for fit in ["", "averaged_"] {
+            for name in NAMES {
+                let _ = write!(text, ",{fit}{name},{fit}{name}_low,{fit}{name}_high");
+            }
+        }
+        text += ",noise_n";
+        for amplitude in 1..=self.declared.trains.amplitudes {
+            for hz in self.declared.trains.frequencies_hz {
+                let _ = write!(text, ",peak_i{amplitude}_{hz}_n,t_rt_i{amplitude}_{hz}_ms");
+            }
+            let _ = write!(text, ",i{amplitude}_ma,nrmse_i{amplitude}_percent");
+        }
+        for hz in self.declared.trains.frequencies_hz {
+            let _ = write!(text, ",a_{hz}_n,b_{hz}_per_ma,r2_{hz}");
+        }
+        text.push('\n');
+        for part in parts {
+            if let Part::Own(drawn) = part {
+                self.lines(&mut text, drawn);
+            }
+        }
+        text
+    }
+
+    /// `mismatch.csv`: a row for each departure of each subject.
+    #[must_use]
+    pub fn mismatch_csv(&self, parts: &[Part]) -> String {
+        let mut text =
+            "subject,departure,size,nrmse_i1,nrmse_i2,nrmse_i3,nrmse_i4,nrmse_i5".to_owned();
+        for name in NAMES {
+            let _ = write!(text, ",{name}_over_truth,{name}_covered");
+        }
+        text.push('\n');
+        for part in parts {
+            let Part::Foreign(Ok(it)) = part else {
+                continue;
+            };
+            let _ = write!(
+                text,
+                "{},{},{}",
+                name(it.subject),
+                it.foreign.kind.name(),
+                it.foreign.size
+            );
+            for nrmse in &it.nrmse_percent {
+                let _ = write!(text, ",{nrmse:.4}");
+            }
+            for (ratio, covers) in it.ratios.iter().zip(it.covers) {
+                let _ = write!(text, ",{ratio:.6},{covers}");
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    fn lines(&self, text: &mut String, drawn: &Drawn) {
+        let number = |it: Option<f64>| it.map_or_else(String::new, |it| format!("{it:.4}"));
+        debug_assert!(drawn.subject < SUBJECTS);
+        let truth = self.truths.get(drawn.subject).map(|it| it.i_mt_ma);
+        for (session, came) in [("printed", &drawn.printed), ("found", &drawn.found)] {
+            let became = came.as_ref().err().map_or("whole", |why| why.as_str());
+            let became = became.replace('"', "'").replace('\n', " ");
+            let _ = write!(
+                text,
+                "{},{},{session},\"{became}\",{},{},{:.4},{}",
+                name(drawn.subject),
+                drawn.draw,
+                number(drawn.searched.i_mt_ma()),
+                number(drawn.searched.bare_ma),
+                drawn.searched.placement_n,
+                number(truth)
+            );
+            if let Ok(found) = came {
+                numbers(text, found);
+            }
+            text.push('\n');
+        }
+    }
+}
+
+fn numbers(text: &mut String, found: &Analysed) {
+    for fit in &found.fits {
+        let scale = [1.0, 1.0, 1e3, 1e3, 1e3];
+        for (it, scale) in fit.estimates().iter().zip(scale) {
+            let (value, low, high) = (scale * it.value, scale * it.low, scale * it.high);
+            let _ = write!(text, ",{value:.6},{low:.6},{high:.6}");
+        }
+    }
+    let _ = write!(text, ",{:.6}", found.fits[0].noise_n);
+    let each = found.peaks_n.iter().zip(&found.measured_t_rt_s);
+    let each = each.zip(found.amplitudes.iter().zip(&found.agreements));
+    for ((peaks, times), (ma, agreement)) in each {
+        for (peak, time) in peaks.iter().zip(times) {
+            let _ = write!(
+                text,
+                ",{peak:.5},{:.3}",
+                time.map_or(f64::NAN, |it| 1e3 * it)
+            );
+        }
+        let _ = write!(text, ",{ma:.3},{:.4}", agreement.nrmse_percent);
+    }
+    for it in &found.exponentials {
+        match it {
+            Some((it, agreement)) => {
+                let _ = write!(
+                    text,
+                    ",{:.6},{:.6},{:.6}",
+                    it.a_n, it.b_per_ma, agreement.r2
+                );
+            }
+            None => text.push_str(",,,"),
+        }
+    }
+}

@@ -1,0 +1,425 @@
+//! The study as `result.json` and its page have it.
+
+use super::analysis::Analysed;
+use super::declaration::DECLARED;
+use super::error::LeeError;
+use super::quality::{Which, drawn, printed};
+use super::spread::{mean_sd, regression, row};
+use super::study::{Part, Study};
+use super::{SUBJECTS, name, paper};
+use crate::laboratory::{Declared, Outcome, Row, Share};
+use host_core::identify::NAMES;
+use host_core::record::sha256;
+
+/// What is said of every result.
+const SIMULATED: &str = "Simulated: benches whose parameters are the paper's own tables, with an \
+                         assumed recruitment, sensor and noise; no evidence about people.";
+const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile of the \
+                       replications (of a mean over subjects: of the replications' means).";
+const PRINTED: &str = "Tables 2 to 7 are of trains at the printed amplitudes. At the printed I_MT \
+                       force is already 1.5 to 11 N, a hundred times the 0.015 N by which the \
+                       paper says it was found in steps of 0.5 mA: where force rises from nothing \
+                       both cannot be. The bench keeps the forces; its fibres begin at 0.8 of the \
+                       printed I_MT (assumed), so a search by force finds less than is printed.";
+const OWN: &str = "Coverage, bound and thresholds are ours: the paper has no truth to compare with. \
+                   A bench of the model's own structure proves the arithmetic, nothing of muscles; \
+                   figure B says how fits of other structures agree.";
+
+/// What the command knows of the run.
+#[derive(Clone, Debug)]
+pub struct Told {
+    /// What a terminal takes to have it again, but for its seed.
+    pub command: String,
+    /// What is missing, for people.
+    pub cut_short: Option<String>,
+    /// What was found through the device, for people.
+    pub device: Vec<String>,
+}
+
+impl Study {
+    /// Of these units, all or what was computed before a signal.
+    ///
+    /// # Errors
+    /// A subject whose course is shown cannot be.
+    pub fn outcome(&self, parts: &[Part], told: Told) -> Result<Outcome, LeeError> {
+        let mut sheets = self.tables(parts)?;
+        sheets.extend(self.figures(parts)?);
+        let notes = [SIMULATED, MEANING, PRINTED, OWN]
+            .map(str::to_owned)
+            .into_iter();
+        let notes = notes.chain(told.device).chain(failures(parts));
+        Ok(Outcome {
+            name: "lee".to_owned(),
+            title: self.declared.title.clone(),
+            seed: self.seed,
+            simulated: Some(true),
+            cut_short: told.cut_short,
+            declared: Declared {
+                asked: "lee".to_owned(),
+                command: Some(told.command),
+                device: Some(self.device.typed()),
+                sha256: [("lee.toml".to_owned(), sha256(DECLARED.as_bytes()))].into(),
+                source: self.declared.source.clone(),
+                draws: self.draws,
+                as_declared: self.is_as_declared(),
+            },
+            conditions: Vec::new(),
+            rows: self.rows(parts),
+            shares: self.shares(parts),
+            decides: Vec::new(),
+            sheets,
+            notes: notes.collect(),
+        })
+    }
+
+    fn rows(&self, parts: &[Part]) -> Vec<Row> {
+        let mut rows = Vec::new();
+        for (f, hz) in self.declared.trains.frequencies_hz.iter().enumerate() {
+            let [a, b, r2, _, nrmse] = paper::TABLE_3[f];
+            let mut add = |id: &str,
+                           what: &str,
+                           unit: &str,
+                           printed: f64,
+                           of: &dyn Fn(&Analysed) -> Option<f64>| {
+                let (id, what) = (format!("{id}-{hz}"), format!("{what}, {hz} Hz"));
+                rows.push(row(
+                    (&id, &what, unit),
+                    Some(printed),
+                    self.means(parts, of),
+                ));
+            };
+            let own = move |it: &Analysed| it.exponentials[f];
+            add("a", "a of the exponential", "N", a, &|it| {
+                Some(own(it)?.0.a_n)
+            });
+            add("b", "b of the exponential", "1/mA", b, &|it| {
+                Some(own(it)?.0.b_per_ma)
+            });
+            add("r2", "its R²", "", r2, &|it| Some(own(it)?.1.r2));
+            add("nrmse", "its NRMSE", "%", nrmse, &|it| {
+                Some(own(it)?.1.nrmse_percent)
+            });
+            let table_7 = paper::TABLE_7.iter().map(|it| it[f]).sum::<f64>() / 10.0;
+            add("t-rt", "T_RT", "ms", table_7, &|it| {
+                Some(1e3 * it.responses.last()?[f]?.t_rt_s())
+            });
+        }
+        for (i, [_, printed]) in paper::TABLE_5_MEANS.iter().enumerate() {
+            let (id, what) = (
+                format!("model-i{}", i + 1),
+                format!("NRMSE of the model at I{}", i + 1),
+            );
+            let own = self.means(parts, &|it| Some(it.agreements.get(i)?.nrmse_percent));
+            rows.push(row((&id, &what, "%"), Some(*printed), own));
+        }
+        rows.extend(self.figure_8_rows(parts));
+        rows.extend(self.own_rows(parts));
+        rows
+    }
+
+    fn figure_8_rows(&self, parts: &[Part]) -> Vec<Row> {
+        let each = (0..self.draws).filter_map(|draw| {
+            let of: Vec<&Analysed> = self.of_draw(parts, draw);
+            let points: Vec<(f64, f64)> = of.iter().flat_map(|it| estimated(it)).collect();
+            let (slope, r2) = regression(&points)?;
+            let square = points.iter().map(|(m, e)| (m - e).powi(2)).sum::<f64>();
+            Some([slope, r2, (square / points.len() as f64).sqrt()])
+        });
+        let each: Vec<[f64; 3]> = each.collect();
+        let names = [
+            (
+                "figure-8-slope",
+                "slope of estimated over measured peaks",
+                "",
+            ),
+            ("figure-8-r2", "its R²", ""),
+            ("figure-8-rmse", "RMSE of estimated peaks", "N"),
+        ];
+        let all = names.iter().zip(paper::FIGURE_8).enumerate();
+        all.map(|(i, (told, printed))| {
+            row(*told, Some(printed), each.iter().map(|it| it[i]).collect())
+        })
+        .collect()
+    }
+
+    fn own_rows(&self, parts: &[Part]) -> Vec<Row> {
+        let mut rows = Vec::new();
+        let off = self.t_rt_off_ms(parts);
+        let one = |it: Option<f64>| it.into_iter().collect::<Vec<f64>>();
+        rows.push(row(
+            ("t-rt-off", "T_RT off table 7, rms, 8 subjects", "ms"),
+            None,
+            one(off.map(|it| it.0)),
+        ));
+        for (i, subject) in paper::APART.into_iter().enumerate() {
+            let (id, what) = (
+                format!("t-rt-off-{}", name(subject)),
+                format!("the same, {}", name(subject)),
+            );
+            rows.push(row(
+                (&id, &what, "ms"),
+                None,
+                one(off.and_then(|it| it.1[i])),
+            ));
+        }
+        let cells = self.cells(parts, Which::Whitened);
+        for (i, name) in NAMES.iter().enumerate() {
+            let ratios: Vec<f64> = cells
+                .iter()
+                .map(|it| it[i].over_bound)
+                .filter(|it| it.is_finite() && *it > 0.0)
+                .collect();
+            let logarithms: Vec<f64> = ratios.iter().map(|it| it.ln()).collect();
+            let geometric = mean_sd(&logarithms).map(|it| it.0.exp());
+            let (id, what) = (
+                format!("over-bound-{name}"),
+                format!("variance over its bound, {name}"),
+            );
+            rows.push(row((&id, &what, ""), None, one(geometric)));
+        }
+        for subject in 0..SUBJECTS {
+            let all = super::quality::own(parts, subject).filter_map(|it| it.searched.i_mt_ma());
+            let (id, what) = (
+                format!("i-mt-{}", name(subject)),
+                format!("I_MT by force, {}", name(subject)),
+            );
+            let printed = self.truths.get(subject).map(|it| it.printed_ma);
+            rows.push(row((&id, &what, "mA"), printed, all.collect()));
+        }
+        rows
+    }
+
+    /// Of each replication, the mean over subjects that have it all.
+    fn means(&self, parts: &[Part], of: &dyn Fn(&Analysed) -> Option<f64>) -> Vec<f64> {
+        let each = (0..self.draws).filter_map(|draw| {
+            let all: Option<Vec<f64>> = self.of_draw(parts, draw).into_iter().map(of).collect();
+            Some(mean_sd(&all?)?.0)
+        });
+        each.collect()
+    }
+
+    /// Everybody's trains at the printed amplitudes of this replication.
+    pub(super) fn of_draw<'p>(&self, parts: &'p [Part], draw: u64) -> Vec<&'p Analysed> {
+        let all = drawn(parts).filter(|it| it.draw == draw);
+        all.filter_map(|it| it.printed.as_ref().ok()).collect()
+    }
+
+    fn shares(&self, parts: &[Part]) -> Vec<Share> {
+        let claims = &self.declared.claims;
+        let each: Vec<&Analysed> = (0..SUBJECTS).flat_map(|it| printed(parts, it)).collect();
+        let of_each =
+            |is: &dyn Fn(&Analysed) -> Option<bool>| counted(each.iter().map(|it| is(it)));
+        let of_draws = |is: &dyn Fn(&[&Analysed]) -> Option<bool>| {
+            counted((0..self.draws).map(|draw| is(&self.of_draw(parts, draw))))
+        };
+        let said = |id: &str, claim: &str, paper, count| {
+            Share::counted(id.to_owned(), claim.to_owned(), paper, count)
+        };
+        let mut all = vec![
+            said(
+                "rises-f",
+                "peak force rises with frequency",
+                Some(true),
+                of_each(&|it| Some(it.peaks_n.iter().all(|it| rise(it)))),
+            ),
+            said(
+                "rises-i",
+                "peak force rises with amplitude",
+                Some(true),
+                of_each(&|it| {
+                    Some(
+                        (0..3)
+                            .all(|f| rise(&it.peaks_n.iter().map(|it| it[f]).collect::<Vec<_>>())),
+                    )
+                }),
+            ),
+            said(
+                "r2",
+                &format!("mean R² of the exponential is above {}", claims.r2),
+                Some(true),
+                of_draws(&|all| above_r2(all, claims.r2)),
+            ),
+            said(
+                "t-rises",
+                "T_RT rises with frequency",
+                Some(true),
+                of_each(&|it| {
+                    let all: Option<Vec<f64>> = it
+                        .responses
+                        .last()?
+                        .iter()
+                        .map(|it| Some(it.as_ref()?.t_rt_s()))
+                        .collect();
+                    Some(rise(&all?))
+                }),
+            ),
+            said(
+                "t-flat",
+                "measured T_RT does not depend on amplitude",
+                Some(true),
+                of_each(&|it| flat(it, claims.flat)),
+            ),
+            said(
+                "nrmse-i5",
+                "the model's mean NRMSE at I5 is below 10 %",
+                Some(true),
+                of_draws(&|all| Some(mean_nrmse(all, 4)? < claims.nrmse_i5_percent)),
+            ),
+            said(
+                "nrmse",
+                "and at I1 to I4 at most 13.1 %",
+                Some(true),
+                of_draws(&|all| {
+                    let means: Option<Vec<f64>> = (0..4).map(|i| mean_nrmse(all, i)).collect();
+                    Some(means?.iter().all(|it| *it <= claims.nrmse_percent))
+                }),
+            ),
+        ];
+        all.extend(self.own_shares(parts));
+        all
+    }
+
+    fn own_shares(&self, parts: &[Part]) -> Vec<Share> {
+        let said = |id: &str, claim: &str, paper, count| {
+            Share::counted(id.to_owned(), claim.to_owned(), paper, count)
+        };
+        let step = self.declared.search.step_ma + 1e-9;
+        let near = drawn(parts).map(|it| {
+            let printed_ma = self.truths.get(it.subject)?.printed_ma;
+            Some((it.searched.i_mt_ma()? - printed_ma).abs() <= step)
+        });
+        let found = self.thresholds(drawn(parts));
+        let mut all = vec![
+            said(
+                "i-mt",
+                "I_MT found by force is the printed one ± 0.5 mA",
+                Some(true),
+                counted(near),
+            ),
+            said(
+                "detector-false",
+                "detector: threshold where no fibre answers",
+                None,
+                (found.without_force, found.of),
+            ),
+            said(
+                "detector-early",
+                "detector: below the true step",
+                None,
+                (found.early, found.of),
+            ),
+            said(
+                "detector-near",
+                "detector: within a step of the truth",
+                None,
+                (found.within, found.of),
+            ),
+            said(
+                "bare-false",
+                "bare 0.015 N rule: where no fibre answers",
+                None,
+                (found.bare_without_force, found.of),
+            ),
+            said(
+                "bare-near",
+                "bare 0.015 N rule: within a step",
+                None,
+                (found.bare_within, found.of),
+            ),
+        ];
+        for (which, told) in [
+            (Which::Whitened, "95 % interval covers"),
+            (Which::Averaged, "averaged fit's covers"),
+        ] {
+            let cells = self.cells(parts, which);
+            for (i, name) in NAMES.iter().enumerate() {
+                let sum = |of: fn(&super::quality::Cell) -> u32| {
+                    cells.iter().map(|it| u64::from(of(&it[i]))).sum::<u64>()
+                };
+                let count = (sum(|it| it.covers), sum(|it| it.of));
+                let id = format!("covers-{}-{name}", which as usize);
+                all.push(said(&id, &format!("{told} {name}"), None, count));
+            }
+        }
+        all
+    }
+}
+
+/// Measured and estimated peaks.
+pub(super) fn estimated(it: &Analysed) -> Vec<(f64, f64)> {
+    let mut points = Vec::new();
+    for (ma, peaks) in it.amplitudes.iter().zip(&it.peaks_n) {
+        for (peak, own) in peaks.iter().zip(&it.exponentials) {
+            points.extend(own.map(|(own, _)| (*peak, own.at(*ma))));
+        }
+    }
+    points
+}
+
+fn rise(all: &[f64]) -> bool {
+    all.windows(2).all(|it| it[1] > it[0])
+}
+
+fn mean_nrmse(all: &[&Analysed], i: usize) -> Option<f64> {
+    let own: Option<Vec<f64>> = all
+        .iter()
+        .map(|it| Some(it.agreements.get(i)?.nrmse_percent))
+        .collect();
+    Some(mean_sd(&own?)?.0)
+}
+
+fn above_r2(all: &[&Analysed], least: f64) -> Option<bool> {
+    let of = |f: usize| -> Option<f64> {
+        let own: Option<Vec<f64>> = all
+            .iter()
+            .map(|it| Some(it.exponentials[f]?.1.r2))
+            .collect();
+        Some(mean_sd(&own?)?.0)
+    };
+    let means: Option<Vec<f64>> = (0..3).map(of).collect();
+    Some(means?.iter().all(|it| *it > least))
+}
+
+/// Mean over frequencies of the change from I1 to I5.
+fn flat(it: &Analysed, part: f64) -> Option<bool> {
+    let (first, last) = (it.measured_t_rt_s.first()?, it.measured_t_rt_s.last()?);
+    let changes: Option<Vec<f64>> = first
+        .iter()
+        .zip(last)
+        .map(|(from, to)| Some((*to)? / (*from)? - 1.0))
+        .collect();
+    Some(mean_sd(&changes?)?.0.abs() < part)
+}
+
+fn counted(all: impl Iterator<Item = Option<bool>>) -> (u64, u64) {
+    let judged: Vec<bool> = all.flatten().collect();
+    (
+        judged.iter().filter(|it| **it).count() as u64,
+        judged.len() as u64,
+    )
+}
+
+/// What came to nothing, and why.
+fn failures(parts: &[Part]) -> Vec<String> {
+    let mut all = std::collections::BTreeMap::<String, usize>::new();
+    for part in parts {
+        let why: Vec<&String> = match part {
+            Part::Own(it) => it
+                .printed
+                .as_ref()
+                .err()
+                .into_iter()
+                .chain(it.found.as_ref().err())
+                .collect(),
+            Part::Foreign(it) => it.as_ref().err().into_iter().collect(),
+        };
+        for why in why {
+            // The number of the error, and its first words.
+            let why = why.split([':', ';']).next().unwrap_or_default().to_owned();
+            *all.entry(why).or_default() += 1;
+        }
+    }
+    all.into_iter()
+        .map(|(why, count)| format!("{count} sessions came to nothing: {why}."))
+        .collect()
+}
