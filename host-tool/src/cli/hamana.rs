@@ -7,7 +7,7 @@ mod people;
 use super::experiment::{ExperimentArgs, command};
 use super::{Incomplete, Output, interrupt, wrong};
 use host_core::record::replace_file;
-use people::people;
+pub(super) use people::people;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;

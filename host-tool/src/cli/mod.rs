@@ -13,6 +13,7 @@ mod explain_model;
 mod faults;
 mod hamana;
 mod interrupt;
+mod lee;
 mod monitor;
 mod muscle;
 mod new;
@@ -203,6 +204,7 @@ pub fn main() -> ExitCode {
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
         Command::ExplainModel(args) => explain_model::main(args, output),
+        Command::Experiment(args) if lee::is_meant(args) => lee::main(args, output),
         Command::Experiment(args) if hamana::is_meant(args) => hamana::main(args, output),
         Command::Experiment(args) => experiment::main(args, output),
         Command::Faults(args) => faults::main(args, output),

@@ -3,7 +3,7 @@
 //! `bench` measures the device's algorithms and cycles; `accuracy` and `tracking`
 //! compare muscle models and control laws, `stability` maps where methods fail,
 //! `ladder` judges the choice of muscle models; `laboratory` is what protocols share;
-//! `experiments` are the papers' protocols; `faults` are campaigns of what breaks; `figures` draw them. `subjects` are whom
+//! `experiments` are the papers' protocols, `lee` that which identifies a muscle; `faults` are campaigns of what breaks; `figures` draw them. `subjects` are whom
 //! muscle models are compared on.
 
 pub mod accuracy;
@@ -14,6 +14,7 @@ pub mod figures;
 pub mod hands;
 pub mod laboratory;
 pub mod ladder;
+pub mod lee;
 pub mod stability;
 mod subjects;
 pub mod tracking;

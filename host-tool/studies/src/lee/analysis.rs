@@ -1,0 +1,141 @@
+//! What becomes of fifteen records: peaks, the exponential, fits, and how well they agree.
+
+use super::declaration::Declaration;
+use super::error::LeeError;
+use super::protocol::Session;
+use host_core::identify::{
+    Agreement, Constants, Exponential, Fit, Fitted, ForceRecord, Response, Weighting, agreement,
+    averaged, response, simulated,
+};
+
+/// The period of the paper's 30 Hz, s: 166 steps of 0.2 ms (its table 7 follows from no
+/// other).
+const PAPER_30_HZ_S: f64 = 0.0332;
+
+/// What fifteen trains came to.
+#[derive(Clone, Debug)]
+pub struct Analysed {
+    /// I1 to I5, mA.
+    pub amplitudes: Vec<f64>,
+    /// By amplitude and frequency: greatest 40 ms mean above rest, N.
+    pub peaks_n: Vec<[f64; 3]>,
+    /// Equation 5 by frequency; nothing of too few forces.
+    pub exponentials: [Option<(Exponential, Agreement)>; 3],
+    /// Of I5's three trains: as good as can be, and as the paper compares.
+    pub fits: [Fitted; 2],
+    /// Mean over frequencies of how well the model agrees, by amplitude: I5 as fitted, the
+    /// others with A of equation 6.
+    pub agreements: Vec<Agreement>,
+    /// Of the fitted model, by amplitude and frequency; the paper's 30 Hz.
+    pub responses: Vec<[Option<Response>; 3]>,
+    /// T_RT of what was measured, by amplitude and frequency, s.
+    pub measured_t_rt_s: Vec<[Option<f64>; 3]>,
+}
+
+/// Greatest 40 ms mean above rest, N.
+pub(super) fn peak_n(record: &ForceRecord) -> f64 {
+    let all = averaged(&record.from_rest());
+    all.into_iter().fold(0.0, f64::max)
+}
+
+/// # Errors
+/// What is wrong with a record, or no fit.
+pub fn analysed(session: &Session, declared: &Declaration) -> Result<Analysed, LeeError> {
+    let amplitudes = session.amplitudes.0.clone();
+    let peaks_n: Vec<[f64; 3]> = session
+        .records
+        .iter()
+        .map(|it| it.each_ref().map(peak_n))
+        .collect();
+    let exponentials: [_; 3] = std::array::from_fn(|f| exponential(&amplitudes, &peaks_n, f));
+    let last = session.records.last().map_or(&[][..], |it| &it[..]);
+    let fit = |weighting| Fit { weighting }.of(last);
+    let fits = [fit(Weighting::Whitened)?, fit(Weighting::Averaged)?];
+    // The paper's own comparison goes on with its own estimate.
+    let constants = fits[1].constants;
+    let reference_ma = amplitudes.last().copied().unwrap_or_default();
+    let gain = |ma: f64, f: usize| match &exponentials[f] {
+        _ if ma == reference_ma => 1.0,
+        Some((it, _)) => it.gain(ma, reference_ma),
+        None => 0.0,
+    };
+    let both = || amplitudes.iter().zip(&session.records);
+    let agree = |(ma, records): (&f64, &[ForceRecord; 3])| {
+        let all: [Agreement; 3] =
+            std::array::from_fn(|f| agrees(constants, gain(*ma, f), &records[f]));
+        mean(&all)
+    };
+    let times = |ma: &f64| {
+        std::array::from_fn(|f| {
+            let [a, rest @ ..] = constants;
+            let [k, tau_c, tau1, tau2] = rest;
+            let frequency = declared.trains.frequencies_hz[f];
+            response(
+                [a * gain(*ma, f), k, tau_c, tau1, tau2],
+                period_s(frequency),
+                1.0,
+            )
+        })
+    };
+    let measured = |records: &[ForceRecord; 3]| records.each_ref().map(t_rt_s);
+    Ok(Analysed {
+        agreements: both().map(agree).collect(),
+        responses: amplitudes.iter().map(times).collect(),
+        measured_t_rt_s: session.records.iter().map(measured).collect(),
+        peaks_n,
+        exponentials,
+        fits,
+        amplitudes,
+    })
+}
+
+/// Period as the paper's integration has it, s.
+pub(super) fn period_s(frequency_hz: u32) -> f64 {
+    match frequency_hz {
+        30 => PAPER_30_HZ_S,
+        other => 1.0 / f64::from(other),
+    }
+}
+
+fn exponential(
+    amplitudes: &[f64],
+    peaks_n: &[[f64; 3]],
+    f: usize,
+) -> Option<(Exponential, Agreement)> {
+    let points: Vec<(f64, f64)> = amplitudes
+        .iter()
+        .copied()
+        .zip(peaks_n.iter().map(|it| it[f]))
+        .collect();
+    let own = Exponential::through(&points)?;
+    let estimated: Vec<f64> = points.iter().map(|(ma, _)| own.at(*ma)).collect();
+    let measured: Vec<f64> = points.iter().map(|(_, n)| *n).collect();
+    Some((own, agreement(&estimated, &measured)))
+}
+
+/// How the averaged model agrees with the averaged record, above rest.
+fn agrees(constants: Constants, gain: f64, record: &ForceRecord) -> Agreement {
+    let own = ForceRecord {
+        gain,
+        ..record.clone()
+    };
+    let (force, _) = simulated(constants, &own);
+    agreement(&averaged(&force), &averaged(&record.from_rest()))
+}
+
+fn mean(all: &[Agreement; 3]) -> Agreement {
+    let over = |of: fn(&Agreement) -> f64| all.iter().map(of).sum::<f64>() / 3.0;
+    Agreement {
+        r2: over(|it| it.r2),
+        rmse_n: over(|it| it.rmse_n),
+        nrmse_percent: over(|it| it.nrmse_percent),
+    }
+}
+
+/// From 10 to 90 % of the peak of the averaged record, during the train.
+fn t_rt_s(record: &ForceRecord) -> Option<f64> {
+    let last = *record.pulses_us.last()? as usize / 1_000;
+    let all = averaged(&record.from_rest());
+    let train = all.get(..last.min(all.len()))?;
+    Some(Response::of(train, 1e-3)?.t_rt_s())
+}

@@ -1,0 +1,311 @@
+//! The same protocol through a device: every train an ordinary session, the bench its body.
+
+use super::analysis::analysed;
+use super::error::LeeError;
+use super::name;
+use super::protocol::{Amplitudes, Stimulator, Train, fifteen, search};
+use super::study::Study;
+use hal_sim::body::bench::sensor::SAMPLE_US;
+use hal_sim::body::bench::{Wrist, WristSpec};
+use hal_sim::body::{Body, CHANNELS, Lead, Load, Pulse};
+use host_core::identify::ForceRecord;
+use host_core::link::Port;
+use host_core::run::{DeviceName, SessionFile, rest, run};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Full scale of the stage, mA; a step of its converter is that over 65 535.
+const FULL_SCALE_MA: f64 = 100.0;
+/// A step of the converter, and of an order.
+const STEP_MA: f64 = FULL_SCALE_MA / 65_535.0 + 1e-3;
+/// First pulse after the start, µs: amplitudes have risen then, and after a second no
+/// further pulse comes before the session ends.
+const OFFSET_US: u32 = 20_000;
+
+/// A pulse as it came to the body: start in µs, mA, µs.
+type Came = (u64, f64, u32);
+
+/// What was noted while a body was stimulated.
+#[derive(Default)]
+struct Heard {
+    pulses: Vec<Came>,
+    /// When the first of these was taken, ms.
+    since_ms: u64,
+    samples_n: Vec<f64>,
+}
+
+/// A wrist of which every pulse and every sample is noted.
+struct Noting {
+    wrist: Wrist,
+    heard: Arc<Mutex<Heard>>,
+}
+
+impl Noting {
+    fn heard(&self) -> std::sync::MutexGuard<'_, Heard> {
+        self.heard.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Body for Noting {
+    fn pulse(&mut self, pulse: &Pulse) {
+        let load = self.wrist.loads().get(pulse.channel).copied();
+        let ma = load.map_or(0.0, |load| load.current_ma(pulse.drive));
+        self.heard().pulses.push((pulse.t_us, ma, pulse.width_us));
+        self.wrist.pulse(pulse);
+    }
+
+    fn lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
+        self.wrist.lead(t_us, channel, lead);
+    }
+
+    fn advance(&mut self, to_us: u64) -> bool {
+        let before = self.wrist.samples();
+        for sample in before + 1..=to_us / SAMPLE_US {
+            self.wrist.advance(sample * SAMPLE_US);
+            let reading = self.wrist.instrument_n().unwrap_or_default();
+            let mut heard = self.heard();
+            if heard.samples_n.is_empty() {
+                heard.since_ms = sample;
+            }
+            heard.samples_n.push(reading);
+        }
+        self.wrist.samples() != before
+    }
+
+    fn angle_deg(&self) -> f64 {
+        self.wrist.angle_deg()
+    }
+
+    fn sensed_deg(&self) -> f64 {
+        self.wrist.sensed_deg()
+    }
+
+    fn instrument_n(&self) -> Option<f64> {
+        self.wrist.instrument_n()
+    }
+
+    fn loads(&self) -> &[Load; CHANNELS] {
+        self.wrist.loads()
+    }
+
+    fn loads_mut(&mut self) -> &mut [Load; CHANNELS] {
+        self.wrist.loads_mut()
+    }
+}
+
+/// A simulated device with a wrist on the bench as its wearer.
+pub struct OnDevice {
+    port: Option<Box<dyn Port>>,
+    heard: Arc<Mutex<Heard>>,
+    /// Largest amplitude that it is allowed, mA.
+    most_ma: f64,
+    /// Trains that were compared with what the body alone is given.
+    trains: usize,
+    /// Pulses of them.
+    pulses: usize,
+}
+
+fn failed(train: &Train, why: impl ToString) -> LeeError {
+    let what = format!("{} pulses of {} mA in a second", train.pulses, train.ma);
+    LeeError::PutOut(what, why.to_string())
+}
+
+impl OnDevice {
+    /// A device of this name, and this wrist on it.
+    ///
+    /// # Errors
+    /// The device is not there, E647: it is not simulated.
+    pub fn new(
+        device: &DeviceName,
+        (spec, seed): (WristSpec, u64),
+        most_ma: f64,
+    ) -> Result<Self, LeeError> {
+        let any = Train {
+            ma: 1.0,
+            pulses: 20,
+            width_us: 400,
+            before: 0,
+            samples: 0,
+        };
+        let file = session(&any, spec.channel, most_ma)?;
+        let mut port = device.open(&file.session, seed)?;
+        let heard = Arc::new(Mutex::new(Heard::default()));
+        let world = port
+            .world()
+            .ok_or_else(|| failed(&any, "it is not simulated"))?;
+        let mut wrist = Wrist::new(spec, seed)?;
+        wrist.advance(world.now_us());
+        world.body = Box::new(Noting {
+            wrist,
+            heard: heard.clone(),
+        });
+        Ok(Self {
+            port: Some(port),
+            heard,
+            most_ma,
+            trains: 0,
+            pulses: 0,
+        })
+    }
+
+    /// Trains and pulses that were as the body alone is given them.
+    #[must_use]
+    pub const fn compared(&self) -> (usize, usize) {
+        (self.trains, self.pulses)
+    }
+
+    fn rests(&mut self, s: f64) -> Result<(), String> {
+        let gone = || "the device is gone".to_owned();
+        let port = self.port.as_mut().ok_or_else(gone)?;
+        let world = port.world().ok_or_else(gone)?;
+        rest(world, s, &mut || true).map_err(|e| e.to_string())
+    }
+
+    /// What of `came` is not as the body alone is given it.
+    fn unlike(came: &[Came], train: &Train) -> Option<String> {
+        if came.len() != train.pulses as usize {
+            return Some(format!("{} pulses came", came.len()));
+        }
+        let first_us = came.first()?.0;
+        (0u64..)
+            .zip(came)
+            .find_map(|(place, (t_us, ma, width_us))| {
+                let after_us = place * u64::from(train.period_us());
+                let is_like = t_us - first_us == after_us
+                    && *width_us == train.width_us
+                    && (ma - train.ma).abs() <= STEP_MA;
+                (!is_like).then(|| {
+                    let late_us = t_us - first_us;
+                    format!("pulse {place} has {ma:.3} mA for {width_us} µs at {late_us} µs")
+                })
+            })
+    }
+
+    fn record(&self, train: &Train) -> Result<(ForceRecord, usize), String> {
+        let heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
+        // What an electrode check puts out is no pulse of the train.
+        let own: Vec<Came> = heard
+            .pulses
+            .iter()
+            .copied()
+            .filter(|it| it.1 > 0.5 * train.ma)
+            .collect();
+        if let Some(why) = Self::unlike(&own, train) {
+            return Err(why);
+        }
+        let first_us = own.first().map_or(0, |it| it.0);
+        let begin_ms = (first_us / SAMPLE_US).saturating_sub(train.before as u64);
+        let skipped = begin_ms
+            .checked_sub(heard.since_ms)
+            .ok_or("there was too little rest before")?;
+        let all = heard.samples_n.iter().skip(skipped as usize).copied();
+        let samples_n: Vec<f64> = all.take(train.samples).collect();
+        if samples_n.len() < train.samples {
+            return Err("there was too little rest after".to_owned());
+        }
+        let record = ForceRecord {
+            pulses_us: own
+                .iter()
+                .map(|it| (it.0 - begin_ms * SAMPLE_US) as u32)
+                .collect(),
+            samples_n,
+            gain: 1.0,
+        };
+        Ok((record, own.len()))
+    }
+}
+
+impl Stimulator for OnDevice {
+    fn train(&mut self, train: &Train) -> Result<ForceRecord, LeeError> {
+        let told = |why: String| failed(train, why);
+        *self.heard.lock().unwrap_or_else(PoisonError::into_inner) = Heard::default();
+        self.rests(1e-3 * train.before as f64).map_err(told)?;
+        let file = session(train, 0, self.most_ma)?;
+        let port = self
+            .port
+            .take()
+            .ok_or_else(|| told("the device is gone".to_owned()))?;
+        let (outcome, port) = run(&file, port, None, |_: f64| ());
+        self.port = port;
+        if let Some(error) = outcome.error {
+            return Err(told(error.to_string()));
+        }
+        let after = train.samples.saturating_sub(train.before + 1_000);
+        self.rests(1e-3 * after as f64 + 0.05).map_err(told)?;
+        let (record, pulses) = self.record(train).map_err(told)?;
+        self.trains += 1;
+        self.pulses += pulses;
+        Ok(record)
+    }
+
+    fn rest(&mut self, s: f64) -> Result<(), LeeError> {
+        let gone = |why| LeeError::PutOut("a break".to_owned(), why);
+        self.rests(s).map_err(gone)
+    }
+}
+
+/// A second of a train, as anybody would write it.
+fn session(train: &Train, channel: usize, most_ma: f64) -> Result<SessionFile, LeeError> {
+    let Train {
+        ma,
+        pulses,
+        width_us,
+        ..
+    } = train;
+    let (number, period_us) = (channel + 1, train.period_us());
+    let text = format!(
+        "title = \"{pulses} Hz at {ma} mA\"\nduration_s = 1.0\n\
+         [wearer]\nmax_current_ma = {most_ma:.3}\nrise_ms = 1\nfall_ms = 5\nhost_timeout_ms = 40\n\
+         return_area_mm2 = 2500\n\
+         [[channel]]\nnumber = {number}\nname = \"extensors\"\nlimit = {most_ma:.3}\n\
+         area_mm2 = 2500\n\
+         stage = {{ kind = \"current\", full_scale_ma = {FULL_SCALE_MA:.1} }}\n\
+         train = {{ shape = \"biphasic-cathodic-first\", width_us = {width_us}, \
+         period_us = {period_us}, offset_us = {OFFSET_US} }}\n\
+         [setpoints]\nkind = \"amplitudes\"\nrate_hz = 50\n\
+         values = [{{ channel = {number}, value = {ma:.3} }}]\n\
+         [body]\nkind = \"still\"\nload_ohm = 1000\n"
+    );
+    SessionFile::parse("train.toml", &text).map_err(|e| failed(train, e))
+}
+
+/// Whose wrist is on the bench of the sample.
+const SAMPLE: usize = 0;
+
+impl Study {
+    /// The whole protocol of K01 through the study's device: what came of it, for people.
+    ///
+    /// # Errors
+    /// The device is not there; E647: it does not put out what the body alone is given.
+    pub fn on_device(&self) -> Result<Vec<String>, LeeError> {
+        let truth = &self.truths[SAMPLE];
+        let most_ma = self.declared.search.most_ma;
+        let seed = self.seed_of(SAMPLE, 0);
+        let mut by = OnDevice::new(&self.device, (truth.spec, seed), most_ma)?;
+        let searched = search(&mut by, &self.declared)?;
+        let amplitudes = Amplitudes::from(truth.printed_ma, &self.declared)?;
+        let most = amplitudes.0.last().copied().unwrap_or_default();
+        let session = fifteen(&mut by, amplitudes, &self.declared)?;
+        let found = analysed(&session, &self.declared)?;
+        let constants = truth.constants(most, self.declared.trains.width_us);
+        let estimates = found.fits[0].estimates();
+        let covered = estimates
+            .iter()
+            .zip(constants)
+            .filter(|(it, truth)| it.covers(*truth));
+        let (trains, pulses) = by.compared();
+        let i_mt = searched
+            .i_mt_ma()
+            .map_or_else(|| "none".to_owned(), |it| format!("{it} mA"));
+        Ok(vec![format!(
+            "All numbers are of the body alone. {}'s whole protocol, each train an ordinary \
+             session, was put out by --device {} as well: {trains} trains, {pulses} pulses, each \
+             at the microsecond, of the width and within a converter's step of the amplitude that \
+             the body alone is given; I_MT {i_mt} (truth {} mA), and the intervals of {} of the \
+             5 constants that were fitted to it have the truth.",
+            name(SAMPLE),
+            self.device.typed(),
+            truth.i_mt_ma,
+            covered.count(),
+        )])
+    }
+}
