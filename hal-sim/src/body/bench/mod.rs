@@ -3,15 +3,19 @@
 //! Lives here: `sensor` (a torque sensor on a lever, as the laboratory reads it),
 //! `recruitment` (how many fibres a pulse excites: thresholds are distributed),
 //! `generator` (what makes the force of a train of pulses: the calcium-force model, or
-//! something of another structure), `wrist` (Lee 2020, figures 4 and 5). Not here: the
+//! something of another structure), `wrist` (Lee 2020, figures 4 and 5), `elbow` (Harris
+//! 2017, figure 4) with `arms` (moment arms about the elbow, two sources). Not here: the
 //! experimenter's filter, fits and detectors (the host's). In: pulses, time, a seed. Out:
 //! what the sensor reads at 1 kHz; the truth, for tests and for whoever judges a method.
 
+pub mod arms;
+pub mod elbow;
 pub mod generator;
 pub mod recruitment;
 pub mod sensor;
 pub mod wrist;
 
+pub use elbow::{Holds, IsometricElbow, IsometricSpec, Stimulated};
 pub use generator::{Foreign, Generator, Kind};
 pub use recruitment::{Pool, StrengthDuration};
 pub use sensor::{Sensor, SensorSpec};
