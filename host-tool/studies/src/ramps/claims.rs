@@ -1,0 +1,128 @@
+//! Whether a person is as the paper says, and what decides it.
+
+use super::declared::Declared;
+use super::error::RampsError;
+use super::found::{Found, Measured};
+use super::person::is_triceps;
+use super::test::Stimulation;
+use crate::laboratory::{Decided, LEAST_WEARERS, Share, fields_compared};
+
+/// Co-contraction as the paper has it, parts of the triceps' torque (section 3.4).
+const CO_CONTRACTION: [f64; 2] = [0.25, 0.5];
+
+/// Whether claim `id` holds of this person; nothing where it cannot be judged.
+///
+/// # Errors
+/// E690: there is no such claim.
+pub fn holds(declared: &Declared, found: &Found, id: &str) -> Result<Option<bool>, RampsError> {
+    let judged = &declared.judged;
+    let all = || found.ramps(true).chain(found.ramps(false));
+    let most = |of_current| {
+        let peaks = found.ramps(of_current).map(|it| it.peak_nm);
+        peaks.fold(0.0, f64::max)
+    };
+    Ok(match id {
+        "rises" => Some(all().all(|it| it.rises)),
+        "width-reaches-more" => Some(most(false) > most(true)),
+        "current-more-linear" => {
+            let of = |of_current| mean(found.ramps(of_current));
+            of(true)
+                .zip(of(false))
+                .map(|(current, width)| current > width)
+        }
+        "35-most-linear" => most_linear(found),
+        "width-recruits-others" => Some(found.ramps(false).any(|it| it.has_others(judged))),
+        "current-isolated" => Some(!found.ramps(true).any(|it| it.has_others(judged))),
+        "triceps-first" => Some(all().all(|it| it.first.is_none_or(is_triceps))),
+        "angle-alike" => Some(found.departs < judged.same_within),
+        "biceps-a-quarter-to-half" => co_contraction(declared, found)
+            .map(|part| (CO_CONTRACTION[0]..=CO_CONTRACTION[1]).contains(&part)),
+        "width-equals-current" => {
+            let [first, second] = &found.beyond;
+            let apart = first.torque_nm / second.torque_nm - 1.0;
+            apart.is_finite().then(|| apart.abs() < judged.same_within)
+        }
+        _ => return Err(RampsError::Declaration(format!("no claim `{id}`"))),
+    })
+}
+
+/// Mean of R², where there is one.
+fn mean<'m>(all: impl Iterator<Item = &'m Measured>) -> Option<f64> {
+    let all: Vec<f64> = all.filter_map(|it| it.linearity).collect();
+    (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
+}
+
+/// Whether 35 µs has a higher mean R² than both other widths.
+fn most_linear(found: &Found) -> Option<bool> {
+    let of = |width_us: u32| {
+        let own = move |it: &&Measured| it.test.stimulation == Stimulation::Current(width_us);
+        mean(found.ramps(true).filter(own))
+    };
+    let (middle, short, long) = (of(35)?, of(25)?, of(45)?);
+    Some(middle > short && middle > long)
+}
+
+/// Torque of the biceps as a part of the triceps' at the end of its ramp at 35 µs.
+#[must_use]
+pub fn co_contraction(declared: &Declared, found: &Found) -> Option<f64> {
+    let middle_deg = *declared.protocol.angles_deg.get(1)?;
+    let biceps = found.at(Stimulation::Biceps, middle_deg)?.peak_nm;
+    let triceps = found.at(Stimulation::Current(35), middle_deg)?.peak_nm;
+    (triceps > declared.judged.detected_nm).then(|| biceps / triceps)
+}
+
+/// Every claim's share of these persons.
+///
+/// # Errors
+/// E690: a claim that nobody judges.
+pub fn shares(declared: &Declared, all: &[Found]) -> Result<Vec<Share>, RampsError> {
+    let one = |claim: &super::declared::Claim| {
+        let judged = verdicts(declared, all, &claim.id)?;
+        let known: Vec<bool> = judged.into_iter().flatten().collect();
+        let holds = known.iter().filter(|it| **it).count() as u64;
+        let counts = (holds, known.len() as u64);
+        let (id, says) = (claim.id.clone(), claim.says.clone());
+        Ok(Share::counted(id, says, claim.paper, counts))
+    };
+    declared.claims.iter().map(one).collect()
+}
+
+/// What decides every claim.
+///
+/// # Errors
+/// E690: a claim that nobody judges.
+pub fn decided(declared: &Declared, all: &[Found]) -> Result<Vec<Decided>, RampsError> {
+    let one = |claim: &super::declared::Claim| {
+        let judged = verdicts(declared, all, &claim.id)?;
+        let known: Vec<(bool, &Found)> = (judged.into_iter().zip(all))
+            .filter_map(|(verdict, found)| Some((verdict?, found)))
+            .collect();
+        let holds: Vec<bool> = known.iter().map(|it| it.0).collect();
+        let of = |wanted: bool| holds.iter().filter(|it| **it == wanted).count();
+        let fields = declared.ranges.iter().enumerate().map(|(place, range)| {
+            let own = known
+                .iter()
+                .filter_map(|(_, found)| found.person.drawn.get(place));
+            (&*range.field, own.copied().collect())
+        });
+        let fields: Vec<(&str, Vec<f64>)> = fields.collect();
+        let enough = of(true).min(of(false)) >= LEAST_WEARERS;
+        Ok(Decided {
+            id: claim.id.clone(),
+            claim: claim.says.clone(),
+            holds: of(true),
+            fails: of(false),
+            enough,
+            fields: if enough {
+                fields_compared(&fields, &holds)
+            } else {
+                Vec::new()
+            },
+        })
+    };
+    declared.claims.iter().map(one).collect()
+}
+
+fn verdicts(declared: &Declared, all: &[Found], id: &str) -> Result<Vec<Option<bool>>, RampsError> {
+    all.iter().map(|it| holds(declared, it, id)).collect()
+}

@@ -1,0 +1,290 @@
+//! What the cell records of a test, and the truth beside it.
+
+use super::declared::{Declared, Judged, Protocol};
+use super::error::RampsError;
+use super::person::{Person, is_triceps};
+use super::test::{Stimulation, Test, micros, period_us};
+use hal_sim::body::bench::arms::Muscle;
+use hal_sim::body::bench::{IsometricElbow, IsometricSpec};
+use hal_sim::body::{Body, Drive, Pulse};
+use std::collections::VecDeque;
+
+/// A moment of a ramp: that of one of its pulses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    /// What is ramped: mA or µs.
+    pub at: f64,
+    /// Torque by the cell, averaged and zeroed, N·m, in the direction in which it holds.
+    pub measured_nm: f64,
+    /// True torque, N·m, the same way.
+    pub true_nm: f64,
+}
+
+/// A muscle over a ramp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer {
+    /// Which.
+    pub muscle: Muscle,
+    /// Where it answers: what is ramped, mA or µs.
+    pub from: Option<f64>,
+    /// Largest part of it that was excited, 0 to 1.
+    pub share: f64,
+    /// Largest torque of it, either way, N·m.
+    pub torque_nm: f64,
+}
+
+/// A test's record.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    /// Which test.
+    pub test: Test,
+    /// Moment by moment.
+    pub moments: Vec<Moment>,
+    /// Muscle by muscle.
+    pub answers: Vec<Answer>,
+}
+
+/// Mean of the latest samples.
+struct Average {
+    samples: VecDeque<f64>,
+    most: usize,
+    sum: f64,
+}
+
+impl Average {
+    fn over(ms: f64) -> Self {
+        Self {
+            samples: VecDeque::new(),
+            most: ms.round().max(1.0) as usize, // a sample a millisecond
+            sum: 0.0,
+        }
+    }
+
+    fn push(&mut self, sample: f64) -> f64 {
+        self.samples.push_back(sample);
+        self.sum += sample;
+        if self.samples.len() > self.most {
+            self.sum -= self.samples.pop_front().unwrap_or_default();
+        }
+        self.sum / self.samples.len() as f64
+    }
+}
+
+impl Person {
+    /// This test, stimulated with these pulses.
+    ///
+    /// # Errors
+    /// E691: a bench that cannot be.
+    pub fn perform(
+        &self,
+        declared: &Declared,
+        test: Test,
+        pulses: &[Pulse],
+    ) -> Result<Course, RampsError> {
+        let (protocol, judged) = (&declared.protocol, &declared.judged);
+        let holds = test.stimulation.holds();
+        let error_deg = protocol.setting_error_deg;
+        let setting = self.setting(test.nth, test.included_deg, error_deg, holds);
+        let arm = IsometricElbow::new(self.bench(setting), self.seed(test.nth))?;
+        Ok(recorded(arm, test, pulses, (protocol, judged)))
+    }
+}
+
+/// The same of an arm that is on its bench already.
+#[must_use]
+pub fn recorded(
+    mut arm: IsometricElbow,
+    test: Test,
+    pulses: &[Pulse],
+    (protocol, judged): (&Protocol, &Judged),
+) -> Course {
+    let lever_m = arm.spec().cell.lever_m;
+    let sign = if test.stimulation == Stimulation::Biceps {
+        -1.0
+    } else {
+        1.0
+    };
+    let mut average = Average::over(judged.average_ms);
+    let mut answers: Vec<Answer> = (arm.parts()).map(|it| Answer::none(it.0)).collect();
+    let (mut moments, mut zero) = (Vec::new(), (0.0, 0.0));
+    let begin_ms = micros(protocol.settle_s) / 1_000;
+    // The last pulse acts a delay and a rise later than it comes.
+    let end_ms = begin_ms + (micros(protocol.ramp_s) + period_us(protocol)) / 1_000;
+    let (mut next, mut last) = (0, None);
+    for ms in 0..end_ms {
+        while let Some(pulse) = pulses.get(next).filter(|it| it.t_us < (ms + 1) * 1_000) {
+            arm.pulse(pulse);
+            next += 1;
+            last = Some(pulse);
+        }
+        arm.advance((ms + 1) * 1_000);
+        let n = average.push(arm.instrument_n().unwrap_or_default());
+        if ms < begin_ms {
+            zero = (
+                zero.0 + arm.instrument_n().unwrap_or_default(),
+                zero.1 + 1.0,
+            );
+        }
+        let is_moment = (ms + 1) * 1_000 % period_us(protocol) == 0;
+        if let Some(pulse) = last.filter(|_| is_moment) {
+            let at = ramped(test.stimulation, pulse);
+            let zero_n: f64 = zero.0 / f64::max(zero.1, 1.0);
+            moments.push(Moment {
+                at,
+                measured_nm: lever_m * (n - zero_n),
+                true_nm: sign * arm.extension_nm(),
+            });
+            let shares = shares(arm.spec(), test.stimulation, pulse);
+            for ((answer, (_, nm, _)), share) in answers.iter_mut().zip(arm.parts()).zip(shares) {
+                answer.heed(at, nm, share, judged.recruited);
+            }
+        }
+    }
+    Course {
+        test,
+        moments,
+        answers,
+    }
+}
+
+/// The part of each muscle that a pulse excites.
+fn shares(spec: &IsometricSpec, stimulation: Stimulation, pulse: &Pulse) -> Vec<f64> {
+    let Drive::Milliamps(ma) = pulse.drive else {
+        return Vec::new(); // no such stage here
+    };
+    let of = spec.muscles.iter();
+    of.map(|it| it.share(stimulation.pair(), ma, pulse.width_us.into()))
+        .collect()
+}
+
+/// What is ramped, of a pulse.
+fn ramped(stimulation: Stimulation, pulse: &Pulse) -> f64 {
+    let Drive::Milliamps(ma) = pulse.drive else {
+        return 0.0; // no such stage here
+    };
+    stimulation.ramped(ma, pulse.width_us.into())
+}
+
+impl Answer {
+    const fn none(muscle: Muscle) -> Self {
+        Self {
+            muscle,
+            from: None,
+            share: 0.0,
+            torque_nm: 0.0,
+        }
+    }
+
+    fn heed(&mut self, at: f64, nm: f64, share: f64, recruited: f64) {
+        if share >= recruited {
+            self.from.get_or_insert(at);
+        }
+        self.share = self.share.max(share);
+        self.torque_nm = self.torque_nm.max(nm.abs());
+    }
+
+    /// Whether a muscle that was not meant counts as stimulated.
+    #[must_use]
+    pub fn counts(&self, judged: &Judged) -> bool {
+        let has_torque = self.muscle != Muscle::Deltoid;
+        match has_torque {
+            true => self.torque_nm >= judged.others_nm,
+            false => self.share >= judged.others_part,
+        }
+    }
+}
+
+impl Course {
+    /// Largest measured torque, N·m.
+    #[must_use]
+    pub fn peak_nm(&self) -> f64 {
+        let all = self.moments.iter().map(|it| it.measured_nm);
+        all.fold(0.0, f64::max)
+    }
+
+    /// Whether the torque ends where it is highest, but for what noise and `falls_by` leave.
+    #[must_use]
+    pub fn rises(&self, judged: &Judged) -> bool {
+        let end = self.moments.last().map_or(0.0, |it| it.measured_nm);
+        end >= (1.0 - judged.falls_by) * self.peak_nm()
+    }
+
+    /// From which moment on the torque is detected for good.
+    fn begin(&self, judged: &Judged) -> Option<usize> {
+        let below = |it: &Moment| it.measured_nm < judged.detected_nm;
+        let begin = self.moments.iter().rposition(below).map_or(0, |it| it + 1);
+        (begin < self.moments.len()).then_some(begin)
+    }
+
+    /// Where the torque begins: what is ramped, mA or µs.
+    #[must_use]
+    pub fn detected_at(&self, judged: &Judged) -> Option<f64> {
+        Some(self.moments.get(self.begin(judged)?)?.at)
+    }
+
+    /// R² of a line through what is above that; nothing of fewer than ten moments.
+    #[must_use]
+    pub fn linearity(&self, judged: &Judged) -> Option<f64> {
+        let above = self.moments.get(self.begin(judged)?..)?;
+        let points = above.iter().map(|it| (it.at, it.measured_nm));
+        (above.len() >= 10).then(|| r_squared(points))?
+    }
+
+    /// The muscle that answers first, as a fraction of the ramp.
+    #[must_use]
+    pub fn first(&self) -> Option<Muscle> {
+        let answered = self
+            .answers
+            .iter()
+            .filter_map(|it| Some((it.from?, it.muscle)));
+        let first = answered.min_by(|a, b| a.0.total_cmp(&b.0));
+        first.map(|(_, muscle)| muscle)
+    }
+
+    /// Muscles that were not meant and count as stimulated.
+    pub fn others(&self, judged: &Judged) -> impl Iterator<Item = Muscle> {
+        let others = self.answers.iter().filter(|it| !is_triceps(it.muscle));
+        let counted = others.filter(|it| it.counts(judged)).map(|it| it.muscle);
+        counted.collect::<Vec<_>>().into_iter()
+    }
+}
+
+/// Of a line by least squares; nothing of points that are all alike.
+fn r_squared(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
+    let n = points.clone().count() as f64;
+    let (sx, sy) = (points.clone()).fold((0.0, 0.0), |sum, it| (sum.0 + it.0, sum.1 + it.1));
+    let (mx, my) = (sx / n, sy / n);
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for (x, y) in points {
+        let (x, y) = (x - mx, y - my);
+        (xx, xy, yy) = (xx + x * x, xy + x * y, yy + y * y);
+    }
+    (xx > 0.0 && yy > 0.0).then(|| xy * xy / (xx * yy))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_has_all_of_its_variance_and_a_parabola_has_not() {
+        let of = |f: fn(f64) -> f64| {
+            let points: Vec<_> = (0..=100)
+                .map(|it| 0.1 * f64::from(it))
+                .map(|x| (x, f(x)))
+                .collect();
+            r_squared(points.into_iter()).unwrap()
+        };
+        assert!((of(|x| 3.0 - 2.0 * x) - 1.0).abs() < 1e-12);
+        // Of x² on an even grid from 0: 15/16 for many points.
+        assert!((of(|x| x * x) - 0.9375).abs() < 2e-3);
+        assert_eq!(r_squared([(1.0, 2.0), (2.0, 2.0)].into_iter()), None);
+    }
+
+    #[test]
+    fn an_average_forgets() {
+        let mut average = Average::over(3.0);
+        let means = [3.0, 6.0, 9.0, 0.0].map(|it| average.push(it));
+        assert_eq!(means, [3.0, 4.5, 6.0, 5.0]);
+    }
+}

@@ -1,0 +1,226 @@
+//! A drawn person: which muscles their electrodes reach, and how.
+
+use super::declared::Declared;
+use super::error::RampsError;
+use hal_sim::body::bench::arms::{MUSCLES, Muscle, Source};
+use hal_sim::body::bench::elbow::{FORCE_FREQUENCY_HZ, strongest_n};
+use hal_sim::body::bench::{Holds, IsometricSpec, Pool, SensorSpec, Stimulated, StrengthDuration};
+use hal_sim::body::muscle::SUBJECTS;
+use hal_sim::random;
+
+/// Widths at which thresholds are drawn, µs (harris-wall's).
+const TRICEPS_US: f64 = 35.0;
+const BICEPS_US: f64 = 25.0;
+/// From the elbow to the cell, m. Assumed; torque divides it out.
+const LEVER_M: f64 = 0.25;
+/// Of the cell, N. Assumed: 50 lbf.
+const CELL_N: f64 = 222.0;
+/// Electromechanical delay, µs: as the moving elbow's.
+const DELAY_US: u32 = 25_000;
+/// Streams of a person.
+const CHRONAXIES: u64 = 1;
+const CONTRACTIONS: u64 = 2;
+const SETTINGS: u64 = 3;
+
+/// Somebody on the bench.
+#[derive(Clone, Debug)]
+pub struct Person {
+    /// From 0.
+    pub index: u64,
+    /// What was drawn, in the declaration's order.
+    pub drawn: Vec<f64>,
+    /// Whose moment arms are true of them.
+    pub source: Source,
+    /// What the electrodes reach.
+    pub muscles: Vec<Stimulated>,
+    /// Standard deviation from contraction to contraction, as a part.
+    noise: f64,
+    cell_noise_n: f64,
+    cell_drift_n_per_s: f64,
+    stream: u64,
+}
+
+/// How a person is put on the bench.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting {
+    /// Between forearm and upper arm, °.
+    pub included_deg: f64,
+    /// Of this contraction against the mean one.
+    pub contraction: f64,
+    /// How the cell is mounted.
+    pub holds: Holds,
+}
+
+impl Setting {
+    /// As wanted, the mean contraction.
+    #[must_use]
+    pub const fn exact(included_deg: f64) -> Self {
+        Self {
+            included_deg,
+            contraction: 1.0,
+            holds: Holds::Extension,
+        }
+    }
+}
+
+impl Person {
+    /// Person `index` of `seed`.
+    ///
+    /// # Errors
+    /// E690 and E691: a range is missing, or draws what cannot be.
+    pub fn drawn(declared: &Declared, seed: u64, index: u64) -> Result<Self, RampsError> {
+        let drawn = declared.drawn(seed, index);
+        let of = |field| declared.value(&drawn, field);
+        let stream = random::word(random::word(seed, index), u64::MAX);
+        let near_mm = of("near_mm")?;
+        let falloff = of("falloff")?;
+        let left = |mm: f64| (near_mm / mm).min(1.0).powf(falloff);
+        let chronaxies = (of("chronaxie_us")?, of("chronaxie_apart")?);
+        let subject = of("subject")? as usize; // from 0, below 10
+        let dynamics = SUBJECTS[subject % SUBJECTS.len()].normalised_at(FORCE_FREQUENCY_HZ);
+        let triceps_ma = of("threshold_ma")?;
+        let mut muscles = Vec::new();
+        for muscle in MUSCLES {
+            let (lowest_ma, reference_us) = match muscle {
+                Muscle::Biceps => (of("biceps_threshold_ma")?, BICEPS_US),
+                Muscle::Brachialis | Muscle::Deltoid => (of("others")? * triceps_ma, TRICEPS_US),
+                _ => (triceps_ma, TRICEPS_US),
+            };
+            let reached = match muscle {
+                Muscle::TricepsLong | Muscle::TricepsLateral => [1.0, left(of("biceps_mm")?)],
+                Muscle::TricepsMedial => [left(of("medial_mm")?), left(of("biceps_mm")?)],
+                Muscle::Biceps => [left(of("biceps_mm")?), 1.0],
+                Muscle::Brachialis => [left(of("brachialis_mm")?), left(of("under_biceps_mm")?)],
+                Muscle::Deltoid => [left(of("deltoid_mm")?); 2],
+            };
+            let middle_ma = of("middle")? * lowest_ma;
+            let (person_us, apart) = chronaxies;
+            let deviate = random::standard_normal(random::word(stream, CHRONAXIES), own(muscle));
+            muscles.push(Stimulated {
+                muscle,
+                force_n: of("strength")? * of("reached")? * strongest_n(muscle),
+                pool: Pool::new(lowest_ma, middle_ma, 0.5 * (middle_ma - lowest_ma))?,
+                strength: StrengthDuration {
+                    chronaxie_us: person_us * (apart * deviate).exp(),
+                    reference_us,
+                },
+                reached,
+                length_at_90: match muscle {
+                    Muscle::Biceps => of("biceps_at_90")?,
+                    _ => of("long_head_at_90")?,
+                },
+                dynamics,
+            });
+        }
+        Ok(Self {
+            index,
+            source: match of("arms")? < 1.0 {
+                true => Source::RankinNeptune,
+                false => Source::MuscleArms,
+            },
+            muscles,
+            noise: of("noise")?,
+            cell_noise_n: of("cell_noise_n")?,
+            cell_drift_n_per_s: of("cell_drift_n_per_min")? / 60.0,
+            stream,
+            drawn,
+        })
+    }
+
+    /// Test `nth` of theirs, meant to be at this angle: set wrong by at most `error_deg`, and
+    /// with a contraction of its own.
+    #[must_use]
+    pub fn setting(&self, nth: u64, included_deg: f64, error_deg: f64, holds: Holds) -> Setting {
+        let deviate = random::standard_normal(random::word(self.stream, CONTRACTIONS), nth);
+        let part = random::unit(random::word(self.stream, SETTINGS), nth);
+        Setting {
+            included_deg: included_deg + error_deg * (2.0 * part - 1.0),
+            contraction: (self.noise * deviate).exp(),
+            holds,
+        }
+    }
+
+    /// The bench with this person on it.
+    #[must_use]
+    pub fn bench(&self, setting: Setting) -> IsometricSpec {
+        IsometricSpec {
+            included_deg: setting.included_deg,
+            source: self.source,
+            has_force_length: true,
+            channels: [0, 1],
+            muscles: self.muscles.clone(),
+            contraction: setting.contraction,
+            electromechanical_delay_us: DELAY_US,
+            holds: setting.holds,
+            cell: SensorSpec {
+                lever_m: LEVER_M,
+                believed_lever_m: LEVER_M,
+                noise_n: self.cell_noise_n,
+                offset_n: 0.0,
+                drift_n_per_s: self.cell_drift_n_per_s,
+                wander_n_per_sqrt_s: 0.0,
+                range_n: CELL_N,
+                is_upside_down: false,
+            },
+            load_ohm: 1_000.0,
+        }
+    }
+
+    /// Of noise in test `nth`.
+    #[must_use]
+    pub const fn seed(&self, nth: u64) -> u64 {
+        random::word(self.stream, 16 + nth)
+    }
+
+    /// Torque that this pulse holds at 50 Hz in the mean contraction, N·m, extension
+    /// positive, of each muscle: its share of all that can be reached.
+    ///
+    /// # Errors
+    /// E691: an angle that no source knows.
+    pub fn steady(
+        &self,
+        spec: &IsometricSpec,
+        pair: usize,
+        (current_ma, width_us): (f64, f64),
+    ) -> Result<Vec<(Muscle, f64, f64)>, RampsError> {
+        let one = |of: &Stimulated| {
+            let share = of.share(pair, current_ma, width_us);
+            let most_nm = spec.most_nm(of).map_err(|_| BEYOND)?;
+            Ok((of.muscle, share * most_nm, share))
+        };
+        self.muscles.iter().map(one).collect()
+    }
+}
+
+/// What an angle beyond the sources is told as.
+pub(super) const BEYOND: hal_sim::body::bench::InvalidBench =
+    hal_sim::body::bench::InvalidBench("included_deg");
+
+/// Heads of one muscle have one chronaxie.
+const fn own(muscle: Muscle) -> u64 {
+    match muscle {
+        Muscle::TricepsLong | Muscle::TricepsLateral | Muscle::TricepsMedial => 0,
+        Muscle::Biceps => 1,
+        Muscle::Brachialis => 2,
+        Muscle::Deltoid => 3,
+    }
+}
+
+/// Whether it is a head of the triceps.
+#[must_use]
+pub const fn is_triceps(muscle: Muscle) -> bool {
+    own(muscle) == 0
+}
+
+/// For people.
+#[must_use]
+pub const fn in_words(muscle: Muscle) -> &'static str {
+    match muscle {
+        Muscle::TricepsLong => "triceps, long head",
+        Muscle::TricepsLateral => "triceps, lateral head",
+        Muscle::TricepsMedial => "triceps, medial head",
+        Muscle::Biceps => "biceps",
+        Muscle::Brachialis => "brachialis",
+        Muscle::Deltoid => "deltoid",
+    }
+}
