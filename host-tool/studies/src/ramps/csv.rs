@@ -1,0 +1,40 @@
+//! `draws.csv`: a row for each test of each person.
+
+use super::found::Found;
+use super::person::is_triceps;
+use super::study::Study;
+use std::fmt::Write;
+
+impl Study {
+    /// Of these persons: what was drawn stands in `result.json`'s declaration and follows
+    /// from the seed.
+    #[must_use]
+    pub fn csv(&self, all: &[Found]) -> String {
+        let mut text =
+            "person,test,angle_deg,peak_nm,begins_at,r_squared,rises,first,others\n".to_owned();
+        let judged = &self.declared.judged;
+        for found in all {
+            for it in &found.measured {
+                let number = |it: Option<f64>| it.map_or_else(String::new, |it| format!("{it:.6}"));
+                let others = it.answers.iter();
+                let others = others.filter(|it| !is_triceps(it.muscle) && it.counts(judged));
+                let others: Vec<String> = others.map(|it| format!("{:?}", it.muscle)).collect();
+                let first = it.first.map_or_else(String::new, |it| format!("{it:?}"));
+                // Writing to a string does not fail.
+                let _ = writeln!(
+                    text,
+                    "{},{},{},{:.6},{},{},{},{first},{}",
+                    found.person.index,
+                    it.test.stimulation.id(),
+                    it.test.included_deg,
+                    it.peak_nm,
+                    number(it.detected_at),
+                    number(it.linearity),
+                    it.rises,
+                    others.join(" "),
+                );
+            }
+        }
+        text
+    }
+}

@@ -1,0 +1,160 @@
+//! Figures 3, 6 and 7.
+
+use super::found::Found;
+use super::strength_duration::Fitted;
+use super::study::Study;
+use super::test::Stimulation;
+use crate::laboratory::{Along, Curve, Plot, Plots, Sheet};
+
+/// Series of figure 3.
+const CURVES: [&str; 4] = [
+    "contraction, measured",
+    "contraction, fitted",
+    "recommended maximum, assumed",
+    "true threshold",
+];
+/// Points of a drawn law.
+const POINTS: u32 = 60;
+
+impl Study {
+    /// Figures 3, 6 and 7, of whoever of the participants was computed.
+    pub(super) fn figures(&self, all: &[Found]) -> Vec<Sheet> {
+        let protocol = &self.declared.protocol;
+        let widths = protocol.width_ramp_currents_ma.iter();
+        let widths: Vec<_> = widths.map(|&it| Stimulation::Width(it)).collect();
+        let currents = protocol.current_ramp_widths_us.iter();
+        let currents: Vec<_> = currents.map(|&it| Stimulation::Current(it)).collect();
+        let mut sheets: Vec<Sheet> = self.strength_durations(all).into_iter().collect();
+        if let Some(first) = all.first() {
+            let caption = "Torque by the cell of participant 1, simulated: width ramps above, \
+                           current ramps below, angles from left to right. The paper's figure 6 \
+                           is a picture of another person; its numbers are not printed.";
+            sheets.push(self.torques("Figure 6", caption, first, &[&widths, &currents]));
+        }
+        if let Some(second) = all.get(1) {
+            let caption = "The same of participant 2, current ramps alone, as figure 7 has them.";
+            sheets.push(self.torques("Figure 7", caption, second, &[&currents]));
+        }
+        sheets
+    }
+
+    fn torques(
+        &self,
+        number: &str,
+        caption: &str,
+        found: &Found,
+        rows: &[&[Stimulation]],
+    ) -> Sheet {
+        let shown =
+            |it: &&super::course::Course| rows.iter().any(|row| row.contains(&it.test.stimulation));
+        let moments = found.courses.iter().filter(shown);
+        let moments = moments.flat_map(|it| it.moments.iter().map(|it| it.measured_nm));
+        let top_nm = moments.fold(0.5, f64::max);
+        let mut plots = Vec::new();
+        for row in rows {
+            for &deg in &self.declared.protocol.angles_deg {
+                plots.push(panel(found, row, deg, top_nm));
+            }
+        }
+        let series = ["lowest", "middle", "highest"].map(str::to_owned);
+        Sheet::figure(
+            number,
+            "torque at the elbow over ramps",
+            format!(
+                "{caption} Colours: the lowest, middle and highest {}.",
+                fixed(rows)
+            ),
+            Plots {
+                beside: self.declared.protocol.angles_deg.len(),
+                series: series.to_vec(),
+                plots,
+            },
+        )
+    }
+
+    /// Figure 3 of each participant's triceps.
+    fn strength_durations(&self, all: &[Found]) -> Option<Sheet> {
+        let plot = |(place, found): (usize, &Found)| self.strength_duration(place, found);
+        let plots: Vec<Plot> = all.iter().take(2).enumerate().filter_map(plot).collect();
+        let caption = "Thresholds of the triceps by the bench's own search, simulated, with the \
+                       law through them. Figure 3 is redrawn from Baker et al. 1993 and a \
+                       picture: the upper curve is assumed (the largest pulses of section 3.3, \
+                       nothing above 80 mA).";
+        (!plots.is_empty()).then(|| {
+            Sheet::figure(
+                "Figure 3",
+                "current against width: contraction and maximum",
+                caption.to_owned(),
+                Plots {
+                    beside: 2,
+                    series: CURVES.map(str::to_owned).to_vec(),
+                    plots,
+                },
+            )
+        })
+    }
+
+    fn strength_duration(&self, place: usize, found: &Found) -> Option<Plot> {
+        let own = found.strength_duration.first()?;
+        let declared = &self.declared.strength_duration;
+        let measured = own.thresholds.iter();
+        let measured = measured.map(|it| [f64::from(it.width_us), it.current_ma]);
+        let mut curves = vec![Curve {
+            marked: true,
+            ..Curve::line(0, measured)
+        }];
+        let along = |f: &dyn Fn(f64) -> f64| -> Vec<[f64; 2]> {
+            let at = |it: u32| 20.0 + 280.0 * f64::from(it) / f64::from(POINTS);
+            (0..=POINTS)
+                .map(at)
+                .map(|width| [width, f(width)])
+                .collect()
+        };
+        if let Some(fitted) = &own.fitted {
+            let law: &dyn Fn(f64) -> f64 = &|width| Fitted::threshold_ma(fitted, width);
+            curves.push(Curve::line(1, along(law)));
+        }
+        curves.push(Curve::line(2, along(&|width| declared.upper_ma(width))));
+        let triceps = found.person.muscles.first()?;
+        let truth = |width| triceps.strength.threshold_ma(triceps.pool.lowest(), width);
+        curves.push(Curve::line(3, along(&truth)));
+        Some(Plot {
+            title: format!("participant {}", place + 1),
+            x: Along::even("pulse width (µs)", [0.0, 310.0]),
+            y: Along::even("current (mA)", [0.0, 85.0]),
+            curves,
+            ..Plot::default()
+        })
+    }
+}
+
+/// What each trace is held at.
+fn fixed(rows: &[&[Stimulation]]) -> &'static str {
+    match rows.len() {
+        1 => "width",
+        _ => "current (above) and width (below)",
+    }
+}
+
+fn panel(found: &Found, row: &[Stimulation], deg: f64, top_nm: f64) -> Plot {
+    let curve = |(series, it): (usize, &Stimulation)| {
+        let is = |course: &&super::course::Course| {
+            course.test.stimulation == *it && course.test.included_deg == deg
+        };
+        let course = found.courses.iter().find(is)?;
+        let points = course.moments.iter().map(|it| [it.at, it.measured_nm]);
+        Some(Curve::line(series, points))
+    };
+    let end = row.iter().filter_map(|it| {
+        let is = |course: &&super::course::Course| course.test.stimulation == *it;
+        Some(found.courses.iter().find(is)?.moments.last()?.at)
+    });
+    let end = end.fold(1.0, f64::max);
+    Plot {
+        title: format!("{deg}°"),
+        x: Along::even(row.first().map_or("", |it| it.axis()), [0.0, end]),
+        y: Along::even("torque (N·m)", [-0.05 * top_nm, 1.05 * top_nm]),
+        curves: row.iter().enumerate().filter_map(curve).collect(),
+        ..Plot::default()
+    }
+}

@@ -1,0 +1,196 @@
+//! What the paper asks without a table of its own: angles, muscles, equal pulses.
+
+use super::angles::{DEPENDS, changed};
+use super::error::RampsError;
+use super::found::{Found, Held, Measured};
+use super::person::{in_words, is_triceps};
+use super::study::Study;
+use super::test::{Stimulation, stimulations};
+use crate::laboratory::{Grid, Sheet};
+use hal_sim::body::bench::arms::Muscle;
+
+/// Muscles apart from the triceps, and it as one.
+const OTHERS: [Muscle; 3] = [Muscle::Deltoid, Muscle::Brachialis, Muscle::Biceps];
+
+impl Study {
+    /// Figures, then tables.
+    pub(super) fn sheets(&self, all: &[Found]) -> Result<Vec<Sheet>, RampsError> {
+        let mut sheets = self.figures(all);
+        sheets.extend(self.angle_table(all)?);
+        sheets.push(self.muscle_table(all));
+        sheets.push(self.beyond_table(all));
+        sheets.extend(self.strength_table(all));
+        Ok(sheets)
+    }
+
+    /// Of the person of middle ranges: what is drawn of the triceps alone matters here, which
+    /// is the long head's length.
+    fn angle_table(&self, all: &[Found]) -> Result<Option<Sheet>, RampsError> {
+        let Some(found) = all.first() else {
+            return Ok(None);
+        };
+        let mut nominal = found.person.clone();
+        nominal
+            .muscles
+            .iter_mut()
+            .for_each(|it| it.length_at_90 = 1.0);
+        let (mut heads, mut rows) = (vec!["torque against 90°".to_owned()], Vec::new());
+        let angles = || {
+            self.declared
+                .protocol
+                .angles_deg
+                .iter()
+                .filter(|it| **it != 90.0)
+        };
+        heads.extend(angles().map(|deg| format!("{deg}°")));
+        for (words, depends) in DEPENDS {
+            let mut row = vec![words.to_owned()];
+            for &deg in angles() {
+                let percent = 1e2 * changed(&nominal, depends, deg)?;
+                row.push(format!("{percent:+.1} %"));
+            }
+            rows.push(row);
+        }
+        let caption = "Triceps with all heads excited alike, forces of arm26.osim, the long head \
+                       at its best length at 90° (assumed; it is drawn between 0.8 and 1.2 of it). \
+                       The paper: 75° to 105° \"did not alter the torque output significantly\", \
+                       of two participants, without a number. Angles are between forearm and upper \
+                       arm.";
+        let grid = Grid { heads, rows };
+        let title = "what ±15° do to the triceps' torque";
+        Ok(Some(Sheet::table(
+            "Angles",
+            title,
+            caption.to_owned(),
+            grid,
+        )))
+    }
+
+    /// Which muscle answers first in each ramp at 90°, and which is stimulated in it at all.
+    fn muscle_table(&self, all: &[Found]) -> Sheet {
+        let middle_deg = self.middle_deg();
+        let judged = &self.declared.judged;
+        let percent = |count: usize, of: usize| match of {
+            0 => "-".to_owned(),
+            of => format!("{:.0} %", 1e2 * count as f64 / of as f64),
+        };
+        let row = |stimulation: Stimulation| {
+            let own: Vec<&Measured> = all
+                .iter()
+                .filter_map(|it| it.at(stimulation, middle_deg))
+                .collect();
+            let first = |is: &dyn Fn(Muscle) -> bool| {
+                let count = own.iter().filter(|it| it.first.is_some_and(is)).count();
+                percent(count, own.len())
+            };
+            let stimulated = |muscle: Muscle| {
+                let counts = |it: &&&Measured| {
+                    let mut answers = it.answers.iter();
+                    answers.any(|it| it.muscle == muscle && it.counts(judged))
+                };
+                percent(own.iter().filter(counts).count(), own.len())
+            };
+            let mut row = vec![stimulation.in_words(), first(&is_triceps)];
+            row.push(first(&|it| !is_triceps(it)));
+            row.extend(OTHERS.map(stimulated));
+            row
+        };
+        let heads = ["at 90°", "triceps first", "another first"].map(str::to_owned);
+        let heads = heads
+            .into_iter()
+            .chain(OTHERS.map(|it| in_words(it).to_owned()));
+        let grid = Grid {
+            heads: heads.collect(),
+            rows: stimulations(&self.declared.protocol)
+                .into_iter()
+                .map(row)
+                .collect(),
+        };
+        let caption = "Shares of the persons drawn, simulated. First: whose fibres answer first (1 \
+                       % of what can be reached); the rest: in whom the muscle counts as \
+                       stimulated by the ramp's end (0.1 N m of elbow torque; of the deltoid, \
+                       which has none, 5 % of its fibres).";
+        let title = "which muscle answers first, and which others do";
+        Sheet::table("Muscles", title, caption.to_owned(), grid)
+    }
+
+    fn beyond_table(&self, all: &[Found]) -> Sheet {
+        let beyond = self.declared.beyond;
+        let median = |numbers: Vec<f64>| {
+            let row = super::rows::row(String::new(), String::new(), "", numbers);
+            row.ours
+                .map_or_else(|| "-".to_owned(), |it| format!("{it:.2}"))
+        };
+        let rows = [(beyond.first, 0), (beyond.second, 1)].map(|(pulse, nth)| {
+            let own = |it: &Found| it.beyond[nth].clone();
+            let held: Vec<Held> = all.iter().map(own).collect();
+            let has = |muscle| held.iter().filter(|it| it.others.contains(&muscle)).count();
+            let mut row = vec![
+                format!("{} mA × {} µs", pulse.current_ma, pulse.width_us),
+                format!("{:.2}", 1e-3 * pulse.current_ma * f64::from(pulse.width_us)),
+                median(held.iter().map(|it| it.torque_nm).collect()),
+            ];
+            row.extend(OTHERS.map(|it| format!("{} of {}", has(it), held.len())));
+            row
+        });
+        let heads = ["pulse", "charge, µC", "torque, N·m"].map(str::to_owned);
+        let heads = heads
+            .into_iter()
+            .chain(OTHERS.map(|it| in_words(it).to_owned()));
+        let caption = "Of the body alone, held at 50 Hz and 90°, median of the persons: no device \
+                       of this program puts out more than 100 mA. With one chronaxie of 200 µs for \
+                       everything both pulses do the same by construction, at less than half of \
+                       the charge; what differs here, chronaxies do.";
+        let grid = Grid {
+            heads: heads.collect(),
+            rows: rows.to_vec(),
+        };
+        Sheet::table(
+            "Equal pulses",
+            "35 mA × 300 µs against 141 mA × 35 µs",
+            caption.to_owned(),
+            grid,
+        )
+    }
+
+    /// Rheobase and chronaxie of the participants' pairs, beside the truth.
+    fn strength_table(&self, all: &[Found]) -> Option<Sheet> {
+        let heads = [
+            "pair",
+            "rheobase, mA",
+            "95 %",
+            "chronaxie, µs",
+            "95 %",
+            "true, µs",
+        ];
+        let mut rows = Vec::new();
+        for (place, found) in all.iter().take(2).enumerate() {
+            for (own, (name, muscle)) in (found.strength_duration.iter()).zip([
+                ("triceps", Muscle::TricepsLateral),
+                ("biceps", Muscle::Biceps),
+            ]) {
+                let Some(fitted) = &own.fitted else { continue };
+                let truth = found.person.muscles.iter().find(|it| it.muscle == muscle)?;
+                let [low, high] = fitted.rheobase_within;
+                let [least, most] = fitted.chronaxie_within;
+                rows.push(vec![
+                    format!("participant {}, {name}", place + 1),
+                    format!("{:.2}", fitted.rheobase_ma),
+                    format!("{low:.2}-{high:.2}"),
+                    format!("{:.0}", fitted.chronaxie_us),
+                    format!("{least:.0}-{most:.0}"),
+                    format!("{:.0}", truth.strength.chronaxie_us),
+                ]);
+            }
+        }
+        let caption = "Fitted through thresholds found by steps of 0.5 mA at ten widths. The \
+                       rheobase is that of a torque of 0.05 N m and lies above the lowest fibre's.";
+        let grid = Grid {
+            heads: heads.map(str::to_owned).to_vec(),
+            rows,
+        };
+        let title = "thresholds of the participants against width";
+        (!grid.rows.is_empty())
+            .then(|| Sheet::table("Strength and duration", title, caption.to_owned(), grid))
+    }
+}
