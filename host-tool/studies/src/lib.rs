@@ -3,7 +3,8 @@
 //! `bench` measures the device's algorithms and cycles; `accuracy` and `tracking`
 //! compare muscle models and control laws, `stability` maps where methods fail,
 //! `ladder` judges the choice of muscle models; `laboratory` is what protocols share;
-//! `experiments` are the papers' protocols, `lee` that which identifies a muscle; `faults` are campaigns of what breaks; `figures` draw them. `subjects` are whom
+//! `experiments` are the papers' protocols, `lee` that which identifies a muscle, `ramps`
+//! Harris' characterization; `faults` are campaigns of what breaks; `figures` draw them. `subjects` are whom
 //! muscle models are compared on.
 
 pub mod accuracy;
@@ -15,6 +16,7 @@ pub mod hands;
 pub mod laboratory;
 pub mod ladder;
 pub mod lee;
+pub mod ramps;
 pub mod stability;
 mod subjects;
 pub mod tracking;

@@ -34,6 +34,7 @@ pub use claims::{Case, Share, shares};
 pub use condition::{Condition, Texts};
 pub use conduct::{Conducted, Course, Ended, Operator};
 pub use decides::{Decided, Field};
+pub(crate) use decides::{LEAST_WEARERS, compared as fields_compared};
 pub use declaration::{Claim, Declaration};
 pub use error::LaboratoryError;
 pub use experiment::{Experiment, Measured};

@@ -20,7 +20,7 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
     ("host-tool", &[&["cli"], &["live", "selftest"]]),
     ("host-tool/core", &[&["choice", "report"], &["run"], &["analysis"], &["record"], &["session"], &["link", "plot"], &["number", "statistics"]]),
     ("host-tool/methods", &[&["bench"], &["control", "muscle"], &["real"]]),
-    ("host-tool/studies", &[&["experiments", "faults", "figures"], &["hands"], &["two_points"], &["accuracy", "laboratory", "ladder", "stability"], &["tracking"], &["bench", "subjects"]]),
+    ("host-tool/studies", &[&["experiments", "faults", "figures"], &["hands"], &["ramps", "two_points"], &["accuracy", "laboratory", "ladder", "stability"], &["tracking"], &["bench", "subjects"]]),
     ("tests", &[&["differential", "expectation", "fuzz", "verify"], &["desk"]]),
 ];
 

@@ -1,0 +1,140 @@
+//! What ±15° do to the triceps' torque, by each source of it alone and together, and what a
+//! study of two participants can see of that.
+
+use super::declared::Declared;
+use super::error::RampsError;
+use super::person::{BEYOND, Person, Setting, is_triceps};
+use super::test::Stimulation;
+use hal_sim::body::bench::arms::{Source, arm_m};
+use hal_sim::body::bench::elbow::{TRICEPS, fibre_length, force_length};
+use hal_sim::random;
+use host_core::statistics::repeated_measures;
+
+/// What of a torque depends on the angle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Depends {
+    /// Whose arms; nothing for an arm that does not depend.
+    pub arms: Option<Source>,
+    /// Whether force depends on length.
+    pub length: bool,
+}
+
+/// Each alone, then both.
+pub const DEPENDS: [(&str, Depends); 5] = [
+    (
+        "arms, Rankin & Neptune",
+        Depends::on(Some(Source::RankinNeptune), false),
+    ),
+    (
+        "arms, MuscleArms",
+        Depends::on(Some(Source::MuscleArms), false),
+    ),
+    ("force-length alone", Depends::on(None, true)),
+    (
+        "Rankin & Neptune with force-length",
+        Depends::on(Some(Source::RankinNeptune), true),
+    ),
+    (
+        "MuscleArms with force-length",
+        Depends::on(Some(Source::MuscleArms), true),
+    ),
+];
+
+impl Depends {
+    const fn on(arms: Option<Source>, length: bool) -> Self {
+        Self { arms, length }
+    }
+}
+
+/// Torque of the triceps at this angle against that at 90°, less 1, if all of its heads are
+/// excited alike.
+///
+/// # Errors
+/// E691: an angle that no source knows.
+pub fn changed(person: &Person, depends: Depends, included_deg: f64) -> Result<f64, RampsError> {
+    let torque = |included_deg: f64| -> Result<f64, RampsError> {
+        let flexion_deg = 180.0 - included_deg;
+        let mut nm = 0.0;
+        for of in person.muscles.iter().filter(|it| is_triceps(it.muscle)) {
+            let arm_m = match depends.arms {
+                Some(source) => arm_m(source, of.muscle, flexion_deg),
+                None => arm_m(Source::RankinNeptune, of.muscle, 90.0),
+            };
+            let length = fibre_length(of.muscle, of.length_at_90, flexion_deg);
+            let left = match depends.length {
+                true => force_length(length.map_err(|_| BEYOND)?),
+                false => 1.0,
+            };
+            nm -= of.force_n * left * arm_m.map_err(|_| BEYOND)?;
+        }
+        Ok(nm)
+    };
+    Ok(torque(included_deg)? / torque(90.0)? - 1.0)
+}
+
+/// By how much a person's true torque at the end of a current ramp departs from that at 90°,
+/// of all angles and widths the most, as a part.
+///
+/// # Errors
+/// E691: an angle that no source knows.
+pub fn departs(declared: &Declared, person: &Person) -> Result<f64, RampsError> {
+    let protocol = &declared.protocol;
+    let mut most = 0.0_f64;
+    for &width_us in &protocol.current_ramp_widths_us {
+        let pulse = Stimulation::Current(width_us).at(protocol, protocol.ramp_s);
+        let torque = |deg: f64| -> Result<f64, RampsError> {
+            let spec = person.bench(Setting::exact(deg));
+            let parts = person.steady(&spec, TRICEPS, pulse)?;
+            Ok(parts.iter().map(|(_, nm, _)| nm).sum())
+        };
+        let middle_nm = torque(90.0)?;
+        for &deg in &protocol.angles_deg {
+            most = most.max((torque(deg)? / middle_nm - 1.0).abs());
+        }
+    }
+    Ok(most)
+}
+
+/// Whether the angle matters in rows of one torque per angle, by an analysis of variance with
+/// repeated measures; nothing where there is none.
+#[must_use]
+pub fn is_significant(rows: &[Vec<f64>], level: f64) -> Option<bool> {
+    // Strengths differ between rows by far more than angles: each against its own mean.
+    let relative = rows.iter().filter_map(|row| {
+        let mean = row.iter().sum::<f64>() / row.len() as f64;
+        (mean > 0.0).then(|| row.iter().map(|it| it / mean).collect())
+    });
+    let relative: Vec<Vec<f64>> = relative.collect();
+    let tested = repeated_measures(&relative).ok()?;
+    Some(tested.effect.p < level)
+}
+
+/// Experiments of each size of an effect.
+const TRIED: u64 = 400;
+/// Rows of two participants' current ramps, and of both kinds of the first.
+pub const ROWS: u64 = 9;
+
+/// Share of experiments of [`ROWS`] ramps, a contraction at each of three angles with this
+/// standard deviation, that find a torque which falls by `effect` to one side and rises by as
+/// much to the other.
+#[must_use]
+pub fn found(effect: f64, noise: f64, level: f64, seed: u64) -> f64 {
+    let is_found = |experiment: &u64| {
+        let stream = random::word(seed, *experiment);
+        let row = |row: u64| {
+            let at = |nth: u64| (noise * random::standard_normal(stream, 3 * row + nth)).exp();
+            vec![(1.0 - effect) * at(0), at(1), (1.0 + effect) * at(2)]
+        };
+        let rows: Vec<Vec<f64>> = (0..ROWS).map(row).collect();
+        is_significant(&rows, level) == Some(true)
+    };
+    (0..TRIED).filter(is_found).count() as f64 / TRIED as f64
+}
+
+/// The least such effect, in whole percent, that four of five experiments find.
+#[must_use]
+pub fn least_found(noise: f64, level: f64, seed: u64) -> Option<f64> {
+    let all = (1..=50).map(|percent| 1e-2 * f64::from(percent));
+    let mut enough = all.filter(|effect| found(*effect, noise, level, seed) >= 0.8);
+    enough.next()
+}

@@ -1,0 +1,177 @@
+//! What came of one person.
+
+use super::angles::departs;
+use super::course::{Answer, Course};
+use super::declared::{Declared, Judged, PulseOf};
+use super::error::RampsError;
+use super::person::{Person, Setting, is_triceps};
+use super::strength_duration::{Fitted, Threshold, fitted};
+use super::test::{Stimulation, Test};
+use hal_sim::body::Pulse;
+use hal_sim::body::bench::arms::Muscle;
+use hal_sim::body::bench::elbow::{BICEPS, TRICEPS};
+
+/// Pulses of each stimulation, as they are meant or as a device put them out.
+pub type Pulses = Vec<(Stimulation, Vec<Pulse>)>;
+
+/// What is measured of a test.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// Which.
+    pub test: Test,
+    /// Largest torque, N·m.
+    pub peak_nm: f64,
+    /// Where it begins: mA or µs.
+    pub detected_at: Option<f64>,
+    /// R² of a line above that.
+    pub linearity: Option<f64>,
+    /// Whether it ends where it is highest.
+    pub rises: bool,
+    /// Which muscle answers first.
+    pub first: Option<Muscle>,
+    /// Muscle by muscle.
+    pub answers: Vec<Answer>,
+}
+
+/// A pulse held, without noise: what it comes to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Held {
+    /// Charge of a phase, µC.
+    pub charge_uc: f64,
+    /// Torque, N·m, extension positive.
+    pub torque_nm: f64,
+    /// Muscles that are not the triceps and count as stimulated.
+    pub others: Vec<Muscle>,
+}
+
+/// A person's strength and duration, of a pair.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StrengthDurationFound {
+    /// As they were found.
+    pub thresholds: Vec<Threshold>,
+    /// The law through them.
+    pub fitted: Option<Fitted>,
+}
+
+/// What came of one person.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Who.
+    pub person: Person,
+    /// Each of their tests.
+    pub measured: Vec<Measured>,
+    /// The records of those who are shown.
+    pub courses: Vec<Course>,
+    /// The pair on the triceps and that on the biceps, of those who are shown.
+    pub strength_duration: Vec<StrengthDurationFound>,
+    /// The two pulses beyond the device's limits.
+    pub beyond: [Held; 2],
+    /// By how much ±15° change a current ramp's end, at most, as a part.
+    pub departs: f64,
+}
+
+impl Measured {
+    fn of(course: &Course, judged: &Judged) -> Self {
+        Self {
+            test: course.test,
+            peak_nm: course.peak_nm(),
+            detected_at: course.detected_at(judged),
+            linearity: course.linearity(judged),
+            rises: course.rises(judged),
+            first: course.first(),
+            answers: course.answers.clone(),
+        }
+    }
+
+    /// Whether a muscle that was not meant counts as stimulated.
+    #[must_use]
+    pub fn has_others(&self, judged: &Judged) -> bool {
+        let mut others = self.answers.iter().filter(|it| !is_triceps(it.muscle));
+        others.any(|it| it.counts(judged))
+    }
+}
+
+impl Found {
+    /// Of person `index` of `seed` under these pulses; `is_shown`: with records and thresholds.
+    ///
+    /// # Errors
+    /// E690, E691: a declaration or a bench that cannot be.
+    pub fn of(
+        declared: &Declared,
+        (seed, index): (u64, u64),
+        pulses: &Pulses,
+        is_shown: bool,
+    ) -> Result<Self, RampsError> {
+        let person = Person::drawn(declared, seed, index)?;
+        let (mut measured, mut courses) = (Vec::new(), Vec::new());
+        for test in Test::all(&declared.protocol) {
+            let own = pulses.iter().find(|(of, _)| *of == test.stimulation);
+            let Some((_, own)) = own else { continue };
+            let course = person.perform(declared, test, own)?;
+            measured.push(Measured::of(&course, &declared.judged));
+            if is_shown {
+                courses.push(course);
+            }
+        }
+        let mut strength_duration = Vec::new();
+        for pair in [TRICEPS, BICEPS].into_iter().filter(|_| is_shown) {
+            let thresholds = person.thresholds(declared, pair)?;
+            let fitted = fitted(&thresholds, declared.strength_duration.step_ma);
+            strength_duration.push(StrengthDurationFound { thresholds, fitted });
+        }
+        let beyond = declared.beyond;
+        let held = |pulse| person.held(&declared.judged, pulse);
+        Ok(Self {
+            measured,
+            courses,
+            strength_duration,
+            beyond: [held(beyond.first)?, held(beyond.second)?],
+            departs: departs(declared, &person)?,
+            person,
+        })
+    }
+
+    /// Tests of ramps of one kind, current or width.
+    pub fn ramps(&self, of_current: bool) -> impl Iterator<Item = &Measured> {
+        self.measured
+            .iter()
+            .filter(move |it| match it.test.stimulation {
+                Stimulation::Current(_) => of_current,
+                Stimulation::Width(_) => !of_current,
+                Stimulation::Biceps => false,
+            })
+    }
+
+    /// The test of this stimulation at this angle.
+    #[must_use]
+    pub fn at(&self, stimulation: Stimulation, included_deg: f64) -> Option<&Measured> {
+        let is = |it: &&Measured| {
+            it.test.stimulation == stimulation && it.test.included_deg == included_deg
+        };
+        self.measured.iter().find(is)
+    }
+}
+
+impl Person {
+    /// A pulse of the pair on the triceps, held at 90° in the mean contraction.
+    fn held(&self, judged: &Judged, pulse: PulseOf) -> Result<Held, RampsError> {
+        let spec = self.bench(Setting::exact(90.0));
+        let width_us = f64::from(pulse.width_us);
+        let parts = self.steady(&spec, TRICEPS, (pulse.current_ma, width_us))?;
+        let counts = |&(muscle, nm, share): &(Muscle, f64, f64)| {
+            let answer = Answer {
+                muscle,
+                from: None,
+                share,
+                torque_nm: nm.abs(),
+            };
+            !is_triceps(muscle) && answer.counts(judged)
+        };
+        let others = parts.iter().filter(|it| counts(it)).map(|it| it.0);
+        Ok(Held {
+            charge_uc: 1e-3 * pulse.current_ma * width_us,
+            torque_nm: parts.iter().map(|it| it.1).sum(),
+            others: others.collect(),
+        })
+    }
+}

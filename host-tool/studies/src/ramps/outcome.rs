@@ -1,0 +1,73 @@
+//! The study as `result.json` and its page have it.
+
+use super::claims::{decided, shares};
+use super::declared::DECLARED;
+use super::error::RampsError;
+use super::found::Found;
+use super::study::{NAME, Study};
+use crate::laboratory::{Declared, Outcome};
+use host_core::record::sha256;
+use std::collections::BTreeMap;
+
+/// What is said of every result.
+const SIMULATED: &str = "Simulated: drawn elbows of assumed parameters; no evidence about people.";
+const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile of the persons \
+                       drawn. Participants 1 and 2 are the first two of them: nothing was chosen \
+                       to resemble figure 6 or 7, whose curves were not at hand and whose numbers \
+                       the paper does not print.";
+const ANGLES: &str = "The paper's angles are between forearm and upper arm: its 75° is 105° of \
+                      flexion. Moment arms by Rankin & Neptune are second-hand, and beyond 100° of \
+                      flexion their two fits part (1.2 mm at 105°).";
+const FATIGUE: &str = "Nobody tires here: the rests of five minutes have no effect, and neither \
+                       has the order.";
+const PAIN: &str = "The paper calls 45 µs with 80 mA uncomfortable, and says that no test went \
+                    beyond the recommended maximum, which 35 mA at 300 µs did not. Both lie on one \
+                    curve I = b (1 + c/d) for c = 88 µs (ours), which figure 3's upper curve is \
+                    assumed to be here.";
+
+/// What the command knows of the run.
+#[derive(Clone, Debug)]
+pub struct Told {
+    /// What a terminal takes to have it again, but for its seed.
+    pub command: String,
+    /// What is missing, for people.
+    pub cut_short: Option<String>,
+    /// What was learnt on the way: of the device, of its latency.
+    pub notes: Vec<String>,
+}
+
+impl Study {
+    /// Of these persons, all or what was computed before a signal.
+    ///
+    /// # Errors
+    /// E690, E691: a declaration or a bench that cannot be.
+    pub fn outcome(&self, all: &[Found], told: Told) -> Result<Outcome, RampsError> {
+        let declared = &self.declared;
+        let sha256 = [("harris-ramps.toml".to_owned(), sha256(DECLARED.as_bytes()))];
+        let said = [SIMULATED, MEANING, ANGLES, FATIGUE, PAIN].map(str::to_owned);
+        Ok(Outcome {
+            name: NAME.to_owned(),
+            title: declared.title.clone(),
+            seed: self.seed,
+            simulated: Some(true),
+            cut_short: told.cut_short,
+            declared: Declared {
+                asked: NAME.to_owned(),
+                command: Some(told.command),
+                device: Some(self.device.typed()),
+                sha256: BTreeMap::from(sha256),
+                source: declared.source.clone(),
+                draws: self.draws,
+                as_declared: (self.seed, self.draws) == (declared.seed, declared.draws),
+            },
+            conditions: Vec::new(),
+            rows: self.rows(all)?,
+            shares: (shares(declared, all)?.into_iter())
+                .chain([self.significant(all)])
+                .collect(),
+            decides: decided(declared, all)?,
+            sheets: self.sheets(all)?,
+            notes: said.into_iter().chain(told.notes).collect(),
+        })
+    }
+}

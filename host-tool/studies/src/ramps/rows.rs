@@ -1,0 +1,163 @@
+//! Numbers of everybody, for `result.json`.
+
+use super::angles::{DEPENDS, changed, is_significant, least_found};
+use super::claims::co_contraction;
+use super::error::RampsError;
+use super::found::Found;
+use super::study::Study;
+use super::test::{Stimulation, stimulations};
+use crate::laboratory::{Row, Share};
+use host_core::statistics::quantile_of;
+
+/// A row of these numbers.
+pub(super) fn row(id: String, quantity: String, unit: &str, numbers: Vec<f64>) -> Row {
+    let mut sorted = numbers;
+    sorted.retain(|it| it.is_finite());
+    sorted.sort_by(f64::total_cmp);
+    let at = |part| (!sorted.is_empty()).then(|| quantile_of(&sorted, part));
+    Row {
+        id,
+        quantity,
+        unit: unit.to_owned(),
+        paper: None,
+        ours: at(0.5),
+        low: at(0.05),
+        high: at(0.95),
+        n: sorted.len(),
+    }
+}
+
+impl Study {
+    /// Of each ramp at the middle angle, and of what is asked besides.
+    pub(super) fn rows(&self, all: &[Found]) -> Result<Vec<Row>, RampsError> {
+        let mut rows: Vec<Row> = stimulations(&self.declared.protocol)
+            .into_iter()
+            .flat_map(|it| self.of_ramp(it, all))
+            .collect();
+        rows.extend(self.of_angles(all)?);
+        let parts = all
+            .iter()
+            .filter_map(|it| co_contraction(&self.declared, it));
+        let says = "biceps at 40 mA, 25 µs against the triceps at 80 mA, 35 µs";
+        let id = "biceps-part".to_owned();
+        rows.push(row(
+            id,
+            says.to_owned(),
+            "%",
+            parts.map(|it| 1e2 * it).collect(),
+        ));
+        for (nth, id) in ["beyond-first", "beyond-second"].into_iter().enumerate() {
+            let beyond = self.declared.beyond;
+            let pulse = [beyond.first, beyond.second][nth];
+            let says = format!("torque, {} mA × {} µs", pulse.current_ma, pulse.width_us);
+            let numbers = all.iter().map(|it| it.beyond[nth].torque_nm);
+            rows.push(row(id.to_owned(), says, "N·m", numbers.collect()));
+        }
+        Ok(rows)
+    }
+
+    fn of_ramp(&self, stimulation: Stimulation, all: &[Found]) -> [Row; 3] {
+        let middle_deg = self.middle_deg();
+        let own = || all.iter().filter_map(|it| it.at(stimulation, middle_deg));
+        let (id, words) = (stimulation.id(), stimulation.in_words());
+        let unit = match stimulation {
+            Stimulation::Width(_) => "µs",
+            _ => "mA",
+        };
+        let told = |what: &str, says: &str| (format!("{id}/{what}"), format!("{says}, {words}"));
+        let (peak, begin, linear) = (
+            told("peak", "peak torque"),
+            told("begin", "torque begins"),
+            told("linearity", "R² of a line"),
+        );
+        [
+            row(peak.0, peak.1, "N·m", own().map(|it| it.peak_nm).collect()),
+            row(
+                begin.0,
+                begin.1,
+                unit,
+                own().filter_map(|it| it.detected_at).collect(),
+            ),
+            row(
+                linear.0,
+                linear.1,
+                "",
+                own().filter_map(|it| it.linearity).collect(),
+            ),
+        ]
+    }
+
+    /// What ±15° do to the triceps' torque.
+    fn of_angles(&self, all: &[Found]) -> Result<Vec<Row>, RampsError> {
+        let mut rows = Vec::new();
+        let protocol = &self.declared.protocol;
+        for (nth, (words, depends)) in DEPENDS.into_iter().enumerate() {
+            for &deg in protocol.angles_deg.iter().filter(|it| **it != 90.0) {
+                let numbers = all.iter().map(|it| changed(&it.person, depends, deg));
+                let numbers = numbers.collect::<Result<Vec<f64>, _>>()?;
+                let id = format!("angle-{nth}-{deg}");
+                let says = format!("triceps at {deg}°: {words}");
+                let numbers = numbers.into_iter().map(|it| 1e2 * it).collect();
+                rows.push(row(id, says, "%", numbers));
+            }
+        }
+        let numbers = all.iter().map(|it| 1e2 * it.departs).collect();
+        let says = "a current ramp's end at ±15°, the most".to_owned();
+        rows.push(row("angle-most".to_owned(), says, "%", numbers));
+        let level = self.declared.judged.level;
+        for noise in [0.06, 0.10] {
+            let least = least_found(noise, level, self.seed).map(|it| 1e2 * it);
+            let percent = (1e2 * noise).round();
+            let says = format!("±15° that 4 of 5 such studies find, noise of {percent} %");
+            let id = format!("least-found-{percent}");
+            rows.push(row(id, says, "%", least.into_iter().collect()));
+        }
+        Ok(rows)
+    }
+
+    /// In how many studies of two participants the angle is significant: pairs of persons,
+    /// the first with both kinds of ramps, the second with those of current.
+    pub(super) fn significant(&self, all: &[Found]) -> Share {
+        let protocol = &self.declared.protocol;
+        let ramps = stimulations(protocol);
+        let rows = |found: &Found, with_widths: bool| {
+            let own = ramps
+                .iter()
+                .filter(|it| with_widths || matches!(it, Stimulation::Current(_)));
+            let row = |it: &Stimulation| {
+                let angles = protocol.angles_deg.iter();
+                let peaks = angles.filter_map(|&deg| Some(found.at(*it, deg)?.peak_nm));
+                peaks.collect::<Vec<f64>>()
+            };
+            own.map(row).collect::<Vec<_>>()
+        };
+        let pairs = all.chunks_exact(2);
+        let tested = pairs.filter_map(|pair| {
+            let mut both = rows(&pair[0], true);
+            both.extend(rows(&pair[1], false));
+            is_significant(&both, self.declared.judged.level)
+        });
+        let tested: Vec<bool> = tested.collect();
+        let counts = (
+            tested.iter().filter(|it| **it).count() as u64,
+            tested.len() as u64,
+        );
+        let says = "a study of two participants finds ±15° significant (p < 0.05)";
+        Share::counted(
+            "angle-significant".to_owned(),
+            says.to_owned(),
+            Some(false),
+            counts,
+        )
+    }
+
+    /// 90° of the protocol.
+    pub(super) fn middle_deg(&self) -> f64 {
+        self.declared
+            .protocol
+            .angles_deg
+            .get(1)
+            .copied()
+            .unwrap_or(90.0)
+    }
+}
