@@ -21,6 +21,7 @@ mod operator;
 mod out;
 mod perform;
 mod profile;
+mod ramps;
 mod report;
 mod rerun;
 mod run;
@@ -205,6 +206,7 @@ pub fn main() -> ExitCode {
         Command::Edges(args) => edges::main(args, output),
         Command::ExplainModel(args) => explain_model::main(args, output),
         Command::Experiment(args) if lee::is_meant(args) => lee::main(args, output),
+        Command::Experiment(args) if ramps::is_meant(args) => ramps::main(args, output),
         Command::Experiment(args) if hamana::is_meant(args) => hamana::main(args, output),
         Command::Experiment(args) => experiment::main(args, output),
         Command::Faults(args) => faults::main(args, output),
