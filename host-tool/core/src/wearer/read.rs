@@ -4,7 +4,7 @@ use std::path::Path;
 
 use firmware::device::Draft;
 use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec, Rung};
-use firmware::pulse::{Shape, TrainSpec};
+use firmware::pulse::TrainSpec;
 use firmware::safety::{ChannelSpec, StageSpec};
 use firmware::units::Amplitude;
 use hal_sim::body::hand::HandSpec;
@@ -284,18 +284,8 @@ impl Electrode {
                 load_ohm: self.load_ohm,
             },
         };
-        let train = TrainSpec {
-            shape: Shape::BiphasicCathodicFirst,
-            width_us,
-            gap_us: 0,
-            ground_us: 0,
-            period_us: (1e6 / hz).round() as u32, // saturates
-            offset_us: 0,
-            burst_count: 1,
-            burst_interval_us: 0,
-            repeats: 0,
-            triggered: false,
-        };
+        let period_us = (1e6 / hz).round() as u32; // saturates
+        let train = TrainSpec::biphasic(width_us, 0, period_us);
         Channel {
             number: self.channel,
             name: self.place.clone(),
