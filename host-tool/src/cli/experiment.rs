@@ -11,10 +11,12 @@ use host_core::record::{
     Assumption, Declared, Ending, PaperRow, Plan, Role, Run, write_header, write_run,
 };
 use host_core::run::{DeviceName, greet};
+use host_core::session::SessionError;
+use host_core::wearer::{Wearer, shipped};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use studies::experiments::named;
+use studies::experiments::{named, worn};
 use studies::laboratory::{
     Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, headline,
     publish, quoted,
@@ -28,7 +30,8 @@ pub struct ExperimentArgs {
     /// declaration
     pub(super) name: String,
     /// Of the Hamana experiments, on a forearm that is a mechanism: P, Q, R, S, all, or a
-    /// file that describes a wearer (docs/two_points.md)
+    /// file that describes a wearer (docs/two_points.md); of harris-wall and its sequels, a
+    /// wearer's file with an elbow (docs/harris_ramps.md)
     #[arg(long)]
     pub(super) wearer: Option<String>,
     /// Of the same: what is otherwise than declared, by its name (docs/two_points.md)
@@ -143,6 +146,14 @@ pub(super) fn found(name: &str, again: Option<&Again>) -> Result<Experiment, Lab
     }
 }
 
+/// Whoever is meant: a file, or a wearer of the program by name.
+fn wearer(file: &str) -> Result<Wearer, SessionError> {
+    match shipped(file).filter(|_| !Path::new(file).is_file()) {
+        Some(text) => Wearer::parse(file, text),
+        None => Wearer::read(file),
+    }
+}
+
 /// # Errors
 /// No such experiment, no device, a folder that cannot be written, a trial that ended
 /// early.
@@ -155,7 +166,10 @@ pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
 /// # Errors
 /// As [`main`].
 pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result<Told> {
-    let experiment = found(&args.name, args.again.as_ref())?;
+    let experiment = match &args.wearer {
+        Some(file) => worn(&args.name, &wearer(file)?)?,
+        None => found(&args.name, args.again.as_ref())?,
+    };
     let seed = args.seed.unwrap_or(experiment.declaration.seed);
     let declared = match args.device.is_port() {
         true => 0,

@@ -23,7 +23,8 @@ const CONTROL: &str = "hamana-4";
 
 /// Whether `args` means one of them.
 pub(super) fn is_meant(args: &ExperimentArgs) -> bool {
-    args.wearer.is_some()
+    let is_wall = args.name.starts_with("harris-") && args.departure.is_none();
+    (args.wearer.is_some() && !is_wall)
         || args.departure.is_some()
         || (args.name != CONTROL && Kind::named(&args.name).is_some())
 }

@@ -30,7 +30,7 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
     let place = args.out.place(&args.name)?;
     let interruption = interrupt::heed()?;
     let bar = output.bar(&args.name);
-    let pulses = study.meant();
+    let (pulses, notes) = study.put_out()?;
     let count = study.persons();
     let done = AtomicUsize::new(0);
     let all: Vec<Option<Found>> = (0..count)
@@ -52,7 +52,7 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
     let told = Told {
         command: command(args, study.draws()),
         cut_short: signal.map(|_| format!("Cut short after {of}.")),
-        notes: Vec::new(),
+        notes,
     };
     let result = study.outcome(&all, told)?;
     // What was computed is told, whatever becomes of the folder.

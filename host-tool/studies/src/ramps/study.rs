@@ -1,9 +1,10 @@
 //! The study as it is asked for.
 
 use super::declared::Declared;
+use super::device::put_out;
 use super::error::RampsError;
 use super::found::{Found, Pulses};
-use super::test::{Stimulation, stimulations};
+use super::latency::latency;
 use host_core::run::DeviceName;
 
 /// What a command calls it.
@@ -58,14 +59,19 @@ impl Study {
         &self.declared
     }
 
-    /// The pulses of every stimulation as they are meant.
-    #[must_use]
-    pub fn meant(&self) -> Pulses {
-        let protocol = &self.declared.protocol;
-        let all = stimulations(protocol).into_iter();
-        all.chain([Stimulation::Biceps])
-            .map(|it| (it, it.meant(protocol)))
-            .collect()
+    /// The pulses of every stimulation as the device puts them out, and what was learnt of the
+    /// device on the way.
+    ///
+    /// # Errors
+    /// The device is not there; E692: it does not play them.
+    pub fn put_out(&self) -> Result<(Pulses, Vec<String>), RampsError> {
+        let (pulses, apart) = put_out(&self.declared, &self.device)?;
+        let latency = latency(&self.device)?;
+        let device = &self.device;
+        Ok((
+            pulses,
+            vec![apart.in_words(device), latency.in_words(device)],
+        ))
     }
 
     /// What comes of person `index` under these pulses.

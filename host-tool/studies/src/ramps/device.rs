@@ -1,0 +1,288 @@
+//! The stimulations as a device puts them out: each is streamed to it once, and what reaches
+//! the electrodes is noted. Bodies depend on pulses alone, so everybody gets these.
+
+use super::declared::{Declared, Protocol};
+use super::error::RampsError;
+use super::found::Pulses;
+use super::test::{LEAST_WIDTH_US, Stimulation, micros, period_us, stimulations};
+use firmware::link::Request;
+use firmware::units::Amplitude;
+use hal_sim::body::bench::elbow::BICEPS;
+use hal_sim::body::{Body, CHANNELS, Drive, Load, Pulse};
+use host_core::link::{Client, Incoming, Port};
+use host_core::run::DeviceName;
+use host_core::session::Session;
+use std::fmt::Write;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Of the electrodes, Ω.
+const LOAD_OHM: u32 = 1_000;
+/// A step of the converter at 100 mA, mA.
+const STEP_MA: f64 = 100.0 / 65_535.0;
+/// How long before a pulse its setpoint is sent, µs: half a period, so that it is there in
+/// time and not before the pulse that precedes.
+const EARLY: u64 = 2;
+
+/// What reached the electrodes.
+pub(super) type Heard = Arc<Mutex<Vec<Pulse>>>;
+
+/// A body that notes what reaches it.
+pub(super) struct Notes {
+    pub(super) loads: [Load; CHANNELS],
+    pub(super) heard: Heard,
+}
+
+impl Notes {
+    pub(super) fn new(heard: &Heard) -> Self {
+        Self {
+            loads: [Load::Ohms(LOAD_OHM.into()); CHANNELS],
+            heard: heard.clone(),
+        }
+    }
+}
+
+/// What was heard so far.
+pub(super) fn all(heard: &Heard) -> Vec<Pulse> {
+    heard.lock().unwrap_or_else(PoisonError::into_inner).clone()
+}
+
+impl Body for Notes {
+    fn pulse(&mut self, pulse: &Pulse) {
+        let mut heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
+        heard.push(*pulse);
+    }
+
+    fn advance(&mut self, _: u64) -> bool {
+        false
+    }
+
+    fn angle_deg(&self) -> f64 {
+        0.0
+    }
+
+    fn sensed_deg(&self) -> f64 {
+        0.0
+    }
+
+    fn loads(&self) -> &[Load; CHANNELS] {
+        &self.loads
+    }
+
+    fn loads_mut(&mut self) -> &mut [Load; CHANNELS] {
+        &mut self.loads
+    }
+}
+
+/// By how much what a device puts out may be, and is, apart from what is meant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Apart {
+    /// Pulses compared.
+    pub pulses: usize,
+    /// Largest difference of a current, mA.
+    pub current_ma: f64,
+}
+
+impl Stimulation {
+    /// A session of its channel.
+    fn session(self, protocol: &Protocol) -> String {
+        let (limit_ma, width_us) = match self {
+            Self::Current(width_us) => (protocol.current_ramp_ma, width_us),
+            Self::Width(current_ma) => (current_ma, LEAST_WIDTH_US),
+            Self::Biceps => (protocol.biceps.current_ma, protocol.biceps.width_us),
+        };
+        let number = self.pair() + 1;
+        let frequency_hz = protocol.frequency_hz;
+        let mut text = format!(
+            "title = \"{}\"\nduration_s = {:.3}\n[wearer]\nmax_current_ma = {limit_ma:.1}\n\
+             max_charge_uc = 12.0\nmax_rms_ma = 10.0\nrise_ms = 1\nfall_ms = 50\n\
+             host_timeout_ms = 100\n",
+            self.in_words(),
+            protocol.settle_s + protocol.ramp_s
+        );
+        // Writing to a string does not fail.
+        let _ = write!(
+            text,
+            "[[channel]]\nnumber = {number}\nname = \"{}\"\nlimit = {limit_ma:.1}\n\
+             stage = {{ kind = \"current\", full_scale_ma = 100.0 }}\n\
+             train = {{ shape = \"biphasic-cathodic-first\", width_us = {width_us}, \
+             frequency_hz = {frequency_hz:.1} }}\n\
+             [setpoints]\nkind = \"amplitudes\"\nrate_hz = 50\n\
+             values = [{{ channel = {number}, value = 0.0 }}]\n\
+             [body]\nkind = \"still\"\nload_ohm = {LOAD_OHM}\n",
+            if self.pair() == BICEPS {
+                "biceps"
+            } else {
+                "triceps"
+            },
+        );
+        text
+    }
+
+    /// What is asked for at the pulse that is due `due_us` after the start.
+    fn setpoint(self, protocol: &Protocol, due_us: u64) -> Request {
+        let begin_us = micros(protocol.settle_s);
+        let since_us = due_us.checked_sub(begin_us);
+        let (ma, width_us) = match since_us {
+            Some(since_us) => self.at(protocol, 1e-6 * since_us as f64),
+            None => (0.0, f64::from(LEAST_WIDTH_US)),
+        };
+        let width_us = width_us.round() as u16;
+        let is_one = u32::from(width_us) >= LEAST_WIDTH_US;
+        let milli = if is_one { (1e3 * ma).round() as u32 } else { 0 };
+        let widths = match self {
+            Self::Width(_) => [width_us.max(LEAST_WIDTH_US as u16)].into_iter().collect(),
+            _ => Default::default(), // the train's own
+        };
+        Request::Amplitudes {
+            mask: 1 << self.pair(),
+            values: [Amplitude::new(milli)].into_iter().collect(),
+            widths,
+        }
+    }
+
+    /// Its pulses as `device` puts them out, µs from the start of its trains, and how far
+    /// they are from what is meant.
+    ///
+    /// # Errors
+    /// The device is not there; E692: it does not play it, or plays something else.
+    pub fn put_out(
+        self,
+        protocol: &Protocol,
+        device: &DeviceName,
+    ) -> Result<(Vec<Pulse>, Apart), RampsError> {
+        let failed = |why: String| RampsError::Device(self.in_words(), why);
+        let text = self.session(protocol);
+        let session = Session::parse("ramp.toml", &text).map_err(|e| failed(e.to_string()))?;
+        let mut port = device.open(&session, 1)?;
+        let heard = Heard::default();
+        let world = port.world();
+        let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
+        world.body = Box::new(Notes::new(&heard));
+        let epoch_us = self.stream(protocol, &session, port).map_err(failed)?;
+        let found = all(&heard).into_iter().filter_map(|it| {
+            let t_us = it.t_us.checked_sub(epoch_us)?;
+            let is_one = it.drive != Drive::Milliamps(0.0);
+            is_one.then_some(Pulse { t_us, ..it })
+        });
+        let found: Vec<Pulse> = found.collect();
+        let apart = apart(&self.meant(protocol), &found).map_err(failed)?;
+        Ok((found, apart))
+    }
+
+    /// Configures, arms, starts and streams; the epoch of the trains in the world's time.
+    fn stream(
+        self,
+        protocol: &Protocol,
+        session: &Session,
+        port: Box<dyn Port>,
+    ) -> Result<u64, String> {
+        let told = |error: host_core::link::Error| error.to_string();
+        let (mut client, _) = Client::open(port).map_err(told)?;
+        for request in session.requests() {
+            client
+                .request(self.widened(protocol, request))
+                .map_err(told)?;
+        }
+        client.arm().map_err(told)?;
+        let first = self.setpoint(protocol, 0);
+        client.request(first).map_err(told)?;
+        let epoch = client.start().map_err(told)?;
+        let now_us = client.port().now_us();
+        let ahead_us = epoch.get().wrapping_sub(now_us as u32) as i32; // device time is world time
+        let epoch_us = now_us.saturating_add_signed(ahead_us.into());
+        let period_us = period_us(protocol);
+        let count = (micros(protocol.settle_s) + micros(protocol.ramp_s)) / period_us;
+        for nth in 1..=count {
+            let due_us = nth * period_us;
+            listen(&mut client, epoch_us + due_us - period_us / EARLY)?;
+            let request = self.setpoint(protocol, due_us);
+            client.post(request).map_err(told)?;
+        }
+        listen(
+            &mut client,
+            epoch_us + (count + 1) * period_us - period_us / EARLY,
+        )?;
+        client.stop().map_err(told)?;
+        Ok(epoch_us)
+    }
+
+    /// A channel's configuration, its width to change up to the ramp's end.
+    fn widened(self, protocol: &Protocol, request: Request) -> Request {
+        match (self, request) {
+            (Self::Width(_), Request::Channel { channel, mut spec }) => {
+                spec.train.max_width_us = protocol.width_ramp_us as u16;
+                Request::Channel { channel, spec }
+            }
+            (_, request) => request,
+        }
+    }
+}
+
+/// Goes on to `until_us`; a refusal ends it.
+pub(super) fn listen(client: &mut Client<Box<dyn Port>>, until_us: u64) -> Result<(), String> {
+    while let Some(incoming) = client.next(until_us).map_err(|e| e.to_string())? {
+        if let Incoming::Refused(_, refused) = incoming {
+            return Err(host_core::link::Error::Refused(refused).to_string());
+        }
+    }
+    Ok(())
+}
+
+/// Compares pulse by pulse.
+fn apart(meant: &[Pulse], found: &[Pulse]) -> Result<Apart, String> {
+    if meant.len() != found.len() {
+        return Err(format!("{} pulses for {}", found.len(), meant.len()));
+    }
+    let mut apart = Apart {
+        pulses: meant.len(),
+        current_ma: 0.0,
+    };
+    for (meant, found) in meant.iter().zip(found) {
+        let ma = |it: &Pulse| match it.drive {
+            Drive::Milliamps(ma) => ma,
+            Drive::Volts(_) => f64::NAN,
+        };
+        let by = (ma(meant) - ma(found)).abs();
+        let is_like = (meant.t_us, meant.channel, meant.width_us)
+            == (found.t_us, found.channel, found.width_us);
+        if !(is_like && by <= STEP_MA + 5e-4) {
+            return Err(format!("{found:?} for {meant:?}"));
+        }
+        apart.current_ma = apart.current_ma.max(by);
+    }
+    Ok(apart)
+}
+
+/// Every stimulation as `device` puts it out, and how far they are from what is meant.
+///
+/// # Errors
+/// As [`Stimulation::put_out`].
+pub fn put_out(declared: &Declared, device: &DeviceName) -> Result<(Pulses, Apart), RampsError> {
+    let protocol = &declared.protocol;
+    let (mut all, mut most) = (Pulses::new(), Apart::default());
+    for stimulation in stimulations(protocol)
+        .into_iter()
+        .chain([Stimulation::Biceps])
+    {
+        let (pulses, apart) = stimulation.put_out(protocol, device)?;
+        most.pulses += apart.pulses;
+        most.current_ma = most.current_ma.max(apart.current_ma);
+        all.push((stimulation, pulses));
+    }
+    Ok((all, most))
+}
+
+impl Apart {
+    /// For a page.
+    #[must_use]
+    pub fn in_words(&self, device: &DeviceName) -> String {
+        format!(
+            "Everybody got the pulses that --device {} put out, streamed to it once: {} pulses of \
+             seven stimulations, each at the microsecond and with the width that was meant, \
+             currents within {:.1} µA (a step of the converter is 1.5 µA).",
+            device.typed(),
+            self.pulses,
+            1e3 * self.current_ma
+        )
+    }
+}
