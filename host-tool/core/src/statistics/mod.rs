@@ -9,6 +9,7 @@
 
 mod alignment;
 mod comparison;
+mod detector;
 mod distribution;
 mod interval;
 mod ranks;
@@ -17,6 +18,7 @@ mod variance;
 
 pub use alignment::{Alignment, kabsch};
 pub use comparison::{PairedT, cohens_d_paired, cohens_d_pooled, holm, paired_t};
+pub use detector::{Detector, Verdict};
 pub use distribution::{chi_squared_p, fisher_f_p, student_t_p};
 pub use interval::{Interval, Share, bootstrap_bca, quantile_of, share};
 pub use ranks::{Friedman, MannWhitney, Method, Wilcoxon, friedman, mann_whitney, wilcoxon};

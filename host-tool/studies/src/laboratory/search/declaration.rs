@@ -1,6 +1,7 @@
 //! What a search is to look for, and how: written before it runs.
 
 use super::milli::Milli;
+use host_core::statistics::Detector;
 use serde::Deserialize;
 
 /// What is looked for.
@@ -151,6 +152,19 @@ defaults! {
 }
 
 impl Declared {
+    /// When a movement counts.
+    #[must_use]
+    pub fn detector(&self) -> Detector {
+        Detector {
+            windows: self.windows,
+            baseline: self.baseline_windows,
+            k_sigma: self.k_sigma,
+            consecutive: self.consecutive,
+            visible: self.visible_deg.unwrap_or(0.0),
+            resolution: self.resolution_deg,
+        }
+    }
+
     /// Whether the sensor's noise at rest counts.
     #[must_use]
     pub fn needs_baseline(&self) -> bool {

@@ -1,14 +1,13 @@
 //! Searches: threshold, visible movement, ratio, comfort and maximum of a wearer.
 //!
-//! Lives here: the declaration of a search, its detector with the calculated chance
-//! of a false alarm, the ascending stair, the declared wearers on whom it is judged,
+//! Lives here: the declaration of a search, the ascending stair (its detector, with the
+//! calculated chance of a false alarm, is `statistics`'), the declared wearers on whom it is judged,
 //! and the stair on a device through ordinary requests. Not here: who asks the
 //! operator (the program), protocols of trials (`laboratory`).
 //! In: a [`Declared`] search and a [`Probe`]. Out: a [`Finding`]: value, interval,
 //! cost and trail, however far it came.
 
 mod declaration;
-mod detector;
 mod device;
 pub mod judge;
 mod milli;
@@ -16,7 +15,7 @@ mod plan;
 mod stair;
 
 pub use declaration::{Declared, Kind, Observer, Rating};
-pub use detector::{Detector, Verdict};
+pub use host_core::statistics::{Detector, Verdict};
 pub use device::{DeviceError, OnDevice, Operator, Question};
 pub use milli::Milli;
 pub use plan::{Search, SearchFile, Site};

@@ -2,7 +2,6 @@
 //! once.
 
 use super::declaration::{Declared, Kind};
-use super::detector::Detector;
 use super::milli::Milli;
 use serde::Deserialize;
 
@@ -135,11 +134,11 @@ impl Search {
     }
 
     /// Probability that it finds a movement at a level of no movement: see
-    /// [`Detector::false_alarm`]. Each presentation has a baseline of its own.
+    /// [`Detector::false_alarm`](host_core::statistics::Detector::false_alarm). Each presentation has a baseline of its own.
     #[must_use]
     pub fn false_alarm(&self) -> f64 {
         let repeats = self.declared.confirm as i32;
-        let one = Detector::of(&self.declared).false_alarm().powi(1 + repeats);
+        let one = self.declared.detector().false_alarm().powi(1 + repeats);
         1.0 - (1.0 - one).powi(self.levels().count() as i32)
     }
 }

@@ -1,9 +1,9 @@
 //! The ascending stair: level by level, each asked for, rested for and answered.
 
 use super::declaration::{Kind, Observer};
-use super::detector::{Detector, Verdict};
 use super::milli::Milli;
 use super::plan::Search;
+use host_core::statistics::Verdict;
 
 /// Whom a search is made on: declared numbers, a simulator or a board.
 pub trait Probe {
@@ -206,6 +206,6 @@ fn answer<P: Probe>(search: &Search, probe: &mut P, level: Milli) -> Result<Answ
     {
         return Ok(Answer::Seen(moved));
     }
-    let detector = Detector::of(declared);
-    Ok(Answer::Measured(detector.judge(&baseline, &windows)))
+    let verdict = declared.detector().judge(&baseline, &windows);
+    Ok(Answer::Measured(verdict))
 }

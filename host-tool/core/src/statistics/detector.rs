@@ -1,6 +1,5 @@
 //! When a movement counts as one, and how often none would.
 
-use super::declaration::Declared;
 use libm::erfc;
 use std::f64::consts::SQRT_2;
 
@@ -41,19 +40,6 @@ impl Verdict {
 }
 
 impl Detector {
-    /// As declared.
-    #[must_use]
-    pub fn of(declared: &Declared) -> Self {
-        Self {
-            windows: declared.windows,
-            baseline: declared.baseline_windows,
-            k_sigma: declared.k_sigma,
-            consecutive: declared.consecutive,
-            visible: declared.visible_deg.unwrap_or(0.0),
-            resolution: declared.resolution_deg,
-        }
-    }
-
     /// Holds `windows` against the `baseline` before them, both means of the sensor
     /// over a window. Too few windows are no movement.
     #[must_use]
