@@ -5,12 +5,14 @@
 //! (recruitment, participants), `finger` (index-finger PIP joint), `random_finger`
 //! (the same with another muscle structure and friction, drawn at random), `elbow`
 //! (and the person who moves it), `hand` (a forearm under many pads), `bench` (limbs
-//! fixed to a force sensor, as a laboratory measures them), `still`.
+//! fixed to a force sensor, as a laboratory measures them), `array` (ten electrodes in a
+//! force frame), `still`.
 //! Not here: anything of the firmware. A body shares no code with the device it
 //! tests, so it cannot agree with the device's mistakes.
 //! In: pulses as the electrodes saw them, and time in microseconds.
 //! Out: the joint angle (true and sensed) and the electrode loads.
 
+pub mod array;
 pub mod bench;
 pub mod elbow;
 pub mod electrode;
@@ -23,6 +25,7 @@ mod sensor;
 mod still;
 pub mod wearer;
 
+pub use array::Array;
 pub use elbow::{Elbow, ElbowSpec, InvalidElbow};
 pub use electrode::{Drive, Lead, Load};
 pub use finger::{Finger, FingerSpec, InvalidSpec};
@@ -78,6 +81,14 @@ pub trait Body: Send {
     /// sensor ([`bench`]). It is no part of the device; nothing without one.
     fn instrument_n(&self) -> Option<f64> {
         None
+    }
+    /// What somebody who looks on would call moving now.
+    fn seen_moving(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+    /// Whether the person says now that it is too much.
+    fn complains(&self) -> bool {
+        false
     }
     /// What each channel's electrodes present to the output stage.
     fn loads(&self) -> &[Load; CHANNELS];
