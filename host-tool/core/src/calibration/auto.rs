@@ -1,0 +1,49 @@
+//! The operator that stands in for a person on simulators.
+
+use super::operator::Gone;
+use super::{Operator, Order, OrderError, Phase, Step, View};
+
+/// Orders what the instrument and the simulated wearer say: raises when it may, answers
+/// as the instrument judged, takes threshold and limit for minimum and maximum. For
+/// simulators alone: a person is asked.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Auto;
+
+impl Auto {
+    /// What it orders at this sight.
+    #[must_use]
+    pub fn decide(view: &View) -> Option<Order> {
+        if view.complains && view.given.0 > 0 {
+            return Some(Order::TooMuch);
+        }
+        if view.question.is_some() {
+            return Some(Self::answer(view));
+        }
+        if view.phase != Phase::Ready || !view.is_rested {
+            return None;
+        }
+        let is_chosen = matches!(view.step, Step::Minimum | Step::Maximum | Step::Points);
+        Some(match (view.raise, view.again) {
+            (_, Some(_)) if is_chosen || view.confirms => Order::Again,
+            (Some(_), _) => Order::Raise,
+            _ => Order::Skip,
+        })
+    }
+
+    fn answer(view: &View) -> Order {
+        let moved = view.judged.is_some_and(|judged| judged.moved);
+        match view.step {
+            Step::Points => Order::Moves {
+                moves: view.moving.iter().map(|&name| name.to_owned()).collect(),
+            },
+            Step::Placement | Step::Threshold if !moved => Order::No,
+            _ => Order::Yes,
+        }
+    }
+}
+
+impl Operator for Auto {
+    fn order(&mut self, view: &View) -> Result<Option<Result<Order, OrderError>>, Gone> {
+        Ok(Self::decide(view).map(Ok))
+    }
+}

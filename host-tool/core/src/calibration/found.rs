@@ -1,0 +1,151 @@
+//! What was found at one electrode so far.
+
+use super::{Level, Refusal, Step};
+use serde::{Deserialize, Serialize};
+
+/// What came of a step.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// A level, in the channel's unit.
+    Level(Level),
+    /// Names of movements.
+    Moves(Vec<String>),
+}
+
+/// What was found at one electrode, complete or not.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct Found {
+    /// Level at which its place was confirmed.
+    pub placement: Option<Level>,
+    /// Motor threshold.
+    pub threshold: Option<Level>,
+    /// Largest level that the wearer accepts.
+    pub limit: Option<Level>,
+    /// Least level to work with.
+    pub minimum: Option<Level>,
+    /// Largest level to work with.
+    pub maximum: Option<Level>,
+    /// What the point moves.
+    pub moves: Option<Vec<String>>,
+    /// Left out by the operator.
+    pub is_skipped: bool,
+}
+
+impl Found {
+    /// The first step without a result; none when it is done or left out.
+    #[must_use]
+    pub fn step(&self) -> Option<Step> {
+        if self.is_skipped {
+            return None;
+        }
+        let has = |step: &Step| match step {
+            Step::Placement => self.placement.is_some(),
+            Step::Threshold => self.threshold.is_some(),
+            Step::Comfort => self.limit.is_some(),
+            Step::Minimum => self.minimum.is_some(),
+            Step::Maximum => self.maximum.is_some(),
+            Step::Points => self.moves.is_some(),
+        };
+        Step::ALL.into_iter().find(|step| !has(step))
+    }
+
+    /// Whether every step has a result.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        !self.is_skipped && self.step().is_none()
+    }
+
+    /// Takes the result of its next step; nothing is taken that is none of it.
+    ///
+    /// # Errors
+    /// It would be out of order: threshold ≤ minimum < maximum ≤ limit, threshold < limit.
+    pub fn take(&mut self, step: Step, value: &Value) -> Result<(), Refusal> {
+        let level = match (step, value) {
+            (Step::Points, Value::Moves(moves)) => {
+                self.moves = Some(moves.clone());
+                return Ok(());
+            }
+            (Step::Points, _) | (_, Value::Moves(_)) => {
+                return Err(Refusal::order(step, "it has another kind of result".into()));
+            }
+            (_, Value::Level(level)) => *level,
+        };
+        self.ordered(step, level)?;
+        match step {
+            Step::Placement => self.placement = Some(level),
+            Step::Threshold => self.threshold = Some(level),
+            Step::Comfort => self.limit = Some(level),
+            Step::Minimum => self.minimum = Some(level),
+            Step::Maximum => self.maximum = Some(level),
+            Step::Points => {}
+        }
+        Ok(())
+    }
+
+    fn ordered(&self, step: Step, level: Level) -> Result<(), Refusal> {
+        let known = |level: Option<Level>| level.unwrap_or_default();
+        let (threshold, limit, minimum) = (
+            known(self.threshold),
+            known(self.limit),
+            known(self.minimum),
+        );
+        let wrong = match step {
+            Step::Comfort if level <= threshold => Some(format!(
+                "the limit of {level} is not above the motor threshold of {threshold}; move the \
+                 electrode, or leave it out"
+            )),
+            Step::Minimum if level < threshold => Some(format!(
+                "the minimum of {level} is below the motor threshold of {threshold}"
+            )),
+            Step::Minimum if level >= limit => Some(format!(
+                "the minimum of {level} leaves nothing below the limit of {limit}"
+            )),
+            Step::Maximum if level > limit => Some(format!(
+                "the maximum of {level} is above the limit of {limit}"
+            )),
+            Step::Maximum if level <= minimum => Some(format!(
+                "the maximum of {level} is not above the minimum of {minimum}"
+            )),
+            _ => None,
+        };
+        match wrong {
+            Some(wrong) => Err(Refusal::order(step, wrong)),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn level(units: f64) -> Value {
+        Value::Level(Level::of(units).unwrap())
+    }
+
+    #[test]
+    fn results_out_of_order_are_refused_by_name() {
+        let mut found = Found::default();
+        found.take(Step::Placement, &level(8.0)).unwrap();
+        found.take(Step::Threshold, &level(9.0)).unwrap();
+        let told = |result: Result<(), Refusal>| result.unwrap_err().to_string();
+        assert!(
+            told(found.take(Step::Comfort, &level(9.0)))
+                .starts_with("E676 out of order at comfort")
+        );
+        found.take(Step::Comfort, &level(13.0)).unwrap();
+        assert!(
+            told(found.take(Step::Minimum, &level(8.5))).contains("below the motor threshold of 9")
+        );
+        assert!(told(found.take(Step::Minimum, &level(13.0))).contains("the limit of 13"));
+        found.take(Step::Minimum, &level(10.0)).unwrap();
+        assert!(told(found.take(Step::Maximum, &level(13.5))).contains("above the limit"));
+        assert!(told(found.take(Step::Maximum, &level(10.0))).contains("not above the minimum"));
+        assert_eq!(found.step(), Some(Step::Maximum));
+        found.take(Step::Maximum, &level(13.0)).unwrap();
+        assert!(found.take(Step::Points, &level(13.0)).is_err());
+        found.take(Step::Points, &Value::Moves(vec![])).unwrap();
+        assert!(found.is_complete());
+    }
+}

@@ -1,0 +1,65 @@
+//! Amplitudes as files and the link have them.
+
+use firmware::units::Amplitude;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// An amplitude in thousandths of its channel's unit, mA or V: exact, as on the link.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Serialize, Deserialize)]
+#[serde(into = "f64", try_from = "f64")]
+pub struct Level(pub u32);
+
+impl Level {
+    /// Of this many units; nothing that is no whole number of thousandths, or is not
+    /// between 0 and 100 units.
+    #[must_use]
+    pub fn of(units: f64) -> Option<Self> {
+        let milli = (units * 1e3).round();
+        let is_whole = (milli - units * 1e3).abs() < 1e-6;
+        (is_whole && (0.0..=1e5).contains(&milli)).then_some(Self(milli as u32))
+    }
+
+    /// In its unit.
+    #[must_use]
+    pub fn units(self) -> f64 {
+        f64::from(self.0) / 1e3
+    }
+
+    /// As much higher.
+    #[must_use]
+    pub const fn above(self, step: Self) -> Self {
+        Self(self.0.saturating_add(step.0))
+    }
+
+    /// As much lower, and not below 0.
+    #[must_use]
+    pub const fn below(self, step: Self) -> Self {
+        Self(self.0.saturating_sub(step.0))
+    }
+
+    /// As the link has it.
+    #[must_use]
+    pub const fn amplitude(self) -> Amplitude {
+        Amplitude::new(self.0)
+    }
+}
+
+impl From<Level> for f64 {
+    fn from(level: Level) -> Self {
+        level.units()
+    }
+}
+
+impl TryFrom<f64> for Level {
+    type Error = String;
+
+    fn try_from(units: f64) -> Result<Self, String> {
+        Self::of(units).ok_or_else(|| format!("{units} is no whole thousandth from 0 to 100"))
+    }
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.units())
+    }
+}

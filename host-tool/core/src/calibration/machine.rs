@@ -1,0 +1,481 @@
+//! The procedure: orders and time in, actions out. It knows no device and no clock.
+
+use super::found::Value;
+use super::journal::Entry;
+use super::view::Phase;
+use super::{Found, Level, Order, Plan, Planned, Refusal, Step, View};
+
+/// What is to be done, in the order given.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Action {
+    /// The device gets this electrode's setup (index into the plan), silent.
+    Arm(usize),
+    /// From now on this channel, from 1, gets this; 0 is silence.
+    Give(u8, Level),
+    /// Goes into the journal.
+    Record(Entry),
+    /// An electrode is done: the wearer file is to be written.
+    Write,
+    /// Something to tell that is no answer to an order.
+    Tell(Refusal),
+    /// The operator ended it: silence at once.
+    Abort,
+}
+
+/// Where the presentation stands.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Clock {
+    Ready,
+    On { until_us: u64 },
+    Rest { until_us: u64 },
+}
+
+/// The procedure at a plan's electrodes, one after the other.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Machine {
+    plan: Plan,
+    found: Vec<Found>,
+    /// What was too much, by electrode: not reached again.
+    caps: Vec<Level>,
+    /// The electrode under way; none when all are done.
+    at: Option<usize>,
+    step: Step,
+    /// Given last, or chosen.
+    level: Level,
+    clock: Clock,
+    /// An answer is owed.
+    has_question: bool,
+    /// Threshold: moved here once.
+    moved: Option<Level>,
+    /// Threshold: the first level of this climb.
+    first: Option<Level>,
+    /// Comfort: the highest accepted.
+    accepted: Option<Level>,
+}
+
+impl Machine {
+    /// At the first electrode that is not done, of what a journal tells.
+    #[must_use]
+    pub fn new(plan: Plan, entries: &[Entry]) -> Self {
+        let mut machine = Self {
+            found: vec![Found::default(); plan.electrodes.len()],
+            caps: plan.electrodes.iter().map(|it| it.ceiling).collect(),
+            plan,
+            at: None,
+            step: Step::Placement,
+            level: Level(0),
+            clock: Clock::Ready,
+            has_question: false,
+            moved: None,
+            first: None,
+            accepted: None,
+        };
+        for entry in entries {
+            machine.replay(entry);
+        }
+        machine
+    }
+
+    fn replay(&mut self, entry: &Entry) {
+        let of = |channel: u8| {
+            let mut electrodes = self.plan.electrodes.iter();
+            electrodes.position(|it| it.channel == channel)
+        };
+        match entry {
+            Entry::Found {
+                channel,
+                step,
+                value,
+            } => {
+                if let Some(at) = of(*channel) {
+                    // What the journal says was taken before, in this order.
+                    let _ = self.found[at].take(*step, value);
+                }
+            }
+            Entry::TooMuch { channel, level } => {
+                if let Some(at) = of(*channel) {
+                    self.cap(at, *level);
+                }
+            }
+            Entry::Skipped { channel } => {
+                if let Some(at) = of(*channel) {
+                    self.found[at].is_skipped = true;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// What is done first.
+    pub fn begin(&mut self) -> Vec<Action> {
+        self.go_to_next()
+    }
+
+    /// Whether every electrode is done or left out.
+    #[must_use]
+    pub const fn is_over(&self) -> bool {
+        self.at.is_none()
+    }
+
+    /// The plan.
+    #[must_use]
+    pub const fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// What was found, by electrode of the plan.
+    #[must_use]
+    pub fn found(&self) -> &[Found] {
+        &self.found
+    }
+
+    /// Whether something is being given.
+    #[must_use]
+    pub const fn is_on(&self) -> bool {
+        matches!(self.clock, Clock::On { .. })
+    }
+
+    /// Lets time pass until `t_us`.
+    pub fn pass(&mut self, t_us: u64) -> Vec<Action> {
+        match self.clock {
+            Clock::On { until_us } if t_us >= until_us => {
+                self.rest(t_us);
+                self.has_question = true;
+                vec![Action::Give(self.channel(), Level(0))]
+            }
+            Clock::Rest { until_us } if t_us >= until_us => {
+                self.clock = Clock::Ready;
+                Vec::new()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Carries out an order at `t_us`, or nothing of it. Lowering, too much and abort
+    /// are always carried out.
+    ///
+    /// # Errors
+    /// [`Refusal`]: why not.
+    pub fn order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
+        if *order == Order::Abort {
+            return Ok(vec![Action::Abort]);
+        }
+        let Some(at) = self.at else {
+            return Err(Refusal::beyond("every electrode is done"));
+        };
+        match order {
+            Order::Lower => Ok(self.lower(at)),
+            Order::TooMuch => Ok(self.too_much(at, t_us)),
+            Order::Skip => Ok(self.skip(at)),
+            Order::Raise => self.raise(at, t_us),
+            Order::Again => self.again(t_us),
+            Order::Enough => self.enough(at),
+            Order::Yes | Order::No | Order::Moves { .. } => self.answer(at, t_us, order),
+            Order::Abort => Ok(Vec::new()), // above
+        }
+    }
+
+    fn planned(&self, at: usize) -> &Planned {
+        &self.plan.electrodes[at]
+    }
+
+    fn rest(&mut self, t_us: u64) {
+        self.clock = Clock::Rest {
+            until_us: t_us + self.plan.off_us(),
+        };
+    }
+
+    /// From level to level in this step.
+    fn stride(&self, at: usize) -> Level {
+        match self.step {
+            Step::Placement => self.planned(at).coarse,
+            _ => self.planned(at).step,
+        }
+    }
+
+    /// No level of this electrode is above it now.
+    fn top(&self, at: usize) -> Level {
+        let limit = self.found[at].limit.unwrap_or(self.caps[at]);
+        self.caps[at].min(limit)
+    }
+
+    /// What a raise would give; nothing where there is no higher level.
+    fn higher(&self, at: usize) -> Option<Level> {
+        let next = self.level.above(self.stride(at)).min(self.top(at));
+        (next > self.level).then_some(next)
+    }
+
+    /// Why nothing may be given now.
+    fn may_give(&self, t_us: u64) -> Result<(), Refusal> {
+        match self.clock {
+            _ if self.has_question => Err(Refusal::beyond("answer the question first")),
+            Clock::On { .. } => Err(Refusal::beyond("a level is being given")),
+            Clock::Rest { until_us } if t_us < until_us => {
+                let rest_s = (until_us - t_us) as f64 * 1e-6;
+                Err(Refusal::NotNow(format!(
+                    "the muscle rests for {rest_s:.1} s more"
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn give(&mut self, t_us: u64, level: Level) -> Vec<Action> {
+        self.level = level;
+        if self.step == Step::Threshold {
+            self.first.get_or_insert(level);
+        }
+        self.clock = Clock::On {
+            until_us: t_us + self.plan.on_us(),
+        };
+        let entry = Entry::Given {
+            channel: self.channel(),
+            step: self.step,
+            level,
+        };
+        vec![Action::Give(self.channel(), level), Action::Record(entry)]
+    }
+
+    fn channel(&self) -> u8 {
+        self.at.map_or(0, |at| self.planned(at).channel)
+    }
+
+    fn raise(&mut self, at: usize, t_us: u64) -> Result<Vec<Action>, Refusal> {
+        self.may_give(t_us)?;
+        if self.moved.is_some() {
+            return Err(Refusal::beyond(
+                "it moved: give the same level again to confirm",
+            ));
+        }
+        if self.step == Step::Points {
+            return Err(Refusal::beyond(
+                "points are found at the maximum: give it again",
+            ));
+        }
+        match self.higher(at) {
+            Some(level) => Ok(self.give(t_us, level)),
+            None => Err(Refusal::NotNow(format!(
+                "{} is the highest level here; {}",
+                self.level,
+                match self.step {
+                    Step::Placement | Step::Threshold =>
+                        "move the electrode and begin lower, or leave it out",
+                    _ => "answer, lower it, or leave the electrode out",
+                }
+            ))),
+        }
+    }
+
+    fn again(&mut self, t_us: u64) -> Result<Vec<Action>, Refusal> {
+        self.may_give(t_us)?;
+        let is_new = self.step == Step::Threshold && self.first.is_none();
+        if self.level == Level(0) || is_new {
+            return Err(Refusal::beyond("nothing was given yet: raise"));
+        }
+        Ok(self.give(t_us, self.level))
+    }
+
+    fn lower(&mut self, at: usize) -> Vec<Action> {
+        self.level = self.level.below(self.stride(at));
+        (self.has_question, self.moved, self.first) = (false, None, None);
+        match self.is_on() {
+            true => vec![Action::Give(self.channel(), self.level)],
+            false => Vec::new(),
+        }
+    }
+
+    /// What is at `level` is not reached again at this electrode.
+    fn cap(&mut self, at: usize, level: Level) {
+        let cap = level.below(self.planned(at).step).min(self.caps[at]);
+        self.caps[at] = cap;
+        let found = &mut self.found[at];
+        if found.limit.is_some_and(|limit| limit > cap) {
+            found.limit = Some(cap).filter(|cap| Some(*cap) > found.threshold);
+        }
+        let limit = found.limit;
+        if limit.is_none() || found.minimum >= limit {
+            found.minimum = None;
+        }
+        if found.minimum.is_none() || found.maximum > limit {
+            found.maximum = None;
+        }
+    }
+
+    fn too_much(&mut self, at: usize, t_us: u64) -> Vec<Action> {
+        let mut actions = vec![Action::Give(self.channel(), Level(0))];
+        if self.level == Level(0) {
+            return actions;
+        }
+        if self.is_on() {
+            self.rest(t_us);
+        }
+        let (channel, level) = (self.channel(), self.level);
+        actions.push(Action::Record(Entry::TooMuch { channel, level }));
+        self.cap(at, level);
+        (self.has_question, self.moved, self.first) = (false, None, None);
+        self.level = self.caps[at];
+        if self.step == Step::Comfort {
+            let limit = self.accepted.unwrap_or_default();
+            match self.take(at, Value::Level(limit)) {
+                Ok(more) => actions.extend(more),
+                Err(refusal) => actions.push(Action::Tell(refusal)),
+            }
+        } else if let Some(step) = self.found[at].step().filter(|step| *step < self.step) {
+            self.enter(at, step);
+        }
+        actions
+    }
+
+    fn skip(&mut self, at: usize) -> Vec<Action> {
+        self.found[at].is_skipped = true;
+        let channel = self.channel();
+        let mut actions = vec![
+            Action::Give(channel, Level(0)),
+            Action::Record(Entry::Skipped { channel }),
+            Action::Write,
+        ];
+        actions.extend(self.go_to_next());
+        actions
+    }
+
+    fn enough(&mut self, at: usize) -> Result<Vec<Action>, Refusal> {
+        if self.is_on() || self.has_question {
+            return Err(Refusal::beyond("answer the question first"));
+        }
+        match (self.step, self.accepted) {
+            (Step::Comfort, Some(level)) => self.take(at, Value::Level(level)),
+            (Step::Comfort, None) => Err(Refusal::beyond("nothing was accepted yet")),
+            _ => Err(Refusal::beyond("only the comfort limit is set so")),
+        }
+    }
+
+    fn answer(&mut self, at: usize, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
+        if !self.has_question {
+            return Err(Refusal::beyond("nothing was asked"));
+        }
+        match (self.step, order) {
+            (Step::Points, Order::Moves { moves }) => {
+                let named = moves.iter().map(|name| name.trim().to_owned());
+                self.take(at, Value::Moves(named.collect()))
+            }
+            (Step::Points, _) => Err(Refusal::beyond("name what moves")),
+            (_, Order::Moves { .. }) => Err(Refusal::beyond("nobody asked what moves")),
+            (Step::Comfort, Order::No) => Ok(self.too_much(at, t_us)),
+            (_, Order::Yes) => self.yes(at),
+            _ => {
+                (self.has_question, self.moved) = (false, None);
+                Ok(Vec::new())
+            }
+        }
+    }
+
+    fn yes(&mut self, at: usize) -> Result<Vec<Action>, Refusal> {
+        let level = self.level;
+        match self.step {
+            Step::Threshold if self.moved != Some(level) => self.moved = Some(level),
+            Step::Threshold if self.first == Some(level) && level > self.planned(at).start => {
+                // It moved wherever the climb began: begin lower.
+                let below = level.below(self.planned(at).coarse);
+                self.climb_from(at, below.max(self.planned(at).start));
+            }
+            Step::Comfort if level < self.top(at) => self.accepted = Some(level),
+            _ => return self.take(at, Value::Level(level)),
+        }
+        self.has_question = false;
+        Ok(Vec::new())
+    }
+
+    /// The next raise of the threshold's climb gives `first`.
+    fn climb_from(&mut self, at: usize, first: Level) {
+        self.level = first.below(self.planned(at).step);
+        (self.moved, self.first) = (None, None);
+    }
+
+    /// Takes the step's result and goes on.
+    fn take(&mut self, at: usize, value: Value) -> Result<Vec<Action>, Refusal> {
+        self.found[at].take(self.step, &value)?;
+        let (channel, step) = (self.channel(), self.step);
+        let mut actions = vec![Action::Record(Entry::Found {
+            channel,
+            step,
+            value,
+        })];
+        match self.found[at].step() {
+            Some(step) => self.enter(at, step),
+            None => {
+                actions.push(Action::Write);
+                actions.extend(self.go_to_next());
+            }
+        }
+        Ok(actions)
+    }
+
+    fn go_to_next(&mut self) -> Vec<Action> {
+        (self.clock, self.level) = (Clock::Ready, Level(0));
+        self.at = self.found.iter().position(|found| found.step().is_some());
+        let Some(at) = self.at else {
+            return Vec::new();
+        };
+        if let Some(step) = self.found[at].step() {
+            self.enter(at, step);
+        }
+        vec![Action::Arm(at)]
+    }
+
+    fn enter(&mut self, at: usize, step: Step) {
+        let found = self.found[at].clone();
+        self.step = step;
+        self.has_question = false;
+        (self.moved, self.first, self.accepted) = (None, None, None);
+        match step {
+            Step::Placement => self.level = Level(0),
+            Step::Threshold => {
+                let planned = self.planned(at);
+                let below = found.placement.unwrap_or_default().below(planned.coarse);
+                let first = below.max(planned.start).min(self.top(at));
+                self.climb_from(at, first);
+            }
+            Step::Comfort | Step::Minimum => self.level = found.threshold.unwrap_or_default(),
+            Step::Maximum => self.level = found.limit.unwrap_or_default(),
+            Step::Points => self.level = found.maximum.unwrap_or_default(),
+        }
+    }
+
+    /// What there is to be seen of it at `t_us`.
+    #[must_use]
+    pub fn view(&self, t_us: u64) -> View {
+        let at = self
+            .at
+            .unwrap_or(self.plan.electrodes.len().saturating_sub(1));
+        let planned = self.planned(at);
+        let left = |until_us: u64| until_us.saturating_sub(t_us) as f64 * 1e-6;
+        let (phase, left_s) = match self.clock {
+            _ if self.at.is_none() => (Phase::Done, 0.0),
+            Clock::Ready => (Phase::Ready, 0.0),
+            Clock::On { until_us } => (Phase::On, left(until_us)),
+            Clock::Rest { until_us } => (Phase::Rest, left(until_us)),
+        };
+        let is_new = self.step == Step::Threshold && self.first.is_none();
+        let can_raise = self.moved.is_none() && self.step != Step::Points;
+        View {
+            electrode: at + 1,
+            of: self.plan.electrodes.len(),
+            channel: planned.channel,
+            place: planned.place.clone(),
+            unit: planned.stage.symbol(),
+            step: self.step,
+            phase,
+            left_s,
+            level: self.level,
+            given: if self.is_on() { self.level } else { Level(0) },
+            raise: self.higher(at).filter(|_| can_raise),
+            again: Some(self.level).filter(|level| *level > Level(0) && !is_new),
+            top: self.top(at),
+            question: self.has_question.then(|| self.step.question()),
+            confirms: self.moved.is_some(),
+            found: self.found[at].clone(),
+            t_s: t_us as f64 * 1e-6,
+            ..View::default()
+        }
+    }
+}
