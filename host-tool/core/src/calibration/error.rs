@@ -1,0 +1,69 @@
+//! Why a calibration was refused or did not go on, and what to do about it.
+
+use super::Refusal;
+use crate::link::Error;
+use std::path::PathBuf;
+
+/// Why a calibration was refused, or ended before its end. What was recorded is kept.
+#[derive(Debug, thiserror::Error)]
+pub enum CalibrationError {
+    /// The plan: its name, and all that is wrong with it.
+    #[error("E670 the plan of {0} cannot be carried out:\n  {1}")]
+    Plan(String, String),
+    /// A file of an earlier calibration is there.
+    #[error(
+        "E672 {0} is there already: choose another --out, or go on where it ended with --resume"
+    )]
+    Taken(PathBuf),
+    /// Nothing that could be gone on with.
+    #[error("E673 {0} cannot be gone on with: {1}")]
+    NotResumable(PathBuf, String),
+    /// A journal that was changed.
+    #[error(
+        "E674 the journal {0}, line {1}: {2}; flexor does not write it so: take it from where it \
+         was kept whole, or begin anew with another --out"
+    )]
+    Damaged(PathBuf, usize, String),
+    /// The disk is full, or the file system refused otherwise.
+    #[error(
+        "E675 cannot write {0}: {1}; stimulation has ended; make room, then go on with --resume: \
+         what was recorded before is kept"
+    )]
+    Write(PathBuf, std::io::Error),
+    /// The device ended it.
+    #[error("E677 the device ended stimulation ({0}) at {1}; {2}, then go on with --resume")]
+    Ended(String, String, &'static str),
+    /// The sensor stands still under stimulation.
+    #[error(
+        "E680 the instrument saturates at {0:.3} N: it reads nothing else under stimulation; \
+         lower its gain or its preload, then go on with --resume"
+    )]
+    Saturates(f64),
+    /// The sensor answers with the wrong sign.
+    #[error(
+        "E681 the instrument is upside down: it reads {0:.3} N where the muscle pulls; turn it \
+         or its sign, then go on with --resume"
+    )]
+    UpsideDown(f64),
+    /// Thresholds that are not where the file says.
+    #[error(
+        "E682 the thresholds have drifted: {0}; calibrate anew, or check electrodes and skin and \
+         check again"
+    )]
+    Drifted(String),
+    /// The operator ended it.
+    #[error("E683 the operator ended the calibration at {0}; go on with --resume")]
+    Aborted(String),
+    /// Nobody orders any more.
+    #[error("E684 nobody orders any more (the input has ended) at {0}; go on with --resume")]
+    Gone(String),
+    /// What was to be written is no wearer file.
+    #[error("E687 what is to be written to {0} is no wearer file: {1}")]
+    Wrong(PathBuf, String),
+    /// An order led to a state that is none.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// The link, or a signal.
+    #[error(transparent)]
+    Link(#[from] Error),
+}

@@ -1,0 +1,367 @@
+//! The journal beside a wearer file: what happened, line by line, to go on from.
+//!
+//! One JSON object a line, handed to the system at once. A last line without its end was
+//! cut off and does not count; any other line that is not as written is damage.
+
+use super::found::Value;
+use super::{CalibrationError, Level, Step};
+use serde::{Deserialize, Serialize};
+use std::fs::{File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Format of the journal.
+const FORMAT: u32 = 1;
+
+/// Whose journal it is, and of what.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Head {
+    /// Of the journal.
+    pub format: u32,
+    /// The wearer's pseudonym.
+    pub wearer: String,
+    /// SHA-256 of the plan's text.
+    pub plan: String,
+    /// Who operates.
+    pub operator: String,
+    /// When, as the operator or the program's clock says; "simulated" on simulators.
+    pub at: String,
+    /// The device, by its own word.
+    pub device: String,
+    /// Its firmware.
+    pub firmware: String,
+    /// The simulated wearer, by name.
+    pub body: Option<String>,
+    /// Its seed.
+    pub seed: Option<u64>,
+    /// Whether a simulated wearer stood behind it.
+    pub simulated: bool,
+}
+
+impl Head {
+    /// Of this format, the rest empty.
+    #[must_use]
+    pub fn of(wearer: &str, plan: &str) -> Self {
+        Self {
+            format: FORMAT,
+            wearer: wearer.to_owned(),
+            plan: crate::record::sha256(plan.as_bytes()),
+            operator: String::new(),
+            at: String::new(),
+            device: String::new(),
+            firmware: String::new(),
+            body: None,
+            seed: None,
+            simulated: true,
+        }
+    }
+
+    /// Whether `next` may go on with what this began, whose journal is at `path`.
+    ///
+    /// # Errors
+    /// Another person, another plan, another simulated wearer.
+    pub fn goes_on(&self, path: &Path, next: &Self) -> Result<(), CalibrationError> {
+        let known = |body: &Option<String>, seed: Option<u64>| match (body, seed) {
+            (Some(body), Some(seed)) => format!("the simulated {body} of seed {seed}"),
+            _ => "a device's wearer".to_owned(),
+        };
+        let why = if self.wearer != next.wearer {
+            format!(
+                "it is the journal of {}, the plan is for {}; give that person's --out",
+                self.wearer, next.wearer
+            )
+        } else if self.plan != next.plan {
+            "the plan was changed since; give it as it was, or begin anew with another --out"
+                .to_owned()
+        } else if (&self.body, self.seed) != (&next.body, next.seed) {
+            let (was, is) = (known(&self.body, self.seed), known(&next.body, next.seed));
+            format!("it was {was}, and now it is {is}; give the same --device, --body and --seed")
+        } else {
+            return Ok(());
+        };
+        Err(CalibrationError::NotResumable(path.to_owned(), why))
+    }
+}
+
+/// Something that happened.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(tag = "entry", rename_all = "kebab-case")]
+pub enum Entry {
+    /// It began, or was gone on with.
+    Begun(Head),
+    /// An electrode was armed: what the check read, mA.
+    Armed {
+        /// From 1.
+        channel: u8,
+        /// Nothing where the device told none.
+        check_ma: Option<f64>,
+    },
+    /// A level was given.
+    Given {
+        /// From 1.
+        channel: u8,
+        /// In which step.
+        step: Step,
+        /// In the channel's unit.
+        level: Level,
+    },
+    /// What the instrument said, N.
+    Judged {
+        /// From 1.
+        channel: u8,
+        /// Whether it moved.
+        moved: bool,
+        /// Largest lasting distance from rest.
+        deviation_n: f64,
+        /// What it had to exceed.
+        bound_n: f64,
+    },
+    /// A step has its result.
+    Found {
+        /// From 1.
+        channel: u8,
+        /// The step.
+        step: Step,
+        /// Level or movements.
+        value: Value,
+    },
+    /// The wearer wanted no more of this.
+    TooMuch {
+        /// From 1.
+        channel: u8,
+        /// In the channel's unit.
+        level: Level,
+    },
+    /// The operator left the electrode out.
+    Skipped {
+        /// From 1.
+        channel: u8,
+    },
+    /// The wearer file was written with so many electrodes.
+    Written {
+        /// Complete ones.
+        electrodes: usize,
+    },
+    /// It ended before its end.
+    Ended {
+        /// Why.
+        why: String,
+    },
+    /// Every electrode is done.
+    Done,
+}
+
+/// A line of the journal.
+#[derive(Serialize, Deserialize)]
+struct Line {
+    /// From 1, without a gap.
+    n: usize,
+    /// Since the device was opened, s of its time.
+    t_s: f64,
+    #[serde(flatten)]
+    entry: Entry,
+}
+
+/// Where journal and wearer file go: the file system, or one that fills up.
+pub trait Files {
+    /// Opens a file to be appended to; every write is handed to the system at once.
+    ///
+    /// # Errors
+    /// It cannot be.
+    fn append(&self, path: &Path) -> io::Result<Box<dyn Write>>;
+
+    /// Replaces a file as a whole, or leaves the old one.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    fn replace(&self, path: &Path, text: &str) -> io::Result<()>;
+}
+
+/// The file system.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct OnDisk;
+
+impl Files for OnDisk {
+    fn append(&self, path: &Path) -> io::Result<Box<dyn Write>> {
+        let file = OpenOptions::new().append(true).create(true).open(path)?;
+        Ok(Box::new(file))
+    }
+
+    fn replace(&self, path: &Path, text: &str) -> io::Result<()> {
+        let replaced = crate::record::replace_file(path, text.as_bytes());
+        replaced.map_err(|error| match error {
+            crate::record::RecordError::Write { why, .. } => why,
+            other => io::Error::other(other.to_string()),
+        })
+    }
+}
+
+/// Where the journal of a wearer file lies: beside it.
+#[must_use]
+pub fn journal_of(out: &Path) -> PathBuf {
+    let mut name = out.file_name().unwrap_or_default().to_owned();
+    name.push(".journal");
+    out.with_file_name(name)
+}
+
+/// A journal that is written to.
+pub struct Journal {
+    path: PathBuf,
+    out: Box<dyn Write>,
+    lines: usize,
+}
+
+impl Journal {
+    /// Goes on with the journal at `path` after its first `lines` lines, or begins it.
+    ///
+    /// # Errors
+    /// It cannot be opened.
+    pub fn open(files: &dyn Files, path: &Path, lines: usize) -> Result<Self, CalibrationError> {
+        let out = files.append(path);
+        let out = out.map_err(|why| CalibrationError::Write(path.to_owned(), why))?;
+        let path = path.to_owned();
+        Ok(Self { path, out, lines })
+    }
+
+    /// Adds a line, `t_s` after the device was opened.
+    ///
+    /// # Errors
+    /// It cannot be written, as a whole.
+    pub fn add(&mut self, t_s: f64, entry: &Entry) -> Result<(), CalibrationError> {
+        let line = Line {
+            n: self.lines + 1,
+            t_s: (t_s * 1e6).round() / 1e6,
+            entry: entry.clone(),
+        };
+        let text = serde_json::to_string(&line).map_err(io::Error::from);
+        let written = text.and_then(|text| {
+            self.out.write_all((text + "\n").as_bytes())?;
+            self.out.flush()
+        });
+        written.map_err(|why| CalibrationError::Write(self.path.clone(), why))?;
+        self.lines += 1;
+        Ok(())
+    }
+}
+
+/// What a journal holds.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Kept {
+    /// Who began it.
+    pub head: Head,
+    /// Everything, the head's entry included.
+    pub entries: Vec<Entry>,
+    /// Bytes of whole lines.
+    pub whole: usize,
+}
+
+/// Reads the journal at `path` and takes what was cut off from it.
+///
+/// # Errors
+/// It cannot be read, is of a later format, or damaged.
+pub fn read(path: &Path) -> Result<Kept, CalibrationError> {
+    let unusable = |why: String| CalibrationError::NotResumable(path.to_owned(), why);
+    let text = std::fs::read(path).map_err(|why| {
+        unusable(match why.kind() {
+            io::ErrorKind::NotFound => {
+                "there is no journal; without --resume it begins anew".to_owned()
+            }
+            _ => why.to_string(),
+        })
+    })?;
+    let kept = parse(path, &text)?;
+    if kept.head.format > FORMAT {
+        return Err(unusable(format!(
+            "its format is {}, and this flexor knows {FORMAT}: use a later one",
+            kept.head.format
+        )));
+    }
+    if kept.whole < text.len() {
+        let cut = OpenOptions::new().write(true).open(path);
+        cut.and_then(|file: File| file.set_len(kept.whole as u64))
+            .map_err(|why| CalibrationError::Write(path.to_owned(), why))?;
+    }
+    Ok(kept)
+}
+
+fn parse(path: &Path, text: &[u8]) -> Result<Kept, CalibrationError> {
+    let damaged = |line: usize, why: &str| {
+        CalibrationError::Damaged(path.to_owned(), line, crate::session::visible(why))
+    };
+    let (mut entries, mut whole) = (Vec::new(), 0);
+    for line in text.split_inclusive(|byte| *byte == b'\n') {
+        if !line.ends_with(b"\n") {
+            break; // cut off
+        }
+        let number = entries.len() + 1;
+        let read: Line =
+            serde_json::from_slice(line).map_err(|why| damaged(number, &why.to_string()))?;
+        if read.n != number {
+            return Err(damaged(
+                number,
+                &format!("it is line {} of what was written", read.n),
+            ));
+        }
+        entries.push(read.entry);
+        whole += line.len();
+    }
+    let Some(Entry::Begun(head)) = entries.first().cloned() else {
+        return Err(damaged(1, "it does not say whose it is"));
+    };
+    Ok(Kept {
+        head,
+        entries,
+        whole,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(lines: usize) -> String {
+        let entries = [
+            Entry::Begun(Head::of("K05", "a plan")),
+            Entry::Skipped { channel: 3 },
+            Entry::Found {
+                channel: 1,
+                step: Step::Threshold,
+                value: Value::Level(Level(7500)),
+            },
+        ];
+        let line = |(i, entry): (usize, &Entry)| {
+            let (n, t_s, entry) = (i + 1, 0.5, entry.clone());
+            serde_json::to_string(&Line { n, t_s, entry }).unwrap() + "\n"
+        };
+        entries.iter().enumerate().take(lines).map(line).collect()
+    }
+
+    #[test]
+    fn what_was_cut_off_does_not_count_and_what_was_changed_is_damage() {
+        let path = Path::new("x.journal");
+        let whole = text(3);
+        let kept = parse(path, whole.as_bytes()).unwrap();
+        assert_eq!(kept.entries.len(), 3);
+        assert_eq!(kept.head.wearer, "K05");
+        for end in text(2).len()..whole.len() {
+            let kept = parse(path, &whole.as_bytes()[..end]).unwrap();
+            assert_eq!(
+                (kept.entries.len(), kept.whole),
+                (2, text(2).len()),
+                "{end}"
+            );
+        }
+        let told = |text: &str| parse(path, text.as_bytes()).unwrap_err().to_string();
+        assert!(told(&whole.replace("\"n\":2", "\"n\":9")).contains("line 2: it is line 9"));
+        let line = text(2);
+        let second = line.lines().nth(1).unwrap();
+        let missing = whole.replace(&format!("{second}\n"), "");
+        assert!(told(&missing).contains("line 2: it is line 3"));
+        assert!(
+            told(&whole.replace("threshold", "thr"))
+                .starts_with("E674 the journal x.journal, line 3")
+        );
+        assert!(told("").contains("does not say whose"));
+    }
+}

@@ -1,0 +1,280 @@
+//! What is to be calibrated: the wearer, the limits, the electrodes.
+
+use super::{CalibrationError, Level};
+use crate::session::Unit;
+use serde::Deserialize;
+use std::collections::BTreeSet;
+use toml::Table;
+
+/// Longest host silence of a calibration, ms.
+const HOST_TIMEOUT_MS: i64 = 40;
+
+/// Longest fall when it ends, ms.
+const FALL_MS: i64 = 50;
+
+/// Rise of an amplitude from zero unless the plan says otherwise, ms: less than half of
+/// a presentation of 1 s.
+const RISE_MS: i64 = 200;
+
+/// An electrode of the plan.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Planned {
+    /// Its channel, from 1.
+    pub channel: u8,
+    /// Where it is, in words.
+    pub place: String,
+    /// Area of its active electrode, mm².
+    pub area_mm2: u32,
+    /// What its stage controls.
+    pub stage: Unit,
+    /// Output at full code, mA or V.
+    pub full_scale: f64,
+    /// Width of a phase, µs.
+    pub width_us: u16,
+    /// Pulse rate, Hz.
+    pub frequency_hz: f64,
+    /// First level of the threshold's climb at the lowest.
+    pub start: Level,
+    /// From level to level.
+    pub step: Level,
+    /// From level to level while the electrode is placed.
+    pub coarse: Level,
+    /// No level goes above it.
+    pub ceiling: Level,
+}
+
+/// A calibration as it is ordered, checked by itself.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Plan {
+    /// The wearer's pseudonym.
+    pub wearer: String,
+    /// As a session's `[wearer]`, complete enough to be safe here.
+    pub limits: Table,
+    /// Length of a presentation, ms.
+    pub on_ms: u32,
+    /// Rest after it, ms.
+    pub off_ms: u32,
+    /// One to ten, by their order of calibration.
+    pub electrodes: Vec<Planned>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    wearer: String,
+    #[serde(default)]
+    limits: Table,
+    #[serde(default = "one")]
+    on_s: f64,
+    #[serde(default = "one")]
+    off_s: f64,
+    #[serde(default, rename = "electrode")]
+    electrodes: Vec<Declared>,
+}
+
+const fn one() -> f64 {
+    1.0
+}
+
+/// An `[[electrode]]` as the file has it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Declared {
+    channel: u8,
+    place: String,
+    #[serde(default = "area")]
+    area_mm2: u32,
+    #[serde(default)]
+    stage: Stage,
+    full_scale: Option<f64>,
+    #[serde(default = "width")]
+    width_us: u16,
+    #[serde(default = "frequency")]
+    frequency_hz: f64,
+    start: Option<f64>,
+    step: Option<f64>,
+    coarse: Option<f64>,
+    ceiling: f64,
+}
+
+/// Two pads of 5 × 5 cm (Lee 2020 §2.2.1).
+const fn area() -> u32 {
+    2500
+}
+
+/// Lee 2020, table 1.
+const fn width() -> u16 {
+    400
+}
+
+/// Lee 2020, step 3.
+const fn frequency() -> f64 {
+    30.0
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Stage {
+    #[default]
+    Current,
+    Voltage,
+}
+
+impl Plan {
+    /// Reads the text of a plan.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it by itself.
+    pub fn parse(name: &str, text: &str) -> Result<Self, CalibrationError> {
+        let refused =
+            |told: Vec<String>| CalibrationError::Plan(name.to_owned(), told.join("\n  "));
+        let file: File = toml::from_str(text).map_err(|error| {
+            let before = error.span().and_then(|span| text.get(..span.start));
+            let line = before.map_or(1, |before| before.matches('\n').count() + 1);
+            refused(vec![format!("line {line}: {}", error.message())])
+        })?;
+        let mut told = Vec::new();
+        let plan = Self {
+            on_ms: millis("on_s", file.on_s, [1.0, 10.0], &mut told),
+            off_ms: millis("off_s", file.off_s, [1.0, 60.0], &mut told),
+            limits: limits(file.limits, &mut told),
+            electrodes: (file.electrodes.into_iter())
+                .filter_map(|it| planned(it, &mut told))
+                .collect(),
+            wearer: file.wearer,
+        };
+        plan.tell(&mut told);
+        match told.is_empty() {
+            true => Ok(plan),
+            false => Err(refused(told)),
+        }
+    }
+
+    /// Length of a presentation, µs.
+    #[must_use]
+    pub fn on_us(&self) -> u64 {
+        u64::from(self.on_ms) * 1000
+    }
+
+    /// Rest after it, µs.
+    #[must_use]
+    pub fn off_us(&self) -> u64 {
+        u64::from(self.off_ms) * 1000
+    }
+
+    fn tell(&self, told: &mut Vec<String>) {
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '-';
+        if self.wearer.is_empty() || self.wearer.len() > 60 || !self.wearer.chars().all(is_plain) {
+            let wearer = crate::session::visible(&self.wearer);
+            told.push(format!(
+                "wearer is \"{wearer}\": a pseudonym of 1 to 60 letters, digits and hyphens"
+            ));
+        }
+        if self.electrodes.is_empty() && told.is_empty() {
+            told.push("there is no [[electrode]]".to_owned());
+        }
+        let mut seen = BTreeSet::new();
+        for electrode in &self.electrodes {
+            if !seen.insert(electrode.channel) {
+                told.push(format!("channel {} is named twice", electrode.channel));
+            }
+        }
+    }
+}
+
+fn millis(name: &str, seconds: f64, [least, most]: [f64; 2], told: &mut Vec<String>) -> u32 {
+    if !(least..=most).contains(&seconds) {
+        told.push(format!("{name} is {seconds}: allowed is {least} to {most}"));
+    }
+    (seconds * 1e3).round() as u32 // saturates
+}
+
+/// What the plan says, and what a calibration needs at least.
+fn limits(mut limits: Table, told: &mut Vec<String>) -> Table {
+    for (name, most) in [("host_timeout_ms", HOST_TIMEOUT_MS), ("fall_ms", FALL_MS)] {
+        let said = limits.entry(name).or_insert(most.into());
+        if said.as_integer().is_some_and(|said| said > most) {
+            told.push(format!(
+                "limits.{name} is {said}: a calibration needs {most} or less"
+            ));
+        }
+    }
+    limits.entry("rise_ms").or_insert(RISE_MS.into());
+    limits
+}
+
+fn planned(it: Declared, told: &mut Vec<String>) -> Option<Planned> {
+    let before = told.len();
+    let channel = it.channel;
+    let (stage, full_scale, [start, step, coarse]) = match it.stage {
+        Stage::Current => (Unit::Milliampere, 100.0, [4.0, 0.5, 2.0]),
+        Stage::Voltage => (Unit::Volt, 60.0, [10.0, 1.0, 4.0]),
+    };
+    let mut level = |name: &str, value: f64| {
+        let level = Level::of(value).filter(|level| level.0 > 0);
+        if level.is_none() {
+            told.push(format!(
+                "channel {channel}: {name} is {value}: allowed are whole thousandths above 0, to \
+                 100"
+            ));
+        }
+        level
+    };
+    let [start, step, coarse, ceiling] = [
+        level("start", it.start.unwrap_or(start)),
+        level("step", it.step.unwrap_or(step)),
+        level("coarse", it.coarse.unwrap_or(coarse)),
+        level("ceiling", it.ceiling),
+    ];
+    let planned = Planned {
+        channel,
+        place: it.place,
+        area_mm2: it.area_mm2,
+        stage,
+        full_scale: it.full_scale.unwrap_or(full_scale),
+        width_us: it.width_us,
+        frequency_hz: it.frequency_hz,
+        start: start.unwrap_or_default(),
+        step: step.unwrap_or_default(),
+        coarse: coarse.unwrap_or_default(),
+        ceiling: ceiling.unwrap_or_default(),
+    };
+    if told.len() == before {
+        fits(&planned, told);
+    }
+    (told.len() == before).then_some(planned)
+}
+
+fn fits(it: &Planned, told: &mut Vec<String>) {
+    let channel = it.channel;
+    let mut say = |what: String| told.push(format!("channel {channel}: {what}"));
+    if !(1..=10).contains(&channel) {
+        say("channels are 1 to 10".to_owned());
+    }
+    if it.start >= it.ceiling {
+        say(format!(
+            "start is {}, not below the ceiling of {}",
+            it.start, it.ceiling
+        ));
+    }
+    if it.step > it.coarse {
+        say(format!(
+            "step is {}, above coarse of {}",
+            it.step, it.coarse
+        ));
+    }
+    if it.ceiling.0.saturating_sub(it.start.0) / it.step.0.max(1) > 200 {
+        say(format!(
+            "step is {}: more than 200 levels to the ceiling",
+            it.step
+        ));
+    }
+    // Three readings tell an electrode that is off.
+    if !(30.0..=50.0).contains(&it.frequency_hz) {
+        say(format!(
+            "frequency_hz is {}: allowed is 30 to 50, so that an electrode that falls off is found \
+             in time",
+            it.frequency_hz
+        ));
+    }
+}

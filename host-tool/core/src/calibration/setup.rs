@@ -1,0 +1,91 @@
+//! What the device gets for one electrode: an ordinary session of one channel.
+
+use super::{CalibrationError, Plan, Planned};
+use crate::run::worn_alike;
+use crate::session::{Session, Unit};
+use toml::{Table, Value};
+
+/// The sessions of the plan's electrodes, in its order: validated as any session, and
+/// silent.
+///
+/// # Errors
+/// Everything that the device would refuse, of all electrodes at once.
+pub fn sessions(plan: &Plan) -> Result<Vec<Session>, CalibrationError> {
+    let (mut sessions, mut told) = (Vec::new(), Vec::new());
+    for planned in &plan.electrodes {
+        let text = text(plan, planned);
+        match Session::parse("the plan", &text) {
+            Ok(session) => sessions.push(session),
+            Err(error) => told.extend(
+                (error.lines().lines()).map(|line| format!("channel {}: {line}", planned.channel)),
+            ),
+        }
+    }
+    match told.is_empty() {
+        true => Ok(sessions),
+        false => Err(CalibrationError::Plan(
+            plan.wearer.clone(),
+            told.join("\n  "),
+        )),
+    }
+}
+
+/// All of the plan's electrodes on one board, for whoever opens a simulated one.
+///
+/// # Errors
+/// As [`sessions`].
+pub fn board(plan: &Plan) -> Result<Session, CalibrationError> {
+    let refused = |why: String| CalibrationError::Plan(plan.wearer.clone(), why);
+    let worn = worn_alike(&sessions(plan)?);
+    let worn = worn.map_err(|field| refused(format!("two electrodes differ in {field}")))?;
+    worn.ok_or_else(|| refused("there is no [[electrode]]".to_owned()))
+}
+
+/// As a session file has it.
+fn text(plan: &Plan, planned: &Planned) -> String {
+    let (kind, full_scale) = match planned.stage {
+        Unit::Milliampere => ("current", "full_scale_ma"),
+        Unit::Volt => ("voltage", "full_scale_v"),
+    };
+    let mut stage = Table::from_iter([
+        ("kind".to_owned(), Value::from(kind)),
+        (full_scale.to_owned(), planned.full_scale.into()),
+    ]);
+    if planned.stage == Unit::Volt {
+        stage.insert("load_ohm".to_owned(), 2000.into());
+    }
+    let train = Table::from_iter([
+        ("shape".to_owned(), "biphasic-cathodic-first".into()),
+        ("width_us".to_owned(), i64::from(planned.width_us).into()),
+        ("frequency_hz".to_owned(), Value::from(planned.frequency_hz)),
+    ]);
+    let channel = Table::from_iter([
+        ("number".to_owned(), Value::from(i64::from(planned.channel))),
+        ("name".to_owned(), planned.place.clone().into()),
+        ("stage".to_owned(), stage.into()),
+        ("limit".to_owned(), planned.ceiling.units().into()),
+        ("area_mm2".to_owned(), i64::from(planned.area_mm2).into()),
+        ("train".to_owned(), train.into()),
+    ]);
+    let silent = Table::from_iter([
+        (
+            "channel".to_owned(),
+            Value::from(i64::from(planned.channel)),
+        ),
+        ("value".to_owned(), 0.0.into()),
+    ]);
+    let setpoints = Table::from_iter([
+        ("kind".to_owned(), Value::from("amplitudes")),
+        ("values".to_owned(), vec![silent].into()),
+        ("rate_hz".to_owned(), 100.0.into()),
+    ]);
+    let title = format!("Calibration of {}", plan.wearer);
+    Table::from_iter([
+        ("title".to_owned(), Value::from(title)),
+        ("duration_s".to_owned(), 60.0.into()),
+        ("wearer".to_owned(), plan.limits.clone().into()),
+        ("channel".to_owned(), vec![channel].into()),
+        ("setpoints".to_owned(), setpoints.into()),
+    ])
+    .to_string()
+}

@@ -1,0 +1,114 @@
+//! From what was found to a wearer file.
+
+use super::{CalibrationError, Entry, Files, Found, Head, Plan, Planned, Step};
+use crate::wearer::{Electrode, Evidence, History, Wearer};
+use firmware::safety::WearerSpec;
+use std::path::Path;
+
+/// Under whose head each electrode's last step was found, by what happened before `now`.
+fn heads<'a>(plan: &Plan, before: &'a [Entry], now: &'a Head) -> Vec<&'a Head> {
+    let mut heads = vec![now; plan.electrodes.len()];
+    let mut begun = now;
+    for entry in before {
+        match entry {
+            Entry::Begun(head) => begun = head,
+            Entry::Found {
+                channel,
+                step: Step::Points,
+                ..
+            } => {
+                let electrodes = plan.electrodes.iter().zip(&mut heads);
+                for (_, head) in electrodes.filter(|(it, _)| it.channel == *channel) {
+                    *head = begun;
+                }
+            }
+            _ => {}
+        }
+    }
+    heads
+}
+
+/// The wearer with every electrode that is complete, by rising channel.
+pub fn wearer(
+    plan: &Plan,
+    before: &[Entry],
+    head: &Head,
+    limits: WearerSpec,
+    found: &[Found],
+) -> Wearer {
+    let evidence = match head.simulated {
+        true => Evidence::Simulated,
+        false => Evidence::Measured,
+    };
+    let source = match head.simulated {
+        true => "flexor calibrate on a simulated body: no evidence about people",
+        false => "flexor calibrate",
+    };
+    let mut wearer = Wearer {
+        limits,
+        ..Wearer::new(&plan.wearer, evidence, source)
+    };
+    let heads = heads(plan, before, head);
+    for ((planned, found), head) in plan.electrodes.iter().zip(found).zip(heads) {
+        if let Some(electrode) = electrode(planned, found) {
+            wearer.electrodes.push(electrode);
+            wearer.history.push(history(planned, head));
+        }
+    }
+    wearer.electrodes.sort_by_key(|it| it.channel);
+    wearer
+}
+
+fn electrode(planned: &Planned, found: &Found) -> Option<Electrode> {
+    if !found.is_complete() {
+        return None;
+    }
+    Some(Electrode {
+        channel: planned.channel,
+        place: planned.place.clone(),
+        area_mm2: planned.area_mm2,
+        unit: planned.stage,
+        load_ohm: 2_000,
+        width_us: planned.width_us,
+        frequency_hz: planned.frequency_hz,
+        holds_hz: [planned.frequency_hz; 2],
+        motor_threshold: found.threshold?.amplitude(),
+        limit: found.limit?.amplitude(),
+        minimum: Some(found.minimum?.amplitude()),
+        maximum: Some(found.maximum?.amplitude()),
+        moves: found.moves.clone()?,
+        strength_duration: None,
+        muscle: None,
+        intervals: Vec::new(),
+    })
+}
+
+fn history(planned: &Planned, head: &Head) -> History {
+    History {
+        at: head.at.clone(),
+        by: head.operator.clone(),
+        what: format!(
+            "channel {}: placement, motor threshold in steps of {}, limit, minimum, maximum, points",
+            planned.channel, planned.step
+        ),
+        device: Some(head.device.clone()),
+        firmware: Some(head.firmware.clone()),
+        seed: head.seed,
+    }
+}
+
+/// Replaces the wearer file as a whole, once it reads back as what it is to say.
+///
+/// # Errors
+/// It does not, or cannot be written; the old one stays.
+pub fn write(files: &dyn Files, out: &Path, wearer: &Wearer) -> Result<(), CalibrationError> {
+    let text = wearer.to_toml();
+    let name = out.display().to_string();
+    let wrong = |why: String| CalibrationError::Wrong(out.to_owned(), why);
+    let back = Wearer::parse(&name, &text).map_err(|error| wrong(error.lines()))?;
+    if back != *wearer {
+        return Err(wrong("it reads back as another".to_owned()));
+    }
+    let written = files.replace(out, &text);
+    written.map_err(|why| CalibrationError::Write(out.to_owned(), why))
+}
