@@ -1,6 +1,7 @@
 //! The command line: arguments in, one file per command, exit codes out.
 
 mod bench;
+mod calibrate;
 mod chart;
 mod check;
 mod chip;
@@ -62,6 +63,7 @@ struct Cli {
 #[derive(Subcommand, Debug)]
 enum Command {
     Bench(bench::Bench),
+    Calibrate(calibrate::CalibrateArgs),
     #[command(subcommand)]
     Chart(chart::Chart),
     Check(check::Check),
@@ -195,6 +197,7 @@ pub fn main() -> ExitCode {
     }
     let result = match &cli.command {
         Command::Bench(args) => bench::main(args, output),
+        Command::Calibrate(args) => calibrate::main(args, output),
         Command::Chart(chart) => chart::main(chart, output),
         Command::Check(args) => check::main(args, output),
         Command::Demo(args) => demo::main(args, output),

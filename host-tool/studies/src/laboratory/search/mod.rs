@@ -15,8 +15,8 @@ mod plan;
 mod stair;
 
 pub use declaration::{Declared, Kind, Observer, Rating};
-pub use host_core::statistics::{Detector, Verdict};
 pub use device::{DeviceError, OnDevice, Operator, Question};
+pub use host_core::statistics::{Detector, Verdict};
 pub use milli::Milli;
 pub use plan::{Search, SearchFile, Site};
 pub use stair::{Answer, Ended, Finding, Probe, Step, search};

@@ -1,0 +1,40 @@
+//! Guided calibration: from a person under electrodes to a wearer file.
+//!
+//! Lives here: the plan (which electrodes, how far), the procedure as a pure machine
+//! (orders and time in, actions out), the journal that it is resumed from, the
+//! instrument's verdict, the operator that stands in for a person on simulators, and
+//! the course on a device. Not here: terminals, lines of JSON (the program), the wearer
+//! file's format (`wearer`).
+//! In: a [`Plan`], a port, an [`Operator`]. Out: a journal and a wearer file. Nothing
+//! is raised but by an order of its own; silence raises nothing.
+
+mod auto;
+mod conduct;
+mod error;
+mod found;
+mod instrument;
+mod journal;
+mod level;
+mod machine;
+mod operator;
+mod order;
+mod plan;
+mod setup;
+mod step;
+mod view;
+mod worn;
+
+pub use auto::Auto;
+pub use conduct::{Course, Finished, calibrate};
+pub use error::CalibrationError;
+pub use found::{Found, Value};
+pub use instrument::Judged;
+pub use journal::{Entry, Files, Head, Journal, Kept, OnDisk, journal_of, read};
+pub use level::Level;
+pub use machine::{Action, Machine};
+pub use operator::{Gone, Operator, Told};
+pub use order::{Order, OrderError, Refusal};
+pub use plan::{Plan, Planned};
+pub use setup::board;
+pub use step::Step;
+pub use view::{Phase, View};

@@ -1,0 +1,107 @@
+//! What a calibration begins with: its device, its files, and whose they are.
+
+use super::CalibrateArgs;
+use crate::cli::perform::SEED;
+use host_core::calibration::{self, CalibrationError, Entry, Head, Plan, journal_of};
+use host_core::link::{Client, Paced, Port};
+use host_core::record::HostFacts;
+use host_core::run::identity;
+use host_core::wearer::Wearer;
+use std::path::{Path, PathBuf};
+
+/// What there was before, and whose it is now.
+pub struct Begun {
+    /// The journal's place.
+    pub journal: PathBuf,
+    /// What it held.
+    pub entries: Vec<Entry>,
+    /// Of what comes now.
+    pub head: Head,
+}
+
+/// Looks at the files, before any device is touched: what is there, if it may be gone on
+/// with.
+///
+/// # Errors
+/// Files that are taken, missing, damaged or another person's.
+pub fn files(args: &CalibrateArgs, head: &Head) -> Result<Begun, CalibrationError> {
+    let (out, journal) = (&args.out, journal_of(&args.out));
+    let mut entries = Vec::new();
+    if args.resume {
+        let kept = calibration::read(&journal)?;
+        kept.head.goes_on(&journal, head)?;
+        entries = kept.entries;
+        if out.exists() {
+            own(out, &head.wearer)?;
+        }
+    } else {
+        for path in [out, &journal] {
+            if path.exists() {
+                return Err(CalibrationError::Taken(path.clone()));
+            }
+        }
+    }
+    let head = head.clone();
+    Ok(Begun {
+        journal,
+        entries,
+        head,
+    })
+}
+
+/// Whether the wearer file that is there is this person's.
+fn own(out: &Path, name: &str) -> Result<(), CalibrationError> {
+    let unusable = |why: String| CalibrationError::NotResumable(out.to_owned(), why);
+    let old = Wearer::read(out).map_err(|error| unusable(error.lines()))?;
+    match old.name == name {
+        true => Ok(()),
+        false => Err(unusable(format!(
+            "it is the file of {}, the plan is for {name}; give that person's --out",
+            old.name
+        ))),
+    }
+}
+
+/// What is known of it without a device.
+pub fn head(args: &CalibrateArgs, plan: &Plan, text: &str) -> Head {
+    let is_simulated = !args.device.is_port();
+    Head {
+        operator: args.operator.clone(),
+        body: is_simulated.then(|| args.body.unwrap_or_default().name().to_owned()),
+        seed: is_simulated.then(|| args.seed.unwrap_or(SEED)),
+        ..Head::of(&plan.wearer, text)
+    }
+}
+
+/// Opens the device, with its simulated wearer, at the pace of a clock where people
+/// order; the head says who answered.
+///
+/// # Errors
+/// The plan, or the device.
+pub fn open(args: &CalibrateArgs, plan: &Plan, head: &mut Head) -> anyhow::Result<Box<dyn Port>> {
+    let board = calibration::board(plan)?;
+    let seed = args.seed.unwrap_or(SEED);
+    let mut port = args.device.open(&board, seed)?;
+    let in_process = port.world().is_some();
+    if let Some(world) = port.world() {
+        world.body = args.body.unwrap_or_default().body(seed)?;
+    }
+    let (client, info) = Client::open(port)?;
+    let identity = identity(&info, in_process);
+    head.simulated = identity.simulated;
+    head.device = match identity.unique_id {
+        Some(id) => format!("{:?} {id}", identity.kind).to_lowercase(),
+        None => format!("{:?}", identity.kind).to_lowercase(),
+    };
+    head.firmware = identity.firmware;
+    head.at = match &args.at {
+        Some(at) => at.clone(),
+        None if head.simulated => "simulated".to_owned(),
+        None => HostFacts::now().started_utc,
+    };
+    let port = client.into_port();
+    Ok(match in_process && !args.auto {
+        true => Box::new(Paced::new(port)),
+        false => port,
+    })
+}
