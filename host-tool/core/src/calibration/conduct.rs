@@ -1,62 +1,64 @@
 //! The course of a calibration on a device: the machine's actions, one electrode armed at
 //! a time, the host alive, the instrument read.
 
+mod device;
+
 use super::instrument::{Instrument, READ_US};
-use super::journal::Entry;
-use super::operator::Gone;
 use super::{
-    Action, CalibrationError, Files, Found, Journal, Level, Machine, Operator, Phase, Plan,
-    Refusal, Told, View, setup, worn,
+    Action, CalibrationError, Entry, Gone, Head, Journal, Operator, Order, Phase, Plan, Refusal,
+    Told, View, setup,
 };
-use crate::link::{Client, Error, Incoming, Interruption, Port};
-use crate::run::{acknowledge, event};
+use crate::link::{Client, Interruption, Port};
+use crate::run::acknowledge;
 use crate::session::Session;
-use firmware::link::{Event, Request};
-use std::path::Path;
 
 /// From look to look at operator and machine, µs.
 const LOOK_US: u64 = 5_000;
 
-/// Longest wait for the outputs to be reported isolated after a stop, µs.
-const STOP_US: u64 = 300_000;
+/// What is carried out, step by step: orders and time in, actions out.
+pub(super) trait Procedure {
+    /// What is done first.
+    fn begin(&mut self) -> Vec<Action>;
+    /// Lets time pass until `t_us`.
+    fn pass(&mut self, t_us: u64) -> Vec<Action>;
+    /// Carries out an order at `t_us`, or nothing of it.
+    fn order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal>;
+    /// What there is to be seen at `t_us`.
+    fn view(&self, t_us: u64) -> View;
+    /// Whether something is being given.
+    fn is_on(&self) -> bool;
+    /// Whether everything is done.
+    fn is_over(&self) -> bool;
+    /// The wearer file is to be written; how many electrodes are in it.
+    fn write(&mut self) -> Result<Option<usize>, CalibrationError>;
+}
 
-/// Where a course writes, and who is asked.
-pub struct Course<'a> {
-    /// What is calibrated.
-    pub plan: &'a Plan,
-    /// The wearer file.
-    pub out: &'a Path,
-    /// Where files go.
-    pub files: &'a dyn Files,
-    /// What happened before, of an earlier journal; its head's entry included.
-    pub before: &'a [Entry],
-    /// Who and what the file's history names.
-    pub head: &'a super::Head,
+/// Who orders, and what may end it.
+pub struct Desk<'a> {
+    /// Whoever orders.
+    pub operator: &'a mut dyn Operator,
     /// Ends it at once.
     pub interruption: Option<Interruption>,
     /// Whether a latched fault is acknowledged first.
     pub acknowledges: bool,
 }
 
-/// What a course came to.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Finished {
-    /// By electrode of the plan.
-    pub found: Vec<Found>,
-    /// How long it took, s of the device's time.
+/// How a procedure went, whether or not to its end.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Spent {
+    /// Time of the device, s.
     pub t_s: f64,
     /// Presentations.
     pub given: usize,
 }
 
 /// A device under way.
-struct Conduct<'a, P> {
+struct Conduct<'a, 'd, P, M> {
     client: Client<P>,
-    course: &'a Course<'a>,
     sessions: Vec<Session>,
-    machine: Machine,
+    machine: &'a mut M,
     journal: &'a mut Journal,
-    operator: &'a mut dyn Operator,
+    desk: &'a mut Desk<'d>,
     instrument: Instrument,
     /// What the last presentation came to, for the view.
     seen: View,
@@ -69,38 +71,28 @@ struct Conduct<'a, P> {
     given: usize,
 }
 
-/// Carries out `course` through `port` and gives the port back, as far as there is one.
-/// Whatever ends it, the device is asked to stop first.
-///
-/// # Errors
-/// [`CalibrationError`]: what ended it; journal and wearer file are whole.
-pub fn calibrate<P: Port>(
+/// Carries out `machine` on the plan's electrodes through `port`, and gives the port back
+/// as far as there is one. Whatever ends it, the device is asked to stop first.
+pub(super) fn conduct<P: Port, M: Procedure>(
     port: P,
-    course: &Course<'_>,
+    plan: &Plan,
+    machine: &mut M,
     journal: &mut Journal,
-    operator: &mut dyn Operator,
-) -> (Result<Finished, CalibrationError>, Option<P>) {
-    let opened = setup::sessions(course.plan).and_then(|sessions| {
-        let port = match course.acknowledges {
-            true => acknowledge(port)?,
-            false => port,
-        };
-        let (client, _) = Client::open_interruptible(port, course.interruption.clone())?;
-        Ok((sessions, client))
-    });
-    let (sessions, mut client) = match opened {
+    desk: &mut Desk<'_>,
+    head: &Head,
+) -> (Result<(), CalibrationError>, Spent, Option<P>) {
+    let (sessions, mut client) = match open(port, plan, desk) {
         Ok(opened) => opened,
-        Err(error) => return (Err(error), None),
+        Err(error) => return (Err(error), Spent::default(), None),
     };
     let begun_us = client.port().now_us();
     let timeout_ms = sessions.first().map_or(40, |it| it.wearer.host_timeout_ms);
     let mut conduct = Conduct {
         client,
         sessions,
-        machine: Machine::new(course.plan.clone(), course.before),
-        course,
+        machine,
         journal,
-        operator,
+        desk,
         instrument: Instrument::default(),
         seen: View::default(),
         due_us: begun_us,
@@ -110,13 +102,27 @@ pub fn calibrate<P: Port>(
         is_armed: false,
         given: 0,
     };
-    let result = conduct.run();
+    let result = conduct.run(head);
     conduct.close(result)
 }
 
-impl<P: Port> Conduct<'_, P> {
-    fn run(&mut self) -> Result<(), CalibrationError> {
-        let entry = Entry::Begun(self.course.head.clone());
+fn open<P: Port>(
+    port: P,
+    plan: &Plan,
+    desk: &Desk<'_>,
+) -> Result<(Vec<Session>, Client<P>), CalibrationError> {
+    let sessions = setup::sessions(plan)?;
+    let port = match desk.acknowledges {
+        true => acknowledge(port)?,
+        false => port,
+    };
+    let (client, _) = Client::open_interruptible(port, desk.interruption.clone())?;
+    Ok((sessions, client))
+}
+
+impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
+    fn run(&mut self, head: &Head) -> Result<(), CalibrationError> {
+        let entry = Entry::Begun(head.clone());
         self.record(&entry)?;
         let first = self.machine.begin();
         self.act(first)?;
@@ -132,7 +138,7 @@ impl<P: Port> Conduct<'_, P> {
     fn close(
         mut self,
         result: Result<(), CalibrationError>,
-    ) -> (Result<Finished, CalibrationError>, Option<P>) {
+    ) -> (Result<(), CalibrationError>, Spent, Option<P>) {
         self.client.ignore_signals();
         let stopped = match self.is_armed {
             true => self.stop(),
@@ -143,12 +149,11 @@ impl<P: Port> Conduct<'_, P> {
             let why = error.to_string();
             let _ = self.record(&Entry::Ended { why }); // the first error is the one to tell
         }
-        let finished = Finished {
-            found: self.machine.found().to_vec(),
+        let spent = Spent {
             t_s: self.t_us() as f64 * 1e-6,
             given: self.given,
         };
-        (result.map(|()| finished), Some(self.client.into_port()))
+        (result, spent, Some(self.client.into_port()))
     }
 
     fn t_us(&mut self) -> u64 {
@@ -167,7 +172,7 @@ impl<P: Port> Conduct<'_, P> {
             self.judge()?;
         }
         let view = self.view();
-        match self.operator.order(&view) {
+        match self.desk.operator.order(&view) {
             Ok(None) => Ok(()),
             Ok(Some(Ok(order))) => {
                 let t_us = self.t_us();
@@ -186,7 +191,7 @@ impl<P: Port> Conduct<'_, P> {
                 }
             }
             Ok(Some(Err(nonsense))) => {
-                self.operator.tell(Told::Nonsense(&nonsense), &view);
+                self.desk.operator.tell(Told::Nonsense(&nonsense), &view);
                 Ok(())
             }
             Err(Gone) => Err(CalibrationError::Gone(place(&view))),
@@ -195,7 +200,7 @@ impl<P: Port> Conduct<'_, P> {
 
     fn tell_refusal(&mut self, refusal: &Refusal) {
         let view = self.view();
-        self.operator.tell(Told::Refused(refusal), &view);
+        self.desk.operator.tell(Told::Refused(refusal), &view);
     }
 
     fn act(&mut self, actions: Vec<Action>) -> Result<(), CalibrationError> {
@@ -223,122 +228,17 @@ impl<P: Port> Conduct<'_, P> {
         }
         self.journal.add(t_s, entry)?;
         let view = self.view();
-        self.operator.tell(Told::Recorded(entry), &view);
+        self.desk.operator.tell(Told::Recorded(entry), &view);
         Ok(())
     }
 
-    /// The wearer file, with all that is complete.
     fn write(&mut self) -> Result<(), CalibrationError> {
-        let found = self.machine.found();
-        let limits = self.sessions.first().map(|it| it.wearer);
-        let (plan, head) = (self.course.plan, self.course.head);
-        let limits = limits.unwrap_or_default();
-        let wearer = worn::wearer(plan, self.course.before, head, limits, found);
-        let electrodes = wearer.electrodes.len();
-        if electrodes > 0 {
-            worn::write(self.course.files, self.course.out, &wearer)?;
+        if let Some(electrodes) = self.machine.write()? {
             self.record(&Entry::Written { electrodes })?;
             let view = self.view();
-            self.operator.tell(Told::Written, &view);
+            self.desk.operator.tell(Told::Written, &view);
         }
         Ok(())
-    }
-
-    /// Configures and arms one electrode, and starts its train in silence.
-    fn arm(&mut self, at: usize) -> Result<(), CalibrationError> {
-        if self.is_armed {
-            self.stop()?;
-        }
-        self.forget();
-        self.instrument = Instrument::default();
-        let Some(session) = self.sessions.get(at) else {
-            return Ok(());
-        };
-        let requests = session.requests();
-        for request in requests {
-            self.client.request(request)?;
-        }
-        self.is_armed = true;
-        self.client.arm()?;
-        let channel = self.course.plan.electrodes[at].channel;
-        let check_ma = self.checked(channel)?;
-        self.client.start()?;
-        self.give(channel, Level(0))?;
-        self.record(&Entry::Armed { channel, check_ma })
-    }
-
-    /// What arming's sub-threshold pulse read of a channel, mA.
-    fn checked(&mut self, channel: u8) -> Result<Option<f64>, CalibrationError> {
-        let now_us = self.client.port().now_us();
-        let mut read = None;
-        while let Some(incoming) = self.client.next(now_us)? {
-            if let Incoming::Event(
-                _,
-                Event::Electrode {
-                    channel: index,
-                    current_ua,
-                    ..
-                },
-            ) = incoming
-                && index + 1 == channel
-            {
-                read = Some(f64::from(current_ua) * 1e-3);
-            }
-        }
-        Ok(read)
-    }
-
-    fn give(&mut self, channel: u8, level: Level) -> Result<(), CalibrationError> {
-        let index = channel.saturating_sub(1);
-        self.client.amplitudes(&[(index, level.amplitude())])?;
-        self.due_us = self.client.port().now_us() + self.keep_alive_us;
-        Ok(())
-    }
-
-    /// Asks for a stop, and waits until the outputs are reported isolated.
-    fn stop(&mut self) -> Result<(), Error> {
-        self.is_armed = false;
-        self.client.stop()?;
-        let until_us = self.client.port().now_us() + STOP_US;
-        while let Some(incoming) = self.client.next(until_us)? {
-            if let Incoming::Event(_, Event::Stopped(_) | Event::Faulted(_)) = incoming {
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    /// Lets time pass until `until_us`, the host alive.
-    fn pass(&mut self, until_us: u64) -> Result<(), CalibrationError> {
-        while self.client.port().now_us() < until_us {
-            if self.client.port().now_us() >= self.due_us {
-                self.client.post(Request::KeepAlive)?;
-                self.due_us = self.client.port().now_us() + self.keep_alive_us;
-            }
-            let soon_us = until_us.min(self.due_us);
-            while let Some(incoming) = self.client.next(soon_us)? {
-                self.heed(incoming)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn heed(&mut self, incoming: Incoming) -> Result<(), CalibrationError> {
-        match incoming {
-            Incoming::Event(
-                _,
-                happened @ (Event::Stopping(_) | Event::Stopped(_) | Event::Faulted(_)),
-            ) => {
-                let (view, what) = (self.view(), advice(&happened));
-                Err(CalibrationError::Ended(
-                    event(&happened),
-                    place(&view),
-                    what,
-                ))
-            }
-            Incoming::Refused(_, refused) => Err(Error::Refused(refused).into()),
-            _ => Ok(()),
-        }
     }
 
     /// Reads the instrument, and what a simulated wearer shows.
@@ -409,15 +309,5 @@ fn place(view: &View) -> String {
             view.channel,
             view.step.name()
         ),
-    }
-}
-
-/// What to do when a device ends it.
-fn advice(event: &Event) -> &'static str {
-    match event {
-        Event::Faulted(_) => {
-            "find the cause (an electrode, its lead), acknowledge the fault with --acknowledge"
-        }
-        _ => "find out why (the hand-held stop, a stalled computer)",
     }
 }

@@ -60,6 +60,15 @@ pub enum CalibrationError {
     /// What was to be written is no wearer file.
     #[error("E687 what is to be written to {0} is no wearer file: {1}")]
     Wrong(PathBuf, String),
+    /// What was found could not be added to a wearer file.
+    #[error("E689 the check was not added to the wearer file: {0}; stimulation has ended")]
+    Store(String),
+    /// Nobody could answer.
+    #[error(
+        "E688 nobody is at the terminal to order each raise: use --json for another program, or \
+         --auto on a simulator"
+    )]
+    Nobody,
     /// An order led to a state that is none.
     #[error(transparent)]
     Refused(#[from] Refusal),

@@ -1,9 +1,11 @@
 //! The procedure: orders and time in, actions out. It knows no device and no clock.
 
+mod sight;
+
 use super::found::Value;
 use super::journal::Entry;
-use super::view::Phase;
-use super::{Found, Level, Order, Plan, Planned, Refusal, Step, View};
+use super::presentation::Presentation;
+use super::{Found, Level, Order, Plan, Planned, Refusal, Step};
 
 /// What is to be done, in the order given.
 #[derive(Clone, PartialEq, Debug)]
@@ -22,14 +24,6 @@ pub enum Action {
     Abort,
 }
 
-/// Where the presentation stands.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Clock {
-    Ready,
-    On { until_us: u64 },
-    Rest { until_us: u64 },
-}
-
 /// The procedure at a plan's electrodes, one after the other.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Machine {
@@ -42,9 +36,7 @@ pub struct Machine {
     step: Step,
     /// Given last, or chosen.
     level: Level,
-    clock: Clock,
-    /// An answer is owed.
-    has_question: bool,
+    presentation: Presentation,
     /// Threshold: moved here once.
     moved: Option<Level>,
     /// Threshold: the first level of this climb.
@@ -60,12 +52,11 @@ impl Machine {
         let mut machine = Self {
             found: vec![Found::default(); plan.electrodes.len()],
             caps: plan.electrodes.iter().map(|it| it.ceiling).collect(),
+            presentation: Presentation::new(&plan),
             plan,
             at: None,
             step: Step::Placement,
             level: Level(0),
-            clock: Clock::Ready,
-            has_question: false,
             moved: None,
             first: None,
             accepted: None,
@@ -132,22 +123,14 @@ impl Machine {
     /// Whether something is being given.
     #[must_use]
     pub const fn is_on(&self) -> bool {
-        matches!(self.clock, Clock::On { .. })
+        self.presentation.is_on()
     }
 
     /// Lets time pass until `t_us`.
     pub fn pass(&mut self, t_us: u64) -> Vec<Action> {
-        match self.clock {
-            Clock::On { until_us } if t_us >= until_us => {
-                self.rest(t_us);
-                self.has_question = true;
-                vec![Action::Give(self.channel(), Level(0))]
-            }
-            Clock::Rest { until_us } if t_us >= until_us => {
-                self.clock = Clock::Ready;
-                Vec::new()
-            }
-            _ => Vec::new(),
+        match self.presentation.pass(t_us) {
+            true => vec![Action::Give(self.channel(), Level(0))],
+            false => Vec::new(),
         }
     }
 
@@ -179,12 +162,6 @@ impl Machine {
         &self.plan.electrodes[at]
     }
 
-    fn rest(&mut self, t_us: u64) {
-        self.clock = Clock::Rest {
-            until_us: t_us + self.plan.off_us(),
-        };
-    }
-
     /// From level to level in this step.
     fn stride(&self, at: usize) -> Level {
         match self.step {
@@ -205,29 +182,12 @@ impl Machine {
         (next > self.level).then_some(next)
     }
 
-    /// Why nothing may be given now.
-    fn may_give(&self, t_us: u64) -> Result<(), Refusal> {
-        match self.clock {
-            _ if self.has_question => Err(Refusal::beyond("answer the question first")),
-            Clock::On { .. } => Err(Refusal::beyond("a level is being given")),
-            Clock::Rest { until_us } if t_us < until_us => {
-                let rest_s = (until_us - t_us) as f64 * 1e-6;
-                Err(Refusal::NotNow(format!(
-                    "the muscle rests for {rest_s:.1} s more"
-                )))
-            }
-            _ => Ok(()),
-        }
-    }
-
     fn give(&mut self, t_us: u64, level: Level) -> Vec<Action> {
         self.level = level;
         if self.step == Step::Threshold {
             self.first.get_or_insert(level);
         }
-        self.clock = Clock::On {
-            until_us: t_us + self.plan.on_us(),
-        };
+        self.presentation.give(t_us);
         let entry = Entry::Given {
             channel: self.channel(),
             step: self.step,
@@ -241,7 +201,7 @@ impl Machine {
     }
 
     fn raise(&mut self, at: usize, t_us: u64) -> Result<Vec<Action>, Refusal> {
-        self.may_give(t_us)?;
+        self.presentation.may_give(t_us)?;
         if self.moved.is_some() {
             return Err(Refusal::beyond(
                 "it moved: give the same level again to confirm",
@@ -267,7 +227,7 @@ impl Machine {
     }
 
     fn again(&mut self, t_us: u64) -> Result<Vec<Action>, Refusal> {
-        self.may_give(t_us)?;
+        self.presentation.may_give(t_us)?;
         let is_new = self.step == Step::Threshold && self.first.is_none();
         if self.level == Level(0) || is_new {
             return Err(Refusal::beyond("nothing was given yet: raise"));
@@ -277,7 +237,8 @@ impl Machine {
 
     fn lower(&mut self, at: usize) -> Vec<Action> {
         self.level = self.level.below(self.stride(at));
-        (self.has_question, self.moved, self.first) = (false, None, None);
+        (self.moved, self.first) = (None, None);
+        self.presentation.has_question = false;
         match self.is_on() {
             true => vec![Action::Give(self.channel(), self.level)],
             false => Vec::new(),
@@ -306,13 +267,11 @@ impl Machine {
         if self.level == Level(0) {
             return actions;
         }
-        if self.is_on() {
-            self.rest(t_us);
-        }
+        self.presentation.end(t_us);
         let (channel, level) = (self.channel(), self.level);
         actions.push(Action::Record(Entry::TooMuch { channel, level }));
         self.cap(at, level);
-        (self.has_question, self.moved, self.first) = (false, None, None);
+        (self.moved, self.first) = (None, None);
         self.level = self.caps[at];
         if self.step == Step::Comfort {
             let limit = self.accepted.unwrap_or_default();
@@ -339,7 +298,7 @@ impl Machine {
     }
 
     fn enough(&mut self, at: usize) -> Result<Vec<Action>, Refusal> {
-        if self.is_on() || self.has_question {
+        if self.is_on() || self.presentation.has_question {
             return Err(Refusal::beyond("answer the question first"));
         }
         match (self.step, self.accepted) {
@@ -350,7 +309,7 @@ impl Machine {
     }
 
     fn answer(&mut self, at: usize, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
-        if !self.has_question {
+        if !self.presentation.has_question {
             return Err(Refusal::beyond("nothing was asked"));
         }
         match (self.step, order) {
@@ -363,7 +322,7 @@ impl Machine {
             (Step::Comfort, Order::No) => Ok(self.too_much(at, t_us)),
             (_, Order::Yes) => self.yes(at),
             _ => {
-                (self.has_question, self.moved) = (false, None);
+                (self.presentation.has_question, self.moved) = (false, None);
                 Ok(Vec::new())
             }
         }
@@ -381,7 +340,7 @@ impl Machine {
             Step::Comfort if level < self.top(at) => self.accepted = Some(level),
             _ => return self.take(at, Value::Level(level)),
         }
-        self.has_question = false;
+        self.presentation.has_question = false;
         Ok(Vec::new())
     }
 
@@ -411,7 +370,8 @@ impl Machine {
     }
 
     fn go_to_next(&mut self) -> Vec<Action> {
-        (self.clock, self.level) = (Clock::Ready, Level(0));
+        self.level = Level(0);
+        self.presentation.renew();
         self.at = self.found.iter().position(|found| found.step().is_some());
         let Some(at) = self.at else {
             return Vec::new();
@@ -425,7 +385,7 @@ impl Machine {
     fn enter(&mut self, at: usize, step: Step) {
         let found = self.found[at].clone();
         self.step = step;
-        self.has_question = false;
+        self.presentation.has_question = false;
         (self.moved, self.first, self.accepted) = (None, None, None);
         match step {
             Step::Placement => self.level = Level(0),
@@ -438,44 +398,6 @@ impl Machine {
             Step::Comfort | Step::Minimum => self.level = found.threshold.unwrap_or_default(),
             Step::Maximum => self.level = found.limit.unwrap_or_default(),
             Step::Points => self.level = found.maximum.unwrap_or_default(),
-        }
-    }
-
-    /// What there is to be seen of it at `t_us`.
-    #[must_use]
-    pub fn view(&self, t_us: u64) -> View {
-        let at = self
-            .at
-            .unwrap_or(self.plan.electrodes.len().saturating_sub(1));
-        let planned = self.planned(at);
-        let left = |until_us: u64| until_us.saturating_sub(t_us) as f64 * 1e-6;
-        let (phase, left_s) = match self.clock {
-            _ if self.at.is_none() => (Phase::Done, 0.0),
-            Clock::Ready => (Phase::Ready, 0.0),
-            Clock::On { until_us } => (Phase::On, left(until_us)),
-            Clock::Rest { until_us } => (Phase::Rest, left(until_us)),
-        };
-        let is_new = self.step == Step::Threshold && self.first.is_none();
-        let can_raise = self.moved.is_none() && self.step != Step::Points;
-        View {
-            electrode: at + 1,
-            of: self.plan.electrodes.len(),
-            channel: planned.channel,
-            place: planned.place.clone(),
-            unit: planned.stage.symbol(),
-            step: self.step,
-            phase,
-            left_s,
-            level: self.level,
-            given: if self.is_on() { self.level } else { Level(0) },
-            raise: self.higher(at).filter(|_| can_raise),
-            again: Some(self.level).filter(|level| *level > Level(0) && !is_new),
-            top: self.top(at),
-            question: self.has_question.then(|| self.step.question()),
-            confirms: self.moved.is_some(),
-            found: self.found[at].clone(),
-            t_s: t_us as f64 * 1e-6,
-            ..View::default()
         }
     }
 }

@@ -9,7 +9,9 @@
 //! is raised but by an order of its own; silence raises nothing.
 
 mod auto;
+mod check;
 mod conduct;
+mod course;
 mod error;
 mod found;
 mod instrument;
@@ -19,13 +21,16 @@ mod machine;
 mod operator;
 mod order;
 mod plan;
+mod presentation;
 mod setup;
 mod step;
 mod view;
 mod worn;
 
 pub use auto::Auto;
-pub use conduct::{Course, Finished, calibrate};
+pub use check::{Checked, Drift, check};
+pub use conduct::{Desk, Spent};
+pub use course::{Course, calibrate};
 pub use error::CalibrationError;
 pub use found::{Found, Value};
 pub use instrument::Judged;

@@ -2,6 +2,7 @@
 
 use super::{CalibrationError, Level};
 use crate::session::Unit;
+use crate::wearer::Wearer;
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use toml::Table;
@@ -137,7 +138,7 @@ impl Plan {
         let plan = Self {
             on_ms: millis("on_s", file.on_s, [1.0, 10.0], &mut told),
             off_ms: millis("off_s", file.off_s, [1.0, 60.0], &mut told),
-            limits: limits(file.limits, &mut told),
+            limits: limited(file.limits, &mut told),
             electrodes: (file.electrodes.into_iter())
                 .filter_map(|it| planned(it, &mut told))
                 .collect(),
@@ -147,6 +148,49 @@ impl Plan {
         match told.is_empty() {
             true => Ok(plan),
             false => Err(refused(told)),
+        }
+    }
+
+    /// The electrodes of a wearer file as they are there, up to their limits.
+    ///
+    /// # Errors
+    /// It has none, or one at which nothing could be found.
+    pub fn of(wearer: &Wearer) -> Result<Self, CalibrationError> {
+        let mut told = Vec::new();
+        let limits = wearer_limits(wearer).map_err(|why| {
+            CalibrationError::Plan(wearer.name.clone(), format!("its limits: {why}"))
+        })?;
+        let electrodes = wearer.electrodes.iter().map(|it| {
+            let [start, step, coarse] =
+                usual(it.unit).map(|units| Level::of(units).unwrap_or_default());
+            Planned {
+                channel: it.channel,
+                place: it.place.clone(),
+                area_mm2: it.area_mm2,
+                stage: it.unit,
+                full_scale: full_scale(it.unit),
+                width_us: it.width_us,
+                frequency_hz: it.frequency_hz,
+                start,
+                step,
+                coarse,
+                ceiling: Level(it.limit.get()),
+            }
+        });
+        let plan = Self {
+            wearer: wearer.name.clone(),
+            limits: tightened(limits),
+            on_ms: 1_000,
+            off_ms: 1_000,
+            electrodes: electrodes.collect(),
+        };
+        plan.tell(&mut told);
+        match told.is_empty() {
+            true => Ok(plan),
+            false => Err(CalibrationError::Plan(
+                wearer.name.clone(),
+                told.join("\n  "),
+            )),
         }
     }
 
@@ -189,8 +233,17 @@ fn millis(name: &str, seconds: f64, [least, most]: [f64; 2], told: &mut Vec<Stri
     (seconds * 1e3).round() as u32 // saturates
 }
 
+/// A wearer's limits, as tight as a calibration needs them.
+fn tightened(mut limits: Table) -> Table {
+    for (name, most) in [("host_timeout_ms", HOST_TIMEOUT_MS), ("fall_ms", FALL_MS)] {
+        let said = limits.get(name).and_then(toml::Value::as_integer);
+        limits.insert(name.to_owned(), said.unwrap_or(most).min(most).into());
+    }
+    limits
+}
+
 /// What the plan says, and what a calibration needs at least.
-fn limits(mut limits: Table, told: &mut Vec<String>) -> Table {
+fn limited(mut limits: Table, told: &mut Vec<String>) -> Table {
     for (name, most) in [("host_timeout_ms", HOST_TIMEOUT_MS), ("fall_ms", FALL_MS)] {
         let said = limits.entry(name).or_insert(most.into());
         if said.as_integer().is_some_and(|said| said > most) {
@@ -203,13 +256,39 @@ fn limits(mut limits: Table, told: &mut Vec<String>) -> Table {
     limits
 }
 
+/// Start, step and coarse step unless the plan says otherwise. Of currents the step is
+/// Lee 2020's (step 3); the rest is assumed.
+const fn usual(unit: Unit) -> [f64; 3] {
+    match unit {
+        Unit::Milliampere => [4.0, 0.5, 2.0],
+        Unit::Volt => [10.0, 1.0, 4.0],
+    }
+}
+
+/// Output at full code unless the plan says otherwise.
+const fn full_scale(unit: Unit) -> f64 {
+    match unit {
+        Unit::Milliampere => 100.0,
+        Unit::Volt => 60.0,
+    }
+}
+
+/// A wearer's `[limits]`, as their file has them.
+fn wearer_limits(wearer: &Wearer) -> Result<Table, String> {
+    let text = wearer.to_toml();
+    let file: Table = toml::from_str(&text).map_err(|why| why.message().to_owned())?;
+    let limits = file.get("limits").and_then(toml::Value::as_table);
+    Ok(limits.cloned().unwrap_or_default())
+}
+
 fn planned(it: Declared, told: &mut Vec<String>) -> Option<Planned> {
     let before = told.len();
     let channel = it.channel;
-    let (stage, full_scale, [start, step, coarse]) = match it.stage {
-        Stage::Current => (Unit::Milliampere, 100.0, [4.0, 0.5, 2.0]),
-        Stage::Voltage => (Unit::Volt, 60.0, [10.0, 1.0, 4.0]),
+    let stage = match it.stage {
+        Stage::Current => Unit::Milliampere,
+        Stage::Voltage => Unit::Volt,
     };
+    let [start, step, coarse] = usual(stage);
     let mut level = |name: &str, value: f64| {
         let level = Level::of(value).filter(|level| level.0 > 0);
         if level.is_none() {
@@ -231,7 +310,7 @@ fn planned(it: Declared, told: &mut Vec<String>) -> Option<Planned> {
         place: it.place,
         area_mm2: it.area_mm2,
         stage,
-        full_scale: it.full_scale.unwrap_or(full_scale),
+        full_scale: it.full_scale.unwrap_or(full_scale(stage)),
         width_us: it.width_us,
         frequency_hz: it.frequency_hz,
         start: start.unwrap_or_default(),

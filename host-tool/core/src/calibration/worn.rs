@@ -106,7 +106,7 @@ pub fn write(files: &dyn Files, out: &Path, wearer: &Wearer) -> Result<(), Calib
     let name = out.display().to_string();
     let wrong = |why: String| CalibrationError::Wrong(out.to_owned(), why);
     let back = Wearer::parse(&name, &text).map_err(|error| wrong(error.lines()))?;
-    if back != *wearer {
+    if back.to_toml() != text {
         return Err(wrong("it reads back as another".to_owned()));
     }
     let written = files.replace(out, &text);

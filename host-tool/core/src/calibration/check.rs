@@ -1,0 +1,252 @@
+//! The drift check: whether thresholds are still where a wearer file has them.
+//!
+//! Each electrode gets four levels at most, from twice the tolerance below its threshold
+//! to once above it, rising until something moves. Found is the lowest that moved; it is
+//! accepted from one tolerance below on.
+
+use super::conduct::{Desk, Procedure, Spent, conduct};
+use super::presentation::Presentation;
+use super::{
+    Action, CalibrationError, Entry, Found, Head, Journal, Level, Order, Phase, Plan, Refusal,
+    Step, View,
+};
+use crate::link::Port;
+use crate::session::Unit;
+use crate::wearer::{DriftCheck, Wearer, append};
+use std::path::Path;
+
+/// A check as it is ordered.
+pub struct Checked<'a> {
+    /// The wearer file: read, and appended to.
+    pub file: &'a Path,
+    /// How far a threshold may be off, in its unit.
+    pub tolerance: Level,
+    /// When, and who checks.
+    pub head: &'a Head,
+}
+
+/// What the check of an electrode came to.
+pub type Drift = DriftCheck;
+
+/// The procedure.
+struct Checking<'a> {
+    plan: Plan,
+    expected: Vec<Level>,
+    checked: &'a Checked<'a>,
+    drifts: Vec<Drift>,
+    /// The level given last of an electrode, and how many there were.
+    level: Level,
+    tried: u32,
+    presentation: Presentation,
+}
+
+impl Checking<'_> {
+    fn at(&self) -> usize {
+        self.drifts.len()
+    }
+
+    fn channel(&self) -> u8 {
+        self.plan
+            .electrodes
+            .get(self.at())
+            .map_or(0, |it| it.channel)
+    }
+
+    fn next(&self) -> Option<Level> {
+        let expected = *self.expected.get(self.at())?;
+        let tolerance = self.checked.tolerance;
+        let levels = [
+            expected.below(tolerance).below(tolerance),
+            expected.below(tolerance),
+            expected,
+            expected.above(tolerance),
+        ];
+        let limit = self.plan.electrodes[self.at()].ceiling;
+        let next = levels.into_iter().skip(self.tried as usize);
+        next.map(|level| level.min(limit))
+            .find(|level| *level > self.level)
+    }
+
+    /// The electrode has its verdict: `found` moved, or nothing did.
+    fn conclude(&mut self, found: Option<Level>) -> Vec<Action> {
+        let at = self.at();
+        let (planned, expected) = (&self.plan.electrodes[at], self.expected[at]);
+        let tolerance = self.checked.tolerance;
+        let accepted = found.is_some_and(|found| found >= expected.below(tolerance));
+        let channel = planned.channel;
+        self.drifts.push(Drift {
+            at: self.checked.head.at.clone(),
+            channel,
+            expected: expected.amplitude(),
+            found: found.map(Level::amplitude),
+            unit: planned.stage,
+            accepted,
+        });
+        (self.level, self.tried) = (Level(0), 0);
+        self.presentation.renew();
+        let mut actions = vec![Action::Give(channel, Level(0)), Action::Write];
+        if !self.is_over() {
+            actions.push(Action::Arm(self.at()));
+        }
+        actions
+    }
+}
+
+impl Procedure for Checking<'_> {
+    fn begin(&mut self) -> Vec<Action> {
+        match self.is_over() {
+            true => Vec::new(),
+            false => vec![Action::Arm(0)],
+        }
+    }
+
+    fn pass(&mut self, t_us: u64) -> Vec<Action> {
+        match self.presentation.pass(t_us) {
+            true => vec![Action::Give(self.channel(), Level(0))],
+            false => Vec::new(),
+        }
+    }
+
+    fn order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
+        match order {
+            Order::Abort => Ok(vec![Action::Abort]),
+            // What is too much now is no check to go on with.
+            Order::TooMuch | Order::Skip => Ok(self.conclude(None)),
+            Order::Lower => {
+                self.presentation.end(t_us);
+                Ok(vec![Action::Give(self.channel(), Level(0))])
+            }
+            Order::Raise => {
+                self.presentation.may_give(t_us)?;
+                let level = self.next();
+                let level = level.ok_or_else(|| Refusal::beyond("there is no higher level"))?;
+                self.level = level;
+                self.tried += 1;
+                self.presentation.give(t_us);
+                let channel = self.channel();
+                let step = Step::Threshold;
+                let given = Entry::Given {
+                    channel,
+                    step,
+                    level,
+                };
+                Ok(vec![Action::Give(channel, level), Action::Record(given)])
+            }
+            Order::Yes | Order::No if !self.presentation.has_question => {
+                Err(Refusal::beyond("nothing was asked"))
+            }
+            Order::Yes => Ok(self.conclude(Some(self.level))),
+            Order::No => {
+                self.presentation.has_question = false;
+                match self.next() {
+                    Some(_) => Ok(Vec::new()),
+                    None => Ok(self.conclude(None)),
+                }
+            }
+            _ => Err(Refusal::beyond(
+                "a check knows raise, yes, no, lower and abort",
+            )),
+        }
+    }
+
+    fn view(&self, t_us: u64) -> View {
+        let at = self.at().min(self.plan.electrodes.len().saturating_sub(1));
+        let planned = &self.plan.electrodes[at];
+        let (phase, left_s) = match self.is_over() {
+            true => (Phase::Done, 0.0),
+            false => self.presentation.phase(t_us),
+        };
+        View {
+            electrode: at + 1,
+            of: self.plan.electrodes.len(),
+            channel: planned.channel,
+            place: planned.place.clone(),
+            unit: planned.stage.symbol(),
+            step: Step::Threshold,
+            phase,
+            left_s,
+            level: self.level,
+            given: if self.is_on() { self.level } else { Level(0) },
+            raise: self.next(),
+            top: planned.ceiling,
+            question: (self.presentation.has_question).then(|| Step::Threshold.question()),
+            found: Found {
+                threshold: self.expected.get(at).copied(),
+                ..Found::default()
+            },
+            t_s: t_us as f64 * 1e-6,
+            ..View::default()
+        }
+    }
+
+    fn is_on(&self) -> bool {
+        self.presentation.is_on()
+    }
+
+    fn is_over(&self) -> bool {
+        self.at() >= self.plan.electrodes.len()
+    }
+
+    fn write(&mut self) -> Result<Option<usize>, CalibrationError> {
+        if let Some(drift) = self.drifts.last() {
+            let added = append(self.checked.file, &[], std::slice::from_ref(drift));
+            added.map_err(|why| CalibrationError::Store(why.to_string()))?;
+        }
+        Ok(Some(self.drifts.len()))
+    }
+}
+
+/// Checks the plan of a wearer file ([`Plan::of`]) through `port`, and appends every
+/// electrode's verdict to the file.
+///
+/// # Errors
+/// What ended it; [`CalibrationError::Drifted`] if a threshold is beyond the tolerance.
+pub fn check<P: Port>(
+    port: P,
+    wearer: &Wearer,
+    checked: &Checked<'_>,
+    journal: &mut Journal,
+    desk: &mut Desk<'_>,
+) -> (Result<(), CalibrationError>, Vec<Drift>, Spent) {
+    let plan = match Plan::of(wearer) {
+        Ok(plan) => plan,
+        Err(error) => return (Err(error), Vec::new(), Spent::default()),
+    };
+    let mut checking = Checking {
+        expected: (wearer.electrodes.iter())
+            .map(|it| Level(it.motor_threshold.get()))
+            .collect(),
+        plan: plan.clone(),
+        checked,
+        drifts: Vec::new(),
+        level: Level(0),
+        tried: 0,
+        presentation: Presentation::new(&plan),
+    };
+    let (result, spent, _) = conduct(port, &plan, &mut checking, journal, desk, checked.head);
+    let result = result.and_then(|()| judged(&checking.drifts));
+    (result, checking.drifts, spent)
+}
+
+fn judged(drifts: &[Drift]) -> Result<(), CalibrationError> {
+    let milli = |value: u32| f64::from(value) * 1e-3;
+    let told: Vec<String> = (drifts.iter())
+        .filter(|drift| !drift.accepted)
+        .map(|drift| {
+            let unit: Unit = drift.unit;
+            let (channel, expected) = (drift.channel, milli(drift.expected.get()));
+            let symbol = unit.symbol();
+            match drift.found {
+                Some(found) => format!(
+                    "channel {channel} moves at {} {symbol}, the file has {expected}",
+                    milli(found.get())
+                ),
+                None => format!("channel {channel} does not move around {expected} {symbol}"),
+            }
+        })
+        .collect();
+    match told.is_empty() {
+        true => Ok(()),
+        false => Err(CalibrationError::Drifted(told.join("; "))),
+    }
+}

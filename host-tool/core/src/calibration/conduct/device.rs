@@ -1,0 +1,120 @@
+//! What is asked of the device, and what it says by itself.
+
+use super::{Conduct, Procedure, place};
+use crate::calibration::instrument::Instrument;
+use crate::calibration::{CalibrationError, Entry, Level};
+use crate::link::{Error, Incoming, Port};
+use crate::run::event;
+use firmware::link::{Event, Request};
+
+/// Longest wait for the outputs to be reported isolated after a stop, µs.
+const STOP_US: u64 = 300_000;
+
+impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
+    /// Configures and arms one electrode, and starts its train in silence.
+    pub(super) fn arm(&mut self, at: usize) -> Result<(), CalibrationError> {
+        if self.is_armed {
+            self.stop()?;
+        }
+        self.forget();
+        self.instrument = Instrument::default();
+        let Some(session) = self.sessions.get(at) else {
+            return Ok(());
+        };
+        let requests = session.requests();
+        for request in requests {
+            self.client.request(request)?;
+        }
+        self.is_armed = true;
+        self.client.arm()?;
+        let channel = self.machine.view(0).channel;
+        let check_ma = self.checked(channel)?;
+        self.client.start()?;
+        self.give(channel, Level(0))?;
+        self.record(&Entry::Armed { channel, check_ma })
+    }
+
+    /// What arming's sub-threshold pulse read of a channel, mA.
+    pub(super) fn checked(&mut self, channel: u8) -> Result<Option<f64>, CalibrationError> {
+        let now_us = self.client.port().now_us();
+        let mut read = None;
+        while let Some(incoming) = self.client.next(now_us)? {
+            if let Incoming::Event(
+                _,
+                Event::Electrode {
+                    channel: index,
+                    current_ua,
+                    ..
+                },
+            ) = incoming
+                && index + 1 == channel
+            {
+                read = Some(f64::from(current_ua) * 1e-3);
+            }
+        }
+        Ok(read)
+    }
+
+    pub(super) fn give(&mut self, channel: u8, level: Level) -> Result<(), CalibrationError> {
+        let index = channel.saturating_sub(1);
+        self.client.amplitudes(&[(index, level.amplitude())])?;
+        self.due_us = self.client.port().now_us() + self.keep_alive_us;
+        Ok(())
+    }
+
+    /// Asks for a stop, and waits until the outputs are reported isolated.
+    pub(super) fn stop(&mut self) -> Result<(), Error> {
+        self.is_armed = false;
+        self.client.stop()?;
+        let until_us = self.client.port().now_us() + STOP_US;
+        while let Some(incoming) = self.client.next(until_us)? {
+            if let Incoming::Event(_, Event::Stopped(_) | Event::Faulted(_)) = incoming {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets time pass until `until_us`, the host alive.
+    pub(super) fn pass(&mut self, until_us: u64) -> Result<(), CalibrationError> {
+        while self.client.port().now_us() < until_us {
+            if self.client.port().now_us() >= self.due_us {
+                self.client.post(Request::KeepAlive)?;
+                self.due_us = self.client.port().now_us() + self.keep_alive_us;
+            }
+            let soon_us = until_us.min(self.due_us);
+            while let Some(incoming) = self.client.next(soon_us)? {
+                self.heed(incoming)?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn heed(&mut self, incoming: Incoming) -> Result<(), CalibrationError> {
+        match incoming {
+            Incoming::Event(
+                _,
+                happened @ (Event::Stopping(_) | Event::Stopped(_) | Event::Faulted(_)),
+            ) => {
+                let (view, what) = (self.view(), advice(&happened));
+                Err(CalibrationError::Ended(
+                    event(&happened),
+                    place(&view),
+                    what,
+                ))
+            }
+            Incoming::Refused(_, refused) => Err(Error::Refused(refused).into()),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What to do when a device ends it.
+fn advice(event: &Event) -> &'static str {
+    match event {
+        Event::Faulted(_) => {
+            "find the cause (an electrode, its lead), acknowledge the fault with --acknowledge"
+        }
+        _ => "find out why (the hand-held stop, a stalled computer)",
+    }
+}
