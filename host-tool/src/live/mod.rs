@@ -2,10 +2,11 @@
 //!
 //! Lives here: what is known ([`Model`]), how it looks ([`draw`], [`line`]),
 //! keys, and the thread that talks to the device ([`work`]) apart from the one
-//! that draws: a slow terminal never delays a setpoint.
+//! that draws: a slow terminal never delays a setpoint; the calibration's screen.
 //! Not here: running a session (`run`), the link (`link`), pictures on paper
 //! (`report`). In: what `run` lets an observer see. Out: frames, lines, orders.
 
+mod calibration;
 mod channels;
 mod chart;
 mod keys;
@@ -17,6 +18,7 @@ mod shared;
 mod view;
 mod work;
 
+pub use calibration::{Behind, Sight, calibration_order, draw_calibration, sit};
 pub use keys::{Order, order};
 pub use line::{json, line};
 pub use lines::lines;

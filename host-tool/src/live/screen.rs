@@ -8,16 +8,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Between frames.
-const FRAME: Duration = Duration::from_millis(50);
+pub(super) const FRAME: Duration = Duration::from_millis(50);
 
 /// A panic has already restored the terminal and says why on it.
 static PANICKED: AtomicBool = AtomicBool::new(false);
 
+/// Whether a panic has restored the terminal already.
+pub(super) fn has_panicked() -> bool {
+    PANICKED.load(Ordering::Acquire)
+}
+
 /// The terminal in raw mode, on its alternate screen.
-struct Screen(DefaultTerminal);
+pub(super) struct Screen(pub(super) DefaultTerminal);
 
 impl Screen {
-    fn open() -> io::Result<Self> {
+    pub(super) fn open() -> io::Result<Self> {
         // Restores the terminal in a panic hook of its own.
         let screen = Self(ratatui::try_init()?);
         let restore = std::panic::take_hook();
@@ -48,7 +53,7 @@ pub fn screen(
 ) -> io::Result<()> {
     let mut screen = Screen::open()?;
     let mut drawn = Instant::now();
-    while !is_over() && !PANICKED.load(Ordering::Acquire) {
+    while !is_over() && !has_panicked() {
         if must_quit() {
             shared.order(Order::Quit);
         }

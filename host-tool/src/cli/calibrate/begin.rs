@@ -15,8 +15,6 @@ pub struct Begun {
     pub journal: PathBuf,
     /// What it held.
     pub entries: Vec<Entry>,
-    /// Of what comes now.
-    pub head: Head,
 }
 
 /// Looks at the files, before any device is touched: what is there, if it may be gone on
@@ -24,8 +22,8 @@ pub struct Begun {
 ///
 /// # Errors
 /// Files that are taken, missing, damaged or another person's.
-pub fn files(args: &CalibrateArgs, head: &Head) -> Result<Begun, CalibrationError> {
-    let (out, journal) = (&args.out, journal_of(&args.out));
+pub fn files(args: &CalibrateArgs, out: &Path, head: &Head) -> Result<Begun, CalibrationError> {
+    let journal = journal_of(out);
     let mut entries = Vec::new();
     if args.resume {
         let kept = calibration::read(&journal)?;
@@ -37,16 +35,11 @@ pub fn files(args: &CalibrateArgs, head: &Head) -> Result<Begun, CalibrationErro
     } else {
         for path in [out, &journal] {
             if path.exists() {
-                return Err(CalibrationError::Taken(path.clone()));
+                return Err(CalibrationError::Taken(path.to_owned()));
             }
         }
     }
-    let head = head.clone();
-    Ok(Begun {
-        journal,
-        entries,
-        head,
-    })
+    Ok(Begun { journal, entries })
 }
 
 /// Whether the wearer file that is there is this person's.
@@ -63,13 +56,13 @@ fn own(out: &Path, name: &str) -> Result<(), CalibrationError> {
 }
 
 /// What is known of it without a device.
-pub fn head(args: &CalibrateArgs, plan: &Plan, text: &str) -> Head {
+pub fn head(args: &CalibrateArgs, wearer: &str, text: &str) -> Head {
     let is_simulated = !args.device.is_port();
     Head {
         operator: args.operator.clone(),
         body: is_simulated.then(|| args.body.unwrap_or_default().name().to_owned()),
         seed: is_simulated.then(|| args.seed.unwrap_or(SEED)),
-        ..Head::of(&plan.wearer, text)
+        ..Head::of(wearer, text)
     }
 }
 

@@ -1,36 +1,58 @@
-//! `flexor calibrate`: from a person under electrodes to a wearer file.
+//! `flexor calibrate`: from a person under electrodes to a wearer file, and whether that
+//! still holds.
 
 mod begin;
+mod desk;
+mod lines;
+mod ordered;
 mod simulated;
+mod work;
 
 use super::{Output, interrupt, wrong};
-use begin::Begun;
 use clap::Args;
-use host_core::calibration::{
-    Auto, CalibrationError, Course, Finished, Journal, OnDisk, Operator, Plan, calibrate,
-};
-use host_core::link::{Error, Port};
+use desk::Watched;
+use host_core::calibration::CalibrationError;
 use host_core::run::DeviceName;
+use lines::Lines;
+use ordered::Task;
 use simulated::BodyName;
+use std::io::IsTerminal;
 use std::path::PathBuf;
+use work::work;
 
 /// Find a wearer's thresholds, limits and points electrode by electrode, and write them to
-/// a wearer file; nothing is raised without an order of its own.
+/// a wearer file; nothing is raised without an order of its own. With --check, see
+/// whether a file's thresholds still hold.
 #[derive(Args, Debug)]
 pub struct CalibrateArgs {
     /// The wearer file to write (TOML); its journal lies beside it
+    #[arg(long, required_unless_present = "check")]
+    out: Option<PathBuf>,
+    /// Plan (TOML): wearer, limits and electrodes; or --wearer and --channels
     #[arg(long)]
-    out: PathBuf,
-    /// Plan (TOML): wearer, limits and electrodes
+    electrodes: Option<PathBuf>,
+    /// The wearer's pseudonym, for the plan's
     #[arg(long)]
-    electrodes: PathBuf,
+    wearer: Option<String>,
+    /// Without a plan: channels, such as 1,2,3 or 1-10, as Lee 2020 stimulates
+    #[arg(long, conflicts_with = "electrodes")]
+    channels: Option<String>,
+    /// With --channels: no level is above it, mA
+    #[arg(long, requires = "channels")]
+    ceiling: Option<f64>,
     /// Go on where the journal beside --out ends
     #[arg(long)]
     resume: bool,
+    /// Check the thresholds of this wearer file, and add what was found to it
+    #[arg(long, conflicts_with_all = ["out", "electrodes", "wearer", "channels", "resume"])]
+    check: Option<PathBuf>,
+    /// With --check: how far a threshold may be off, mA or V; default: 1
+    #[arg(long, requires = "check")]
+    tolerance: Option<f64>,
     /// native, chip, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
-    /// Let the program answer by its instrument, as fast as it can (simulators only)
+    /// Let the program answer by the instrument, as fast as it can (simulators only)
     #[arg(long)]
     auto: bool,
     /// The simulated wearer
@@ -52,7 +74,7 @@ pub struct CalibrateArgs {
 }
 
 /// # Errors
-/// The plan, the device, the files; what ended it.
+/// The plan, the device, the files; what ended it, or thresholds that have drifted.
 pub fn main(args: &CalibrateArgs, output: Output) -> anyhow::Result<()> {
     let is_port = args.device.is_port();
     if is_port && (args.seed.is_some() || args.body.is_some()) {
@@ -63,64 +85,24 @@ pub fn main(args: &CalibrateArgs, output: Output) -> anyhow::Result<()> {
         "E679 --auto answers for simulated bodies only: on {} a person is asked before every raise",
         args.device
     );
-    let text = host_core::session::Session::text(&args.electrodes)?;
-    let plan = Plan::parse(&args.electrodes.display().to_string(), &text)?;
-    let mut head = begin::head(args, &plan, &text);
-    let before = begin::files(args, &head)?;
+    let task = Task::of(args)?;
+    let has_terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
+    if !args.auto && !output.json && !has_terminal {
+        return Err(CalibrationError::Nobody.into());
+    }
     let interruption = interrupt::heed()?;
-    let port = begin::open(args, &plan, &mut head)?;
-    let begun = Begun { head, ..before };
-    let course = Course {
-        plan: &plan,
-        out: &args.out,
-        files: &OnDisk,
-        before: &begun.entries,
-        head: &begun.head,
-        interruption: Some(interruption.clone()),
-        acknowledges: args.acknowledge,
+    let worked = if args.auto {
+        let bar = output.bar("calibrating");
+        let worked = work(args, &task, &interruption, &mut Watched::new(&bar));
+        bar.finish();
+        worked?
+    } else if output.json {
+        let mut lines = Lines::begin();
+        let worked = work(args, &task, &interruption, &mut lines);
+        lines.end();
+        worked?
+    } else {
+        desk::at_the_terminal(args, &task, &interruption)?
     };
-    let mut operator = Auto;
-    let finished = carry_out(port, &course, &begun, &mut operator)?;
-    tell(&course, &finished, output)
-}
-
-/// The course, with what a signal did told as such.
-fn carry_out(
-    port: Box<dyn Port>,
-    course: &Course<'_>,
-    begun: &Begun,
-    operator: &mut dyn Operator,
-) -> anyhow::Result<Finished> {
-    let mut journal = Journal::open(course.files, &begun.journal, begun.entries.len())?;
-    let (result, _port) = calibrate(port, course, &mut journal, operator);
-    result.map_err(|error| match error {
-        CalibrationError::Link(Error::Interrupted(signal)) => {
-            let what = "during the calibration: the device was stopped; go on with --resume";
-            interrupt::Ended(signal, what.to_owned()).into()
-        }
-        error => error.into(),
-    })
-}
-
-fn tell(course: &Course<'_>, finished: &Finished, output: Output) -> anyhow::Result<()> {
-    let complete = finished.found.iter().filter(|it| it.is_complete()).count();
-    output.say(
-        || {
-            let (out, t_s) = (course.out.display(), finished.t_s);
-            let of = finished.found.len();
-            format!(
-                "{complete} of {of} electrodes are in {out}; {:.1} min of the device's time, {} \
-                 presentations",
-                t_s / 60.0,
-                finished.given
-            )
-        },
-        || {
-            serde_json::json!({
-                "out": course.out, "electrodes": complete, "of": finished.found.len(),
-                "device_s": finished.t_s, "presentations": finished.given,
-                "found": finished.found, "simulated": course.head.simulated, "error": null,
-            })
-        },
-    )
+    worked.tell(output)
 }

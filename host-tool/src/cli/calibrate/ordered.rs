@@ -1,0 +1,145 @@
+//! What is ordered on the command line.
+
+use super::CalibrateArgs;
+use crate::cli::wrong;
+use host_core::calibration::{Level, Plan};
+use host_core::session::Session;
+use host_core::wearer::Wearer;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use toml::{Table, Value};
+
+/// What is to be done.
+pub enum Task {
+    /// Find thresholds, limits and points.
+    Calibrate {
+        /// Of whom, at which electrodes.
+        plan: Plan,
+        /// Its text, which the journal names by its hash.
+        text: String,
+        /// The wearer file.
+        out: PathBuf,
+    },
+    /// See whether thresholds still hold.
+    Check {
+        /// Its file.
+        file: PathBuf,
+        /// What that says.
+        wearer: Box<Wearer>,
+        /// How far they may be off.
+        tolerance: Level,
+    },
+}
+
+impl Task {
+    /// As the command line says it.
+    ///
+    /// # Errors
+    /// The plan, the file, or options that do not fit.
+    pub fn of(args: &CalibrateArgs) -> anyhow::Result<Self> {
+        if let Some(file) = &args.check {
+            let tolerance = args.tolerance.unwrap_or(1.0);
+            let Some(tolerance) = Level::of(tolerance).filter(|level| level.0 > 0) else {
+                return wrong(format!(
+                    "--tolerance is {tolerance}: whole thousandths above 0, to 100"
+                ));
+            };
+            let wearer = Box::new(Wearer::read(file)?);
+            let file = file.clone();
+            return Ok(Self::Check {
+                file,
+                wearer,
+                tolerance,
+            });
+        }
+        let (name, text) = match (&args.electrodes, &args.channels) {
+            (Some(path), _) => (path.display().to_string(), Session::text(path)?),
+            (None, Some(channels)) => ("--channels".to_owned(), usual(args, channels)?),
+            (None, None) => {
+                return wrong("give --electrodes PLAN.toml, or --wearer NAME and --channels 1,2,3");
+            }
+        };
+        let text = match &args.wearer {
+            Some(wearer) => worn_by(&text, wearer),
+            None => text,
+        };
+        Ok(Self::Calibrate {
+            plan: Plan::parse(&name, &text)?,
+            text,
+            out: args.out.clone().unwrap_or_default(), // required
+        })
+    }
+
+    /// The wearer's pseudonym.
+    pub fn wearer(&self) -> &str {
+        match self {
+            Self::Calibrate { plan, .. } => &plan.wearer,
+            Self::Check { wearer, .. } => &wearer.name,
+        }
+    }
+}
+
+/// The plan's text for another wearer; as it was if it is none.
+fn worn_by(text: &str, wearer: &str) -> String {
+    match toml::from_str::<Table>(text) {
+        Ok(mut plan) => {
+            plan.insert("wearer".to_owned(), wearer.into());
+            plan.to_string()
+        }
+        Err(_) => text.to_owned(),
+    }
+}
+
+/// A plan of these channels.
+fn usual(args: &CalibrateArgs, channels: &str) -> anyhow::Result<String> {
+    let Some(wearer) = &args.wearer else {
+        return wrong("--channels needs --wearer: the wearer's pseudonym");
+    };
+    let Some(channels) = listed(channels) else {
+        return wrong(format!(
+            "--channels is \"{}\": channels from 1 to 10, such as 1,2,3 or 1-10",
+            host_core::session::visible(channels)
+        ));
+    };
+    let ceiling = args.ceiling.unwrap_or(20.0);
+    let electrode = |channel: u8| {
+        Value::from(Table::from_iter([
+            ("channel".to_owned(), Value::from(i64::from(channel))),
+            ("place".to_owned(), format!("electrode {channel}").into()),
+            ("ceiling".to_owned(), ceiling.into()),
+        ]))
+    };
+    let electrodes: Vec<Value> = channels.into_iter().map(electrode).collect();
+    let plan = Table::from_iter([
+        ("wearer".to_owned(), Value::from(wearer.as_str())),
+        ("electrode".to_owned(), electrodes.into()),
+    ]);
+    Ok(plan.to_string())
+}
+
+/// "1,3-5" as channels, each once.
+fn listed(text: &str) -> Option<Vec<u8>> {
+    let mut all = BTreeSet::new();
+    for part in text.split(',') {
+        let (from, to) = part.split_once('-').unwrap_or((part, part));
+        let (from, to): (u8, u8) = (from.trim().parse().ok()?, to.trim().parse().ok()?);
+        if from < 1 || to > 10 || from > to {
+            return None;
+        }
+        all.extend(from..=to);
+    }
+    Some(all.into_iter().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::listed;
+
+    #[test]
+    fn channels_are_listed_or_refused() {
+        assert_eq!(listed("1,3-5, 4"), Some(vec![1, 3, 4, 5]));
+        for wrong in ["", "0", "11", "3-1", "a", "1,,2", "1-"] {
+            assert_eq!(listed(wrong), None, "{wrong}");
+        }
+    }
+}

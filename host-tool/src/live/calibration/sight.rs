@@ -1,0 +1,124 @@
+//! What the thread at the device and the thread at the terminal share.
+
+use super::{calibration_order, draw_calibration};
+use crate::live::screen::{FRAME, Screen, has_panicked};
+use crossterm::event::{self, Event};
+use host_core::calibration::{Entry, Gone, Operator, Order, OrderError, Told, View};
+use std::collections::VecDeque;
+use std::io;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+/// Notes that are kept.
+const NOTES: usize = 20;
+
+/// What the screen shows.
+#[derive(Clone, Debug, Default)]
+pub struct Sight {
+    /// The wearer's pseudonym.
+    pub wearer: String,
+    /// The device, as it was named.
+    pub device: String,
+    /// The latest view; none before the device is armed.
+    pub view: Option<View>,
+    /// What happened, newest first: s, words, whether it is bad.
+    pub notes: VecDeque<(f64, String, bool)>,
+    /// What is being typed.
+    pub typed: String,
+}
+
+impl Sight {
+    /// Adds a note.
+    pub fn note(&mut self, t_s: f64, text: String, is_bad: bool) {
+        self.notes.push_front((t_s, text, is_bad));
+        self.notes.truncate(NOTES);
+    }
+}
+
+/// The operator behind the screen, for the thread at the device.
+pub struct Behind<'a> {
+    /// What they see.
+    pub sight: &'a Mutex<Sight>,
+    /// What they order.
+    pub orders: Receiver<Order>,
+}
+
+impl Operator for Behind<'_> {
+    fn order(&mut self, view: &View) -> Result<Option<Result<Order, OrderError>>, Gone> {
+        let mut sight = self.sight.lock().unwrap_or_else(PoisonError::into_inner);
+        sight.view = Some(view.clone());
+        match self.orders.try_recv() {
+            Ok(order) => Ok(Some(Ok(order))),
+            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Disconnected) => Err(Gone),
+        }
+    }
+
+    fn tell(&mut self, told: Told<'_>, view: &View) {
+        let (text, is_bad) = match told {
+            Told::Recorded(entry) => match noted(entry) {
+                Some(text) => (text, matches!(entry, Entry::TooMuch { .. })),
+                None => return,
+            },
+            Told::Refused(refusal) => (refusal.to_string(), true),
+            Told::Nonsense(error) => (error.to_string(), true),
+            Told::Written => ("the wearer file was written".to_owned(), false),
+        };
+        let mut sight = self.sight.lock().unwrap_or_else(PoisonError::into_inner);
+        sight.note(view.t_s, text, is_bad);
+    }
+}
+
+/// An entry in words; nothing for what the screen shows anyway.
+fn noted(entry: &Entry) -> Option<String> {
+    Some(match entry {
+        Entry::Armed { channel, check_ma } => match check_ma {
+            Some(ma) => format!("channel {channel} armed: its electrode carries {ma:.2} mA"),
+            None => format!("channel {channel} armed"),
+        },
+        Entry::Judged {
+            moved,
+            deviation_n,
+            bound_n,
+            ..
+        } => {
+            let said = if *moved { "moved" } else { "still" };
+            format!("instrument: {said}, {deviation_n:.3} N against {bound_n:.3} N")
+        }
+        Entry::Found { channel, step, .. } => format!("channel {channel}: {} found", step.name()),
+        Entry::TooMuch { channel, level } => format!("channel {channel}: {level} was too much"),
+        Entry::Skipped { channel } => format!("channel {channel} left out"),
+        _ => return None,
+    })
+}
+
+/// Draws and takes keys until `is_over`; every key is an order of its own.
+///
+/// # Errors
+/// The terminal fails.
+pub fn sit(
+    sight: &Mutex<Sight>,
+    orders: &Sender<Order>,
+    is_over: impl Fn() -> bool,
+) -> io::Result<()> {
+    let mut screen = Screen::open()?;
+    while !is_over() && !has_panicked() {
+        let seen = {
+            let sight = sight.lock().unwrap_or_else(PoisonError::into_inner);
+            sight.clone()
+        };
+        screen.0.draw(|frame| draw_calibration(frame, &seen))?;
+        let next = Instant::now() + FRAME;
+        while event::poll(next.saturating_duration_since(Instant::now()))? {
+            if let Event::Key(key) = event::read()? {
+                let mut sight = sight.lock().unwrap_or_else(PoisonError::into_inner);
+                let view = sight.view.clone().unwrap_or_default();
+                if let Some(order) = calibration_order(key, &view, &mut sight.typed) {
+                    let _ = orders.send(order); // the work is over
+                }
+            }
+        }
+    }
+    Ok(())
+}
