@@ -1,5 +1,6 @@
 //! The tests of sessions, runs and reports, one program: a room each.
 
+mod calibration;
 mod choice;
 mod identify;
 mod link_native;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// What came of a step.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(rename_all = "kebab-case")]
 pub enum Value {
     /// A level, in the channel's unit.
     Level(Level),

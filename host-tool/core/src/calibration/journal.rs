@@ -86,7 +86,7 @@ impl Head {
 
 /// Something that happened.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-#[serde(tag = "entry", rename_all = "kebab-case")]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Entry {
     /// It began, or was gone on with.
     Begun(Head),
@@ -154,12 +154,12 @@ pub enum Entry {
 
 /// A line of the journal.
 #[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Line {
     /// From 1, without a gap.
     n: usize,
     /// Since the device was opened, s of its time.
     t_s: f64,
-    #[serde(flatten)]
     entry: Entry,
 }
 

@@ -99,7 +99,14 @@ impl Machine {
 
     /// What is done first.
     pub fn begin(&mut self) -> Vec<Action> {
-        self.go_to_next()
+        // What an earlier course found and could not write any more.
+        let is_owed = self.found.iter().any(Found::is_complete);
+        let mut actions = match is_owed {
+            true => vec![Action::Write],
+            false => Vec::new(),
+        };
+        actions.extend(self.go_to_next());
+        actions
     }
 
     /// Whether every electrode is done or left out.

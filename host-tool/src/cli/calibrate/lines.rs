@@ -150,10 +150,7 @@ impl Operator for Lines {
     fn tell(&mut self, told: Told<'_>, view: &View) {
         let said = match told {
             Told::Recorded(entry) => {
-                let mut said = json!(entry);
-                said["event"] = "recorded".into();
-                said["t_s"] = view.t_s.into();
-                said
+                json!({ "event": "recorded", "t_s": view.t_s, "entry": entry })
             }
             Told::Refused(refusal) => refusal_line(refusal),
             Told::Nonsense(error) => refused(&error.to_string()),

@@ -1,0 +1,139 @@
+//! Whatever ends a calibration, at every step: silent at once, the record whole, and gone
+//! on with to the same file.
+
+use super::scene::*;
+use hal_sim::body::bench::SensorSpec;
+use host_core::calibration::{Auto, Entry, OnDisk, Phase, Step};
+use std::cell::RefCell;
+use std::path::Path;
+use std::rc::Rc;
+
+/// Longest time until all outputs are isolated, µs.
+const SILENT_US: u64 = 100_000;
+
+/// Every step of two electrodes, in every phase.
+fn moments() -> Vec<Moment> {
+    let mut all = Vec::new();
+    for electrode in 1..=2 {
+        for step in Step::ALL {
+            for phase in [Phase::Ready, Phase::On, Phase::Rest] {
+                all.push(Moment {
+                    electrode,
+                    step,
+                    phase,
+                    left_s: 0.5,
+                });
+            }
+        }
+    }
+    all
+}
+
+/// Ends a calibration so, and gives how long the outputs were not silent.
+fn ended(way: Way, moment: Moment, out: &Path) -> u64 {
+    let order = plan_of(2);
+    let come = Rc::new(RefCell::new(Come::default()));
+    let mut operator = Until {
+        moment,
+        way,
+        come: Rc::clone(&come),
+    };
+    let port = Happening {
+        port: port_of(&order.0, SEED, SensorSpec::default()),
+        way,
+        come: Rc::clone(&come),
+    };
+    let (result, _, port) = calibrated(port, &order, out, &OnDisk, &mut operator);
+    let told = result.unwrap_err().to_string();
+    let expected = match way {
+        Way::Abort => "E683 ",
+        Way::Cut => "E502 ",
+        Way::Freeze => "E501 ",
+        Way::Off => "E677 ",
+    };
+    assert!(told.starts_with(expected), "{way:?} {moment:?}: {told}");
+    let mut port = port.unwrap();
+    let at_us = come.borrow().at_us.unwrap();
+    let world = &mut port.port.world;
+    // Nothing flows through an electrode that is off, and nobody can know it while
+    // nothing is given: it counts from the next pulse on, or at once if one is given.
+    let since_us = match (way, moment.phase) {
+        (Way::Off, Phase::Ready | Phase::Rest) => driven_after(world, at_us).unwrap_or(at_us),
+        _ => at_us,
+    };
+    silent_after(world, since_us)
+}
+
+fn at_every_step(way: Way) {
+    let order = plan_of(2);
+    let folder = folder(&format!("{way:?}"));
+    let (_, _, reference) = whole(&order, &folder.join("reference.toml"));
+    let (mut longest, mut tried) = (0, 0);
+    for (place, moment) in moments().into_iter().enumerate() {
+        let out = folder.join(format!("{place}.toml"));
+        let silent_us = ended(way, moment, &out);
+        longest = longest.max(silent_us);
+        assert!(silent_us <= SILENT_US, "{way:?} {moment:?}: {silent_us} µs");
+        let kept = entries(&out);
+        assert!(
+            matches!(kept.last(), Some(Entry::Ended { .. })),
+            "{moment:?}"
+        );
+        // The electrode is on again, the cable mended.
+        let port = port_of(&order.0, SEED, SensorSpec::default());
+        let (result, _, _) = calibrated(port, &order, &out, &OnDisk, &mut Auto);
+        result.unwrap();
+        let resumed = std::fs::read_to_string(&out).unwrap();
+        assert_eq!(resumed, reference, "{way:?} {moment:?}");
+        let found = |step: Step| {
+            let is = |entry: &&Entry| matches!(entry, Entry::Found { step: it, .. } if *it == step);
+            entries(&out).iter().filter(is).count()
+        };
+        // Nothing that was found was looked for again.
+        assert!(Step::ALL.iter().all(|step| found(*step) == 2), "{moment:?}");
+        tried += 1;
+    }
+    println!(
+        "{way:?}: {tried} moments, silent within {:.1} ms",
+        longest as f64 * 1e-3
+    );
+}
+
+#[test]
+fn an_abort_at_every_step_is_silent_at_once() {
+    at_every_step(Way::Abort);
+}
+
+#[test]
+fn a_cable_cut_at_every_step_is_silent_soon() {
+    at_every_step(Way::Cut);
+}
+
+#[test]
+fn a_link_that_goes_silent_at_every_step_is_silent_soon() {
+    at_every_step(Way::Freeze);
+}
+
+#[test]
+fn an_electrode_that_falls_off_at_every_step_is_found() {
+    at_every_step(Way::Off);
+}
+
+/// A pulse comes every 31 ms, and three tell: wherever between two the electrode falls off.
+#[test]
+fn an_electrode_that_falls_off_at_any_moment_of_a_second_is_silent_in_time() {
+    let folder = folder("any_moment");
+    let mut longest = 0;
+    for place in 0..32 {
+        let moment = Moment {
+            electrode: 1,
+            step: Step::Comfort,
+            phase: Phase::On,
+            left_s: 0.3 + 0.005 * f64::from(place),
+        };
+        let silent_us = ended(Way::Off, moment, &folder.join(format!("{place}.toml")));
+        longest = longest.max(silent_us);
+    }
+    println!("silent within {:.1} ms", longest as f64 * 1e-3);
+    assert!(longest <= SILENT_US, "{longest}");
+}

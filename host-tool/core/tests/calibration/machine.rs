@@ -1,0 +1,148 @@
+//! The procedure by itself: what no order may bring about, whatever comes.
+
+use super::scene::plan_of;
+use host_core::calibration::{Action, Entry, Level, Machine, Order, Phase, Step};
+use proptest::prelude::*;
+
+fn order() -> impl Strategy<Value = Order> {
+    let moves = Order::Moves {
+        moves: vec!["thumb".to_owned()],
+    };
+    prop_oneof![
+        6 => Just(Order::Raise),
+        3 => Just(Order::Again),
+        2 => Just(Order::Lower),
+        5 => Just(Order::Yes),
+        4 => Just(Order::No),
+        1 => Just(Order::TooMuch),
+        1 => Just(Order::Enough),
+        1 => Just(Order::Skip),
+        3 => Just(moves),
+    ]
+}
+
+proptest! {
+    /// Whatever is ordered, whenever: a level rises only by an order that raises, is
+    /// never above the ceiling, and what was too much never comes again.
+    #[test]
+    fn nothing_rises_by_itself(orders in proptest::collection::vec((order(), 0_u64..1_500_000), 1..200)) {
+        let (plan, _) = plan_of(2);
+        let mut machine = Machine::new(plan, &[]);
+        machine.begin();
+        let (mut t_us, mut given, mut ceilings) = (0, 0, [24_000_u32; 2]);
+        for (order, later_us) in orders {
+            t_us += later_us;
+            for action in machine.pass(t_us) {
+                if let Action::Give(_, level) = action {
+                    prop_assert_eq!(level, Level(0));
+                    given = 0;
+                }
+            }
+            let before = machine.view(t_us);
+            let Ok(actions) = machine.order(t_us, &order) else {
+                let after = machine.view(t_us);
+                prop_assert_eq!(before, after, "a refused order changes nothing");
+                continue;
+            };
+            for action in actions {
+                match action {
+                    Action::Give(channel, level) => {
+                        prop_assert!(level.0 <= given || order.raises(), "{order:?}");
+                        prop_assert!(level.0 <= ceilings[usize::from(channel - 1)]);
+                        given = level.0;
+                    }
+                    Action::Record(Entry::TooMuch { channel, level }) => {
+                        let ceiling = &mut ceilings[usize::from(channel - 1)];
+                        *ceiling = (*ceiling).min(level.0.saturating_sub(1));
+                    }
+                    _ => {}
+                }
+            }
+            for found in machine.found() {
+                let (threshold, limit) = (found.threshold, found.limit);
+                prop_assert!(limit.is_none() || threshold < limit);
+                prop_assert!(found.maximum.is_none() || found.minimum < found.maximum);
+                prop_assert!(found.maximum.is_none() || found.maximum <= limit);
+            }
+            prop_assert_eq!(machine.order(t_us, &Order::Abort), Ok(vec![Action::Abort]));
+        }
+    }
+}
+
+/// The machine at `step` of its first electrode, ready.
+fn at(step: Step) -> (Machine, u64) {
+    let (plan, _) = plan_of(1);
+    let mut machine = Machine::new(plan, &[]);
+    machine.begin();
+    let mut t_us = 0;
+    for _ in 0..100 {
+        t_us += 2_000_000;
+        machine.pass(t_us);
+        let view = machine.view(t_us);
+        if view.step == step && view.phase == Phase::Ready && view.question.is_none() {
+            return (machine, t_us);
+        }
+        let order = match view.question {
+            Some(_) if view.step == Step::Threshold && view.level < Level(9_000) => Order::No,
+            Some(_) => Order::Yes,
+            None if view.step == Step::Comfort && view.level >= Level(12_000) => Order::Enough,
+            None if view.confirms || matches!(view.step, Step::Minimum | Step::Maximum) => {
+                Order::Again
+            }
+            None => Order::Raise,
+        };
+        machine.order(t_us, &order).unwrap();
+        t_us += 1_000_000;
+        machine.pass(t_us);
+    }
+    panic!("{step:?} was not reached");
+}
+
+#[test]
+fn every_refusal_says_what_to_do() {
+    let (mut machine, t_us) = at(Step::Threshold);
+    let told = |machine: &mut Machine, t_us, order: Order| {
+        machine.order(t_us, &order).unwrap_err().to_string()
+    };
+    assert_eq!(
+        told(&mut machine, t_us, Order::Yes),
+        "E671 not now: nothing was asked"
+    );
+    machine.order(t_us, &Order::Raise).unwrap();
+    assert!(told(&mut machine, t_us, Order::Raise).contains("being given"));
+    machine.pass(t_us + 1_000_000);
+    assert!(told(&mut machine, t_us + 1_000_000, Order::Raise).contains("answer"));
+    machine.order(t_us + 1_000_000, &Order::No).unwrap();
+    let soon = told(&mut machine, t_us + 1_300_000, Order::Raise);
+    assert!(soon.contains("rests for 0.7 s more"), "{soon}");
+}
+
+#[test]
+fn levels_out_of_order_are_refused_by_name() {
+    let (mut machine, t_us) = at(Step::Minimum);
+    machine.order(t_us, &Order::Lower).unwrap();
+    machine.order(t_us, &Order::Again).unwrap();
+    machine.pass(t_us + 1_000_000);
+    let told = machine.order(t_us + 1_000_000, &Order::Yes).unwrap_err();
+    let told = told.to_string();
+    assert!(told.starts_with("E676 out of order at minimum"), "{told}");
+    assert!(told.contains("below the motor threshold"), "{told}");
+}
+
+/// What was too much at the maximum lowers the limit, and the maximum is chosen again.
+#[test]
+fn too_much_later_takes_back_what_was_set() {
+    let (mut machine, t_us) = at(Step::Points);
+    let limit = machine.found()[0].limit.unwrap();
+    machine.order(t_us, &Order::Again).unwrap();
+    let actions = machine.order(t_us + 300_000, &Order::TooMuch).unwrap();
+    assert_eq!(actions.first(), Some(&Action::Give(1, Level(0))));
+    let found = &machine.found()[0];
+    assert_eq!(found.limit, Some(limit.below(Level(500))));
+    assert_eq!(found.maximum, None);
+    let view = machine.view(t_us + 300_000);
+    assert_eq!(
+        (view.step, view.top),
+        (Step::Maximum, limit.below(Level(500)))
+    );
+}

@@ -1,0 +1,240 @@
+//! A calibration of simulated electrodes, and what may happen to it.
+
+use firmware::units::Micros;
+use hal_sim::body::bench::SensorSpec;
+use hal_sim::body::{Array, Load};
+use hal_sim::native::native_seeded;
+use hal_sim::world::World;
+use host_core::calibration::{
+    Auto, CalibrationError, Course, Desk, Entry, Files, Found, Gone, Head, Journal, OnDisk,
+    Operator, Order, OrderError, Phase, Plan, Spent, Step, View, board, calibrate, journal_of,
+    read,
+};
+use host_core::link::{Port, SimulatedPort};
+use host_core::run::simulated;
+use std::cell::RefCell;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+pub const SEED: u64 = 1;
+
+/// An empty folder of this test's own.
+pub fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("calibration")
+        .join(test);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Electrodes 1 to `count`, none above 24 mA.
+pub fn plan_of(count: u8) -> (Plan, String) {
+    let mut text = "wearer = \"W01\"\n[limits]\nmax_current_ma = 30.0\n".to_owned();
+    for channel in 1..=count {
+        text += &format!(
+            "[[electrode]]\nchannel = {channel}\nplace = \"p{channel}\"\nceiling = 24.0\n"
+        );
+    }
+    (Plan::parse("plan", &text).unwrap(), text)
+}
+
+pub fn head_of(text: &str) -> Head {
+    Head {
+        operator: "auto".to_owned(),
+        at: "simulated".to_owned(),
+        device: "native".to_owned(),
+        firmware: "0.1.0".to_owned(),
+        body: Some("array".to_owned()),
+        seed: Some(SEED),
+        ..Head::of("W01", text)
+    }
+}
+
+/// A native device under the array that `seed` draws.
+pub fn port_of(plan: &Plan, seed: u64, sensor: SensorSpec) -> SimulatedPort {
+    let device = Box::new(native_seeded(Micros::new(0), seed));
+    let mut port = simulated(&board(plan).unwrap(), seed, device, Micros::new(0)).unwrap();
+    port.world.body = Box::new(Array::new(seed, sensor).unwrap());
+    port
+}
+
+/// What happens at a moment.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Way {
+    /// The operator's one key.
+    Abort,
+    /// The cable breaks: nothing can be sent or received.
+    Cut,
+    /// Nothing arrives on either side, and nobody is told.
+    Freeze,
+    /// The electrode under way falls off.
+    Off,
+}
+
+/// When: the first time that this electrode is in this step and phase, an answer owed or
+/// not; given levels in the middle of their second.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Moment {
+    pub electrode: usize,
+    pub step: Step,
+    pub phase: Phase,
+    /// Of a level that is given: when so much of its second is left, s.
+    pub left_s: f64,
+}
+
+/// What has come of the moment.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Come {
+    pub has_come: bool,
+    /// When the device's side saw it, µs.
+    pub at_us: Option<u64>,
+    channel: usize,
+}
+
+/// The stand-in, until something happens.
+pub struct Until {
+    pub moment: Moment,
+    pub way: Way,
+    pub come: Rc<RefCell<Come>>,
+}
+
+impl Operator for Until {
+    fn order(&mut self, view: &View) -> Result<Option<Result<Order, OrderError>>, Gone> {
+        let (at, now) = (self.moment, (view.electrode, view.step, view.phase));
+        let is_time = view.phase != Phase::On || view.left_s < at.left_s;
+        let mut come = self.come.borrow_mut();
+        if now == (at.electrode, at.step, at.phase) && is_time && !come.has_come {
+            come.has_come = true;
+            come.channel = usize::from(view.channel - 1);
+            if self.way == Way::Abort {
+                return Ok(Some(Ok(Order::Abort)));
+            }
+        }
+        Ok(Auto::decide(view).map(Ok))
+    }
+}
+
+/// A port to which it happens.
+pub struct Happening {
+    pub port: SimulatedPort,
+    pub way: Way,
+    pub come: Rc<RefCell<Come>>,
+}
+
+impl Happening {
+    /// Whether the wire is as it was.
+    fn is_whole(&mut self) -> bool {
+        let mut come = self.come.borrow_mut();
+        if !come.has_come {
+            return true;
+        }
+        if come.at_us.is_none() {
+            come.at_us = Some(self.port.world.now_us());
+            if self.way == Way::Off {
+                self.port.world.body.loads_mut()[come.channel] = Load::Open;
+            }
+        }
+        matches!(self.way, Way::Abort | Way::Off)
+    }
+}
+
+impl Port for Happening {
+    fn now_us(&mut self) -> u64 {
+        self.port.now_us()
+    }
+
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        match self.is_whole() {
+            true => self.port.send(frame),
+            false if self.way == Way::Cut => Err(io::Error::other("cut")),
+            false => Ok(()),
+        }
+    }
+
+    fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
+        match self.is_whole() {
+            true => self.port.receive(until_us),
+            false if self.way == Way::Cut => Err(io::Error::other("cut")),
+            false => {
+                self.port.world.run_until(until_us)?;
+                self.port.world.received().for_each(drop);
+                Ok(Vec::new())
+            }
+        }
+    }
+
+    fn world(&mut self) -> Option<&mut World> {
+        self.port.world()
+    }
+}
+
+/// What came of a calibration, and the port.
+pub type Ended<P> = (Result<Vec<Found>, CalibrationError>, Spent, Option<P>);
+
+/// Calibrates through `port`, from the journal beside `out` on if there is one.
+pub fn calibrated<P: Port>(
+    port: P,
+    (plan, text): &(Plan, String),
+    out: &Path,
+    files: &dyn Files,
+    operator: &mut dyn Operator,
+) -> Ended<P> {
+    let path = journal_of(out);
+    let before = match path.exists() {
+        true if std::fs::read(&path).unwrap().contains(&b'\n') => read(&path).unwrap().entries,
+        _ => Vec::new(),
+    };
+    if before.is_empty() {
+        let _ = std::fs::remove_file(&path);
+    }
+    let head = head_of(text);
+    let course = Course {
+        plan,
+        out,
+        files,
+        before: &before,
+        head: &head,
+    };
+    let mut journal = match Journal::open(files, &path, before.len()) {
+        Ok(journal) => journal,
+        Err(error) => return (Err(error), Spent::default(), Some(port)),
+    };
+    let mut desk = Desk {
+        operator,
+        interruption: None,
+        acknowledges: false,
+    };
+    calibrate(port, &course, &mut journal, &mut desk)
+}
+
+/// The whole of it, by the stand-in: what was found, and the file.
+pub fn whole(order: &(Plan, String), out: &Path) -> (Vec<Found>, Spent, String) {
+    let port = port_of(&order.0, SEED, SensorSpec::default());
+    let (found, spent, _) = calibrated(port, order, out, &OnDisk, &mut Auto);
+    (found.unwrap(), spent, std::fs::read_to_string(out).unwrap())
+}
+
+/// The journal's entries, which are whole.
+pub fn entries(out: &Path) -> Vec<Entry> {
+    read(&journal_of(out)).unwrap().entries
+}
+
+/// How long after `since_us` the outputs were last anything but isolated, µs. They are
+/// isolated now, and stay so for half a second.
+pub fn silent_after(world: &mut World, since_us: u64) -> u64 {
+    let now_us = world.now_us();
+    world.run_until(now_us + 500_000).unwrap();
+    let trace = &world.recorder.trace;
+    assert_eq!(trace.last_levels().0, 0, "outputs are isolated");
+    let last_us = trace.levels.last().map_or(0, |(t_us, _)| *t_us);
+    last_us.saturating_sub(since_us)
+}
+
+/// When a channel was first driven after `since_us`.
+pub fn driven_after(world: &World, since_us: u64) -> Option<u64> {
+    let edges = world.recorder.trace.edges_from(since_us);
+    let mut driven = edges.filter(|edge| edge.state.is_driven() && edge.t_us >= since_us);
+    driven.next().map(|edge| edge.t_us)
+}

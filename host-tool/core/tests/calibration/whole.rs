@@ -1,0 +1,125 @@
+//! Ten electrodes, found as they are.
+
+use super::scene::*;
+use hal_sim::body::Array;
+use hal_sim::body::array::MOVEMENTS;
+use hal_sim::body::bench::SensorSpec;
+use host_core::calibration::{CalibrationError, Gone, OnDisk, Operator, Order, OrderError, View};
+use host_core::wearer::{Evidence, Wearer};
+
+/// The instrument tells some 60 mN from its noise: the truth is the lowest step at which
+/// the force is that much.
+fn true_threshold_ma(body: &Array, index: usize) -> f64 {
+    let near = body.points()[index].reaches[0];
+    let is_told = |ma: f64| near.pool.share(ma) * near.full_n > 0.06;
+    let mut ma = 0.5 * (near.pool.lowest() / 0.5).floor();
+    while !is_told(ma) {
+        ma += 0.5;
+    }
+    ma
+}
+
+#[test]
+fn ten_electrodes_are_found_in_a_quarter_of_an_hour() {
+    let out = folder("ten").join("w.toml");
+    let (found, spent, text) = whole(&plan_of(10), &out);
+    println!(
+        "{:.1} min of device time, {} presentations",
+        spent.t_s / 60.0,
+        spent.given
+    );
+    assert!(spent.t_s <= 900.0, "{}", spent.t_s);
+    let body = Array::new(SEED, SensorSpec::default()).unwrap();
+    for (index, found) in found.iter().enumerate() {
+        let (point, truth) = (body.points()[index], true_threshold_ma(&body, index));
+        let threshold = found.threshold.unwrap().units();
+        println!(
+            "channel {}: threshold {threshold} (truth {truth}, first fibre {:.2}), limit {} \
+             (bears {:.2}), {:?}",
+            index + 1,
+            point.reaches[0].pool.lowest(),
+            found.limit.unwrap(),
+            point.bears_ma,
+            found.moves,
+        );
+        assert!((threshold - truth).abs() <= 0.5, "{threshold} {truth}");
+        let limit = found.limit.unwrap().units();
+        assert!(limit <= point.bears_ma && point.bears_ma < limit + 0.5);
+        let moves = found.moves.as_ref().unwrap();
+        assert!(moves.contains(&MOVEMENTS[point.reaches[0].movement].to_owned()));
+    }
+    let wearer = Wearer::parse("w.toml", &text).unwrap();
+    assert_eq!(wearer.electrodes.len(), 10);
+    assert_eq!(wearer.history.len(), 10);
+    assert_eq!(wearer.evidence, Evidence::Simulated);
+    assert!(wearer.limits.host_timeout_ms <= 40 && wearer.limits.fall_ms <= 50);
+}
+
+/// Orders one raise, then nothing any more.
+struct Once(bool);
+
+impl Operator for Once {
+    fn order(&mut self, view: &View) -> Result<Option<Result<Order, OrderError>>, Gone> {
+        if view.t_s > 30.0 {
+            return Err(Gone);
+        }
+        Ok((!std::mem::replace(&mut self.0, true)).then_some(Ok(Order::Raise)))
+    }
+}
+
+#[test]
+fn silence_raises_nothing() {
+    let order = plan_of(1);
+    let out = folder("silence").join("w.toml");
+    let port = port_of(&order.0, SEED, SensorSpec::default());
+    let (result, spent, port) = calibrated(port, &order, &out, &OnDisk, &mut Once(false));
+    let told = result.unwrap_err().to_string();
+    assert!(told.starts_with("E684 nobody orders"), "{told}");
+    assert_eq!(spent.given, 1);
+    let mut port = port.unwrap();
+    // The rise, a second and the fall: no pulse of any size in the half minute after.
+    let end_us = port.world.now_us();
+    assert!(driven_after(&port.world, 2_000_000).is_none());
+    silent_after(&mut port.world, end_us);
+}
+
+#[test]
+fn a_sensor_that_saturates_or_hangs_upside_down_is_named() {
+    for (name, sensor) in [
+        (
+            "E680 ",
+            SensorSpec {
+                range_n: 0.5,
+                ..SensorSpec::default()
+            },
+        ),
+        (
+            "E681 ",
+            SensorSpec {
+                is_upside_down: true,
+                ..SensorSpec::default()
+            },
+        ),
+    ] {
+        let order = plan_of(2);
+        let out = folder(name.trim()).join("w.toml");
+        let port = port_of(&order.0, SEED, sensor);
+        let (result, _, port) = calibrated(
+            port,
+            &order,
+            &out,
+            &OnDisk,
+            &mut host_core::calibration::Auto,
+        );
+        let error = result.unwrap_err();
+        assert!(error.to_string().starts_with(name), "{error}");
+        assert!(matches!(
+            error,
+            CalibrationError::Saturates(_) | CalibrationError::UpsideDown(_)
+        ));
+        let mut port = port.unwrap();
+        let end_us = port.world.now_us();
+        silent_after(&mut port.world, end_us);
+        assert!(entries(&out).len() > 2);
+    }
+}
