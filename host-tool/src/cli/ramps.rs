@@ -5,6 +5,7 @@ use super::experiment::{ExperimentArgs, command};
 use super::{Incomplete, Output, interrupt, wrong};
 use host_core::plot::words::in_columns;
 use host_core::record::replace_file;
+use host_core::wearer::Wearer;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -56,7 +57,10 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
     };
     let result = study.outcome(&all, told)?;
     // What was computed is told, whatever becomes of the folder.
-    let written = write(place.dir(), &result, &study.csv(&all));
+    let wearers = all.iter().take(2).enumerate();
+    let wearers = wearers.filter_map(|(nth, found)| study.wearer(nth, found));
+    let wearers: Vec<Wearer> = wearers.collect();
+    let written = write(place.dir(), &result, &study.csv(&all), &wearers);
     let page = place.dir().join("result.html").display().to_string();
     let told = || format!("{}\nPage: {page}", people(&result));
     let ended = signal.map(|it| interrupt::Ended(it, format!("after {of}")).into());
@@ -94,9 +98,13 @@ fn asked(args: &ExperimentArgs) -> anyhow::Result<Study> {
     }
 }
 
-fn write(dir: &Path, result: &Outcome, rows: &str) -> anyhow::Result<()> {
+fn write(dir: &Path, result: &Outcome, rows: &str, wearers: &[Wearer]) -> anyhow::Result<()> {
     laboratory::publish(dir, result, &[])?;
     replace_file(&dir.join("draws.csv"), rows.as_bytes())?;
+    for wearer in wearers {
+        let text = wearer.to_toml();
+        replace_file(&dir.join(format!("{}.toml", wearer.name)), text.as_bytes())?;
+    }
     Ok(())
 }
 

@@ -16,6 +16,9 @@ const BICEPS_MA: f64 = 40.0;
 /// What all wall experiments are called from.
 const WALL: &str = "harris-wall";
 
+/// Where sessions of the program name their wearers' files.
+const WEARERS: &str = "../wearers/";
+
 /// Why a wearer cannot hit the wall.
 #[derive(Debug, thiserror::Error)]
 pub enum WornError {
@@ -55,16 +58,19 @@ struct Points {
 /// It is none; the file has no elbow, or nothing at the widths of the experiment; a session
 /// that no device would arm.
 pub fn worn(name: &str, wearer: &Wearer) -> Result<Experiment, WornError> {
-    let is_wall = name == WALL || name.strip_prefix(WALL).is_some_and(|it| it.starts_with('-'));
+    let is_wall = name == WALL
+        || name
+            .strip_prefix(WALL)
+            .is_some_and(|it| it.starts_with('-'));
     let (file, text) = match text_of(name) {
         Some(found) if is_wall => found,
         _ => return Err(WornError::NoWall(name.to_owned())),
     };
     let [triceps, biceps] = points(wearer)?;
     let declared = declaration(text, wearer, [triceps, biceps]);
-    let session = |name: &str| {
-        let text = of_program(name)?;
-        Ok(dressed(&text, wearer, [triceps, biceps]))
+    let session = |name: &str| match name.starts_with(WEARERS) {
+        true => Ok(wearer.to_toml()),
+        false => Ok(dressed(&of_program(name)?, wearer, [triceps, biceps])),
     };
     Ok(Experiment::new(file, &declared, &session)?.called(name))
 }
@@ -72,9 +78,13 @@ pub fn worn(name: &str, wearer: &Wearer) -> Result<Experiment, WornError> {
 /// Thresholds and most of both muscles at the experiment's widths.
 fn points(wearer: &Wearer) -> Result<[Points; 2], WornError> {
     let none = |what| WornError::NoElbow(wearer.name.clone(), what);
-    let elbow = wearer.elbow.ok_or_else(|| none("add it, with `triceps` and `biceps`"))?;
-    let point = |channel: u8, width_us: u16| {
-        let electrode = wearer.electrode(channel).filter(|it| it.unit == Unit::Milliampere);
+    let elbow = wearer
+        .elbow
+        .ok_or_else(|| none("add it, with `triceps` and `biceps`"))?;
+    let point = |channel: u8, width_us: u16| -> Result<Points, WornError> {
+        let electrode = wearer
+            .electrode(channel)
+            .filter(|it| it.unit == Unit::Milliampere);
         let electrode = electrode.ok_or_else(|| none("name channels of current stages"))?;
         let own = electrode.at_width(width_us);
         let own = own.map_err(|why| unfit(wearer, electrode, width_us, why))?;
@@ -118,7 +128,9 @@ fn declaration(text: &str, wearer: &Wearer, points: [Points; 2]) -> String {
     if let Some(Value::Array(draws)) = table.get_mut("draw") {
         let is_known = |draw: &Value| {
             let field = draw.get("field").and_then(Value::as_str);
-            known.iter().any(|(own, _)| field == Some(&format!("body.{own}")))
+            known
+                .iter()
+                .any(|(own, _)| field == Some(&format!("body.{own}")))
         };
         draws.retain(|draw| !is_known(draw));
     }
@@ -151,17 +163,30 @@ fn known(wearer: &Wearer, [triceps, biceps]: [Points; 2]) -> Vec<(&'static str, 
         ("biceps_threshold_ma", biceps.threshold_ma),
     ];
     let strengths = wearer.elbow.map(|it| [it.triceps_nm, it.biceps_nm]);
-    for (name, nm) in ["triceps_nm", "biceps_nm"].into_iter().zip(strengths.into_iter().flatten()) {
-        known.extend(nm.map(|nm| (name, nm)));
-    }
+    let [triceps_nm, biceps_nm] = strengths.unwrap_or_default();
+    // A strength is what the most gives.
+    let of = |nm: Option<f64>, names: [&'static str; 2], most_ma| {
+        let known = nm.map(|nm| [(names[0], nm), (names[1], most_ma)]);
+        known.into_iter().flatten()
+    };
+    known.extend(of(
+        triceps_nm,
+        ["triceps_nm", "triceps_max_ma"],
+        triceps.most_ma,
+    ));
+    known.extend(of(
+        biceps_nm,
+        ["biceps_nm", "biceps_max_ma"],
+        biceps.most_ma,
+    ));
     known
 }
 
-/// A session of the program with this wearer's limits, amplitudes and body.
+/// A session of the program with this wearer's amplitudes and body; its limits are those of
+/// the wearer's file, which it names.
 fn dressed(text: &str, wearer: &Wearer, points: [Points; 2]) -> String {
     let mut table: Table = text.parse().unwrap_or_default(); // the program's own
     let [triceps, biceps] = points;
-    let co_ma = BICEPS_MA.min(biceps.most_ma);
     let mut set = |path: &[&str], value: f64| {
         if let Some(place) = at(&mut table, path) {
             *place = Value::Float(milli(value));
@@ -171,25 +196,14 @@ fn dressed(text: &str, wearer: &Wearer, points: [Points; 2]) -> String {
     set(&["wall", "stiffness_per_deg"], triceps.most_ma / RAMP_DEG);
     set(&["wall", "pre_wall", "begin"], triceps.threshold_ma);
     set(&["wall", "pre_wall", "end"], triceps.most_ma);
-    set(&["wall", "co_contraction", "amplitude"], co_ma);
-    set(&["channel", "0", "limit"], triceps.most_ma);
-    set(&["channel", "1", "limit"], co_ma);
-    let current_ma = f64::from(wearer.limits.max_current_ua) * 1e-3;
-    set(&["wearer", "max_current_ma"], current_ma.min(triceps.most_ma.max(co_ma)));
+    set(
+        &["wall", "co_contraction", "amplitude"],
+        BICEPS_MA.min(biceps.most_ma),
+    );
     if let Some(Value::Table(body)) = table.get_mut("body") {
         for (name, value) in known(wearer, points) {
             body.insert(name.to_owned(), Value::Float(milli(value)));
         }
-    }
-    if let Some(Value::Table(limits)) = table.get_mut("wearer") {
-        let least = |field: &str, own: i64| {
-            let said = limits.get(field).and_then(Value::as_integer);
-            Value::Integer(said.map_or(own, |said| said.min(own)))
-        };
-        let timeout = least("host_timeout_ms", wearer.limits.host_timeout_ms.into());
-        let fall = least("fall_ms", wearer.limits.fall_ms.into());
-        limits.insert("host_timeout_ms".to_owned(), timeout);
-        limits.insert("fall_ms".to_owned(), fall);
     }
     table.to_string()
 }

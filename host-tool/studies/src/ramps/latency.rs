@@ -159,10 +159,12 @@ impl Latency {
              first edge of its train {least} to {most} µs, by design 1000; from the host's \
              setpoint to the first pulse of a train that waits for it {slow_least} to {slow_most} \
              µs at 50 Hz and {fast_least} to {fast_most} µs at 200 Hz, most of it the wait for the \
-             train's next slot. The paper: 1220 to 1300 µs from a reference pulse, set by the same \
+             train's next slot. The paper: {} to {} µs from a reference pulse, set by the same \
              program that sent the command, to the first pulse: with its USB, serial line and \
              stimulator in it. The wire of a simulator takes no time, the chip's USB does.",
-            device.typed()
+            device.typed(),
+            PAPER_US[0],
+            PAPER_US[1]
         )
     }
 }

@@ -25,6 +25,7 @@ mod strength_duration;
 mod study;
 mod tables;
 mod test;
+mod wearer_file;
 
 pub use angles::{DEPENDS, Depends, changed, found as effect_found, is_significant, least_found};
 pub use course::{Answer, Course, Moment, recorded};

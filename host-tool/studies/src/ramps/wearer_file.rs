@@ -1,0 +1,141 @@
+//! What the bench found of a participant, as a wearer file.
+
+use super::declared::Declared;
+use super::found::{Found, StrengthDurationFound};
+use super::study::{NAME, Study};
+use super::test::Stimulation;
+use firmware::safety::WearerSpec;
+use firmware::units::Amplitude;
+use host_core::session::Unit;
+use host_core::wearer::{Elbow, Electrode, Evidence, History, Interval, StrengthDuration, Wearer};
+
+/// Width at which the triceps' threshold stands in the file, µs: the wall's.
+const TRICEPS_US: u32 = 35;
+
+impl Study {
+    /// Participant `place` (from 0) as `harris-N.toml`: thresholds of both pairs with their
+    /// law, limits as the paper has them, torques at these. Nothing of a person whose
+    /// thresholds were not looked for or not found.
+    #[must_use]
+    pub fn wearer(&self, place: usize, found: &Found) -> Option<Wearer> {
+        let declared = &self.declared;
+        let middle_deg = self.middle_deg();
+        let protocol = &declared.protocol;
+        let [triceps, biceps] = found.strength_duration.as_slice() else {
+            return None;
+        };
+        let source = format!(
+            "simulated: person {} of {NAME}, seed {}; neither of Harris' own",
+            place + 1,
+            self.seed
+        );
+        let mut wearer = Wearer::new(
+            &format!("harris-{}", place + 1),
+            Evidence::Simulated,
+            &source,
+        );
+        wearer.note = Some(note(declared));
+        wearer.limits = WearerSpec {
+            max_current_ua: 80_000,
+            max_charge_nc: 5_000,
+            max_rms_ua: 10_000,
+            rise_ms: 1,
+            fall_ms: 50,
+            host_timeout_ms: 100,
+            ..WearerSpec::default()
+        };
+        let of_triceps = (1, "triceps brachii", "elbow extension");
+        let of_biceps = (2, "biceps brachii", "elbow flexion");
+        let limits = [protocol.current_ramp_ma, protocol.biceps.current_ma];
+        wearer.electrodes = vec![
+            electrode(declared, of_triceps, (TRICEPS_US, limits[0]), triceps)?,
+            electrode(
+                declared,
+                of_biceps,
+                (protocol.biceps.width_us, limits[1]),
+                biceps,
+            )?,
+        ];
+        let torque = |stimulation| {
+            let measured = found.at(stimulation, middle_deg)?;
+            Some((1e2 * measured.peak_nm).round() * 1e-2)
+        };
+        wearer.elbow = Some(Elbow {
+            triceps: 1,
+            biceps: 2,
+            triceps_nm: torque(Stimulation::Current(TRICEPS_US)),
+            biceps_nm: torque(Stimulation::Biceps),
+        });
+        wearer.history = vec![History {
+            at: "simulated time".to_owned(),
+            by: format!("flexor experiment {NAME}"),
+            what: "thresholds against pulse width, current and width ramps".to_owned(),
+            device: Some(format!("{} simulator", self.device.typed())),
+            firmware: None,
+            seed: i64::try_from(self.seed).ok().map(i64::unsigned_abs),
+        }];
+        Some(wearer)
+    }
+}
+
+fn note(declared: &Declared) -> String {
+    let upper = declared.strength_duration.upper_most_ma;
+    format!(
+        "Printed are {upper} mA at most at 35 us on the triceps, and 40 mA at 25 us on the biceps: \
+         they are the limits here. Thresholds, their law and the torques at these limits (of the \
+         elbow, not of all fibres) were found on a simulated elbow of assumed parameters. The \
+         pulse rate of 50 Hz is assumed. The curve's upper points are the largest pulses of \
+         section 3.3. The rise from zero is as short as the device allows: the paper's stimulator \
+         has none."
+    )
+}
+
+fn electrode(
+    declared: &Declared,
+    (channel, place, moves): (u8, &str, &str),
+    (width_us, limit_ma): (u32, f64),
+    found: &StrengthDurationFound,
+) -> Option<Electrode> {
+    let at = found.thresholds.iter().find(|it| it.width_us == width_us)?;
+    let fitted = found.fitted?;
+    let milli = |ma: f64| Amplitude::new((1e3 * ma).round() as u32); // saturates
+    let threshold = milli(at.current_ma);
+    // A law's rheobase lies below the threshold that it was fitted through.
+    let is_triceps = channel == 1;
+    let upper = declared.strength_duration.upper.iter();
+    let upper = upper.map(|&(width_us, ma)| (width_us as u16, milli(ma)));
+    let interval = |of, [low, high]: [f64; 2]| Interval { of, low, high };
+    let tenth = |ends: [f64; 2]| ends.map(|it| (10.0 * it).round() * 0.1);
+    Some(Electrode {
+        channel,
+        place: place.to_owned(),
+        area_mm2: 800,
+        unit: Unit::Milliampere,
+        load_ohm: 2_000,
+        width_us: width_us as u16,
+        frequency_hz: declared.protocol.frequency_hz,
+        holds_hz: [declared.protocol.frequency_hz; 2],
+        motor_threshold: threshold,
+        limit: milli(limit_ma),
+        minimum: None,
+        maximum: None,
+        moves: vec![moves.to_owned()],
+        strength_duration: Some(StrengthDuration {
+            rheobase: milli(fitted.rheobase_ma),
+            chronaxie_ns: (1e2 * fitted.chronaxie_us).round() as u32 * 10,
+            upper: if is_triceps {
+                upper.collect()
+            } else {
+                Vec::new()
+            },
+        }),
+        muscle: None,
+        intervals: vec![
+            interval(
+                "rheobase",
+                fitted.rheobase_within.map(|it| (1e3 * it).round() * 1e-3),
+            ),
+            interval("chronaxie_us", tenth(fitted.chronaxie_within)),
+        ],
+    })
+}
