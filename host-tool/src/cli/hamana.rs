@@ -2,12 +2,12 @@
 //! 2022's studies by drawn participants on a forearm that is a mechanism. `hamana-4`
 //! without `--wearer` is a declaration of the laboratory's.
 
-mod people;
+pub(super) mod people;
 
 use super::experiment::{ExperimentArgs, command};
 use super::{Incomplete, Output, interrupt, wrong};
 use host_core::record::replace_file;
-pub(super) use people::people;
+use people::people;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;

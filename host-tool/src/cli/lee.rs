@@ -1,7 +1,7 @@
 //! `flexor experiment lee`: Lee 2020's protocol on a bench whose truth is known.
 
 use super::experiment::ExperimentArgs;
-use super::hamana::people;
+use super::hamana::people::people;
 use super::{Incomplete, Output, interrupt, wrong};
 use host_core::record::replace_file;
 use rayon::prelude::*;

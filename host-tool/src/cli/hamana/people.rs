@@ -9,7 +9,7 @@ use studies::two_points::paper::Kind;
 const COLUMNS: u16 = 80;
 
 /// Tables, shares and notes.
-pub(super) fn people(result: &Outcome) -> String {
+pub(in crate::cli) fn people(result: &Outcome) -> String {
     let mut text = match Kind::named(&result.name) {
         Some(Kind::Patterns(Experiment::Intensities)) => fingers(&result.rows) + "\n",
         // Its rows are its tables'.

@@ -17,9 +17,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 const FULL_SCALE_MA: f64 = 100.0;
 /// A step of the converter, and of an order.
 const STEP_MA: f64 = FULL_SCALE_MA / 65_535.0 + 1e-3;
-/// First pulse after the start, µs: amplitudes have risen then, and after a second no
-/// further pulse comes before the session ends.
-const OFFSET_US: u32 = 20_000;
+/// Bursts come so long after the start, and then every period, µs. The first has no order
+/// yet: the host's comes after 20 ms, before the second, which is the first pulse.
+const OFFSET_US: u32 = 5_000;
 
 /// A pulse as it came to the body: start in µs, mA, µs.
 type Came = (u64, f64, u32);
@@ -180,14 +180,14 @@ impl OnDevice {
             })
     }
 
-    fn record(&self, train: &Train) -> Result<(ForceRecord, usize), String> {
+    fn record(&self, train: &Train, epoch_us: u64) -> Result<(ForceRecord, usize), String> {
         let heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
-        // What an electrode check puts out is no pulse of the train.
+        // What an electrode check puts out before is no pulse of the train.
         let own: Vec<Came> = heard
             .pulses
             .iter()
             .copied()
-            .filter(|it| it.1 > 0.5 * train.ma)
+            .filter(|it| it.0 >= epoch_us && it.1 > 0.5 * train.ma)
             .collect();
         if let Some(why) = Self::unlike(&own, train) {
             return Err(why);
@@ -229,9 +229,12 @@ impl Stimulator for OnDevice {
         if let Some(error) = outcome.error {
             return Err(told(error.to_string()));
         }
+        let epoch_us = outcome
+            .epoch_us
+            .ok_or_else(|| told("it did not start".to_owned()))?;
         let after = train.samples.saturating_sub(train.before + 1_000);
         self.rests(1e-3 * after as f64 + 0.05).map_err(told)?;
-        let (record, pulses) = self.record(train).map_err(told)?;
+        let (record, pulses) = self.record(train, epoch_us).map_err(told)?;
         self.trains += 1;
         self.pulses += pulses;
         Ok(record)
@@ -252,8 +255,11 @@ fn session(train: &Train, channel: usize, most_ma: f64) -> Result<SessionFile, L
         ..
     } = train;
     let (number, period_us) = (channel + 1, train.period_us());
+    // Half a period after the last pulse.
+    let ends_us = OFFSET_US + pulses * period_us + period_us / 2;
+    let duration_s = f64::from(ends_us / 1_000) * 1e-3;
     let text = format!(
-        "title = \"{pulses} Hz at {ma} mA\"\nduration_s = 1.0\n\
+        "title = \"{pulses} Hz at {ma} mA\"\nduration_s = {duration_s:.3}\n\
          [wearer]\nmax_current_ma = {most_ma:.3}\nrise_ms = 1\nfall_ms = 5\nhost_timeout_ms = 40\n\
          return_area_mm2 = 2500\n\
          [[channel]]\nnumber = {number}\nname = \"extensors\"\nlimit = {most_ma:.3}\n\
