@@ -102,5 +102,8 @@ fn write(dir: &Path, result: &Outcome, study: &Study, parts: &[Part]) -> anyhow:
         &dir.join("mismatch.csv"),
         study.mismatch_csv(parts).as_bytes(),
     )?;
+    for (file, text) in study.wearers(parts)? {
+        replace_file(&dir.join(file), text.as_bytes())?;
+    }
     Ok(())
 }

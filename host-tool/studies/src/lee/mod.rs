@@ -24,6 +24,7 @@ mod spread;
 mod study;
 mod tables;
 mod truth;
+mod wearer;
 
 pub use alone::Alone;
 pub use analysis::{Analysed, analysed};

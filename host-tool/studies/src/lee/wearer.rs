@@ -1,0 +1,113 @@
+//! What was found of a subject's first replication, as a wearer file.
+
+use super::error::LeeError;
+use super::quality::own;
+use super::study::{Drawn, Part, Study};
+use super::{SUBJECTS, name};
+use firmware::muscle::CalciumForceSpec;
+use firmware::units::Amplitude;
+use host_core::identify::{NAMES, PARAMETERS};
+use host_core::session::Unit;
+use host_core::wearer::{Electrode, Evidence, History, Interval, Muscle, Wearer};
+
+/// From SI to what files have.
+const SCALE: [f64; PARAMETERS] = [1.0, 1.0, 1e3, 1e3, 1e3];
+/// Whose exponential the file has, of the three: 30 Hz, at which the threshold is found.
+const MIDDLE: usize = 1;
+
+fn milli(value: f64) -> Amplitude {
+    Amplitude::new((1e3 * value).round() as u32) // saturates
+}
+
+impl Study {
+    /// File names and texts of everybody whose first replication came to numbers.
+    ///
+    /// # Errors
+    /// E648: a number that no wearer file can have.
+    pub fn wearers(&self, parts: &[Part]) -> Result<Vec<(String, String)>, LeeError> {
+        let mut all = Vec::new();
+        for subject in 0..SUBJECTS {
+            let first = own(parts, subject).find(|it| it.draw == 0);
+            let Some(wearer) = first.and_then(|it| self.wearer(it)) else {
+                continue;
+            };
+            let (file, text) = (format!("{}.toml", wearer.name), wearer.to_toml());
+            let wrong = |why: String| LeeError::Wearer(file.clone(), why);
+            let back = Wearer::parse(&file, &text).map_err(|e| wrong(e.lines()))?;
+            if back != wearer {
+                return Err(wrong("it reads back as another".to_owned()));
+            }
+            all.push((file, text));
+        }
+        Ok(all)
+    }
+
+    fn wearer(&self, drawn: &Drawn) -> Option<Wearer> {
+        let found = drawn.found.as_ref().ok()?;
+        let i_mt_ma = drawn.searched.i_mt_ma()?;
+        let i_pt_ma = found.amplitudes.last().copied()?;
+        let (exponential, _) = found.exponentials[MIDDLE]?;
+        let fit = &found.fits[0];
+        let [a, k, tau_c, tau1, tau2] = fit.constants;
+        let micro = |it: f64| (1e6 * it).round() as u32; // saturates
+        let trains = &self.declared.trains;
+        let interval = |(i, it): (usize, &host_core::identify::Estimate)| Interval {
+            of: NAMES[i],
+            low: SCALE[i] * it.low,
+            high: SCALE[i] * it.high,
+        };
+        let hz = trains.frequencies_hz.map(f64::from);
+        let electrode = Electrode {
+            channel: 1,
+            place: "wrist extensors of a simulated forearm on a bench".to_owned(),
+            area_mm2: 2_500,
+            unit: Unit::Milliampere,
+            load_ohm: 2_000,
+            width_us: trains.width_us as u16, // at most 500
+            frequency_hz: f64::from(self.declared.search.frequency_hz),
+            holds_hz: [hz[0], hz[2]],
+            motor_threshold: milli(i_mt_ma),
+            limit: milli(i_pt_ma),
+            minimum: None,
+            maximum: None,
+            moves: vec!["wrist extension".to_owned()],
+            strength_duration: None,
+            muscle: Some(Muscle {
+                force: CalciumForceSpec {
+                    a_mn_per_s: (1e3 * a).round() as u32, // saturates
+                    k_micro: micro(k),
+                    tau_c_us: micro(tau_c),
+                    tau1_us: micro(tau1),
+                    tau2_us: micro(tau2),
+                },
+                reference: milli(i_pt_ma),
+                slope_micro: micro(exponential.b_per_ma),
+                fatigue: None,
+            }),
+            intervals: fit.estimates().iter().enumerate().map(interval).collect(),
+        };
+        let source = format!(
+            "flexor experiment lee, seed {}, draw {}",
+            self.seed, drawn.draw
+        );
+        let mut wearer = Wearer::new(&name(drawn.subject), Evidence::Simulated, &source);
+        wearer.note = Some(
+            "A bench whose parameters are Lee 2020's tables: no person. Threshold by force, limit \
+             1.5 times it, constants at the limit with 95 % intervals."
+                .to_owned(),
+        );
+        wearer.limits.return_area_mm2 = 2_500;
+        wearer.limits.host_timeout_ms = 40;
+        wearer.limits.fall_ms = 50;
+        wearer.electrodes.push(electrode);
+        wearer.history.push(History {
+            at: "simulated".to_owned(),
+            by: "flexor experiment lee".to_owned(),
+            what: "threshold searched, fifteen trains, constants fitted".to_owned(),
+            device: None,
+            firmware: None,
+            seed: Some(self.seed),
+        });
+        Some(wearer)
+    }
+}
