@@ -218,7 +218,7 @@ const BETWEEN: [(&str, &str, &str, u16); 10] = [
     ("force_ramp.toml", "n = 12.0", "n = 120.0", 470),
     ("ten_channels.toml", "number = 2\n", "number = 1\n", 420),
     ("trigger.toml", "every_s = 1.0", "every_s = 99.0", 407),
-    ("harris_wall/3_pre_wall_co_contraction.toml", "end = 80.0", "end = 81.0", 407),
+    ("harris_wall/3_pre_wall_co_contraction.toml", "depth_deg = 9.0", "depth_deg = 9.0, end = 81.0", 407),
 ];
 
 #[test]

@@ -374,14 +374,22 @@ const HARRIS: &[(&str, &str)] = &[
     ),
     ("name = \"triceps\"", "name = \"triceps\"\nlimit = 80.0"),
     ("name = \"biceps\"", "name = \"biceps\"\nlimit = 40.0"),
+    ("at_deg = 90.0", "at_deg = 90.0\nmax = 80.0"),
+    (
+        "depth_deg = 9.0",
+        "depth_deg = 9.0, begin = 20.0, end = 80.0",
+    ),
 ];
 
 #[test]
 fn sessions_that_name_a_file_are_what_they_were() {
     for (file, edits) in TYPED {
+        let antagonist = ("{ channel = 2 }", "{ channel = 2, amplitude = 40.0 }");
+        let mut edits = edits.to_vec();
+        edits.extend(file.contains("co_contraction").then_some(antagonist));
         let path = format!("{}/../sessions/{file}", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(path).unwrap();
-        let (named, typed) = (load(file), good(&with(&text, edits)));
+        let (named, typed) = (load(file), good(&with(&text, &edits)));
         assert!(named.worn.is_some() && typed.worn.is_none());
         assert_eq!(named.requests(), typed.requests(), "{file}");
         // Of the program as well, which has no folder.

@@ -1,6 +1,9 @@
 //! The wearers that are part of the program say what the papers print.
 
+use firmware::units::Amplitude;
+use hal_sim::body::FingerSpec;
 use hal_sim::body::muscle::SUBJECTS;
+use hal_sim::body::wearer::Participant;
 use host_core::session::Unit;
 use host_core::wearer::{Evidence, SHIPPED, Wearer, manual, schema, shipped};
 use std::collections::BTreeMap;
@@ -184,5 +187,24 @@ fn p_q_r_and_s_are_hamanas_participants() {
             .map(|it| f64::from(it.limit.get()) * 1e-3);
         let most = volts.into_iter().flatten().map(|[_, most]| most);
         assert!(found.eq(most), "{name}");
+    }
+}
+
+/// The simulated fingers are the same people's.
+#[test]
+fn simulated_fingers_have_the_voltages_of_the_files() {
+    for (name, participant) in [
+        ("P", Participant::P),
+        ("Q", Participant::Q),
+        ("S", Participant::S),
+    ] {
+        let finger = FingerSpec::participant(participant);
+        let sites = [finger.flexor_a, finger.flexor_b, finger.extensor];
+        let simulated = sites.map(|site| [site.threshold_v, site.max_v]);
+        let wearer = wearer(name);
+        let volts = |it: Amplitude| f64::from(it.get()) / 1e3;
+        let known = wearer.electrodes.iter();
+        let known = known.map(|it| [volts(it.motor_threshold), volts(it.limit)]);
+        assert!(known.eq(simulated), "{name}");
     }
 }

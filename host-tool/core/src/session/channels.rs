@@ -4,6 +4,7 @@ use firmware::control::ForceSpec;
 use firmware::device::Draft;
 use firmware::pulse::{CHANNELS, Shape, TrainSpec};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::units::Amplitude;
 
 use super::channel::Channel;
 use super::error::Problem;
@@ -85,6 +86,15 @@ impl Channels {
         self.fitted.iter().find(|it| it.channel == channel)
     }
 
+    /// The least and the most that the wearer file lets be used of a channel: what an
+    /// operator set, or motor threshold and limit; none above the channel's own.
+    pub(super) fn used(&self, channel: &Channel) -> Option<[Amplitude; 2]> {
+        let electrode = self.electrode(channel.number)?;
+        let least = electrode.minimum.unwrap_or(electrode.motor_threshold);
+        let most = electrode.maximum.unwrap_or(electrode.limit);
+        Some([least, most.min(channel.spec.limit)])
+    }
+
     /// The channel that a field names. Tells if the file has none of this number; of
     /// one that is wrong itself, everything is told.
     pub(super) fn find(&self, t: &Table<'_>, name: &str) -> Option<&Channel> {
@@ -103,6 +113,22 @@ impl Channels {
         }
         found
     }
+}
+
+/// The amplitude of this field, or what the wearer file knows instead; tells that it is
+/// missing if neither is there.
+pub(super) fn amplitude_or(
+    t: &Table<'_>,
+    name: &str,
+    known: Option<Amplitude>,
+) -> Option<Amplitude> {
+    if t.has(name) {
+        return Some(Amplitude::new(t.whole(name)));
+    }
+    if known.is_none() {
+        t.say(name, Problem::MissingField {});
+    }
+    known
 }
 
 /// The limits that a table of them says, with the device's own for what it leaves out.

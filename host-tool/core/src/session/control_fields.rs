@@ -192,18 +192,18 @@ pub(super) fn wall() -> Section {
     type W = WallSpec;
     let pre_wall = vec![
         f("depth_deg", n("°", 3, PreWall::DEPTH_MDEG), Required, "in front of the wall"),
-        f("begin", nb(UNIT, 3, PreWall::BEGIN, "to `end`"), Required, "amplitude where it begins"),
-        f("end", nb(UNIT, 3, PreWall::END, "to the wall's `max`"), Required, "amplitude at the wall"),
+        f("begin", nb(UNIT, 3, PreWall::BEGIN, "to `end`"), OrFile, "amplitude where it begins"),
+        f("end", nb(UNIT, 3, PreWall::END, "to the wall's `max`"), OrFile, "amplitude at the wall"),
     ];
     let antagonist = vec![
         f("channel", channel(), Required, "a channel of the file"),
-        f("amplitude", nb(UNIT, 3, CoContraction::AMPLITUDE, "to the channel's `limit`"), Required, "inside the wall"),
+        f("amplitude", nb(UNIT, 3, CoContraction::AMPLITUDE, "to the channel's `limit`"), OrFile, "inside the wall"),
     ];
     let mut all = vec![
         f("at_deg", nb("°", 3, W::AT_MDEG, "within the angles"), Required, "where it stands"),
         f("stops", one_of(&SIDES), OrWord("flexion"), "what it stops: larger or smaller angles"),
         f("channel", channel(), Required, "the muscle that pulls out"),
-        f("max", nb(UNIT, 3, W::MAX, "to the channel's `limit`"), Required, "highest amplitude there"),
+        f("max", nb(UNIT, 3, W::MAX, "to the channel's `limit`"), OrFile, "highest amplitude there"),
         f("stiffness_per_deg", n("unit per °", 3, W::STIFFNESS), Required, "amplitude per penetration"),
         f("damping_s_per_deg", n("unit·s per °", 3, W::DAMPING), Or(0), "amplitude per rate of penetration; the paper has none"),
         f("cutoff_hz", n("Hz", 3, W::CUTOFF_MHZ), Or(10_000), "cutoff of the damping's differentiator"),

@@ -1,10 +1,8 @@
 //! `[joint]`: a closed loop on the device.
 
 use firmware::control::{JointSpec, LawSpec, PointSpec, ResponseSpec, WearerModel};
-use firmware::units::Amplitude;
 
-use super::channels::Channels;
-use super::error::Problem;
+use super::channels::{Channels, amplitude_or};
 use super::hold::{read_hold, read_sensor, read_stale};
 use super::law::{LAWS, LawName};
 use super::table::Table;
@@ -117,22 +115,9 @@ fn read_point(t: &Table<'_>, channels: &Channels) -> Option<PointSpec> {
     if !t.is_sound() {
         return None;
     }
-    let electrode = channels.electrode(channel.number);
-    let known = electrode.map(|it| {
-        let threshold = it.minimum.unwrap_or(it.motor_threshold);
-        [
-            threshold,
-            it.maximum.unwrap_or(it.limit).min(channel.spec.limit),
-        ]
-    });
-    let said = |name| t.has(name).then(|| Amplitude::new(t.whole(name)));
-    let [threshold, max] = [("threshold", 0), ("max", 1)].map(|(name, place)| {
-        let found = said(name).or_else(|| Some(known?[place]));
-        if found.is_none() {
-            t.say(name, Problem::MissingField {});
-        }
-        found
-    });
+    let known = channels.used(channel);
+    let threshold = amplitude_or(t, "threshold", known.map(|[least, _]| least));
+    let max = amplitude_or(t, "max", known.map(|[_, most]| most));
     Some(PointSpec {
         channel: channel.index(),
         threshold: threshold?,

@@ -3,35 +3,46 @@
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 use firmware::units::Amplitude;
 
-use super::channels::Channels;
+use super::channels::{Channels, amplitude_or};
 use super::control_fields::SIDES;
 use super::hold::{read_sensor, read_stale};
 use super::table::Table;
 
-/// Reads `[wall]`; it names channels of the file.
+/// Reads `[wall]`; it names channels of the file. Amplitudes that it does not say are the
+/// wearer file's: the pre-wall begins at the least that is used, and goes to the wall's.
 pub(super) fn read_wall(t: &Table<'_>, channels: &Channels) -> Option<WallSpec> {
     let channel = channels.find(t, "channel");
+    let known = channel.and_then(|channel| channels.used(channel));
     let pre_wall = t.part("pre_wall", |p| {
+        channel?; // of one that is wrong itself, everything is told
+        let most = match t.has("max") {
+            true => Some(Amplitude::new(t.whole("max"))),
+            false => known.map(|[_, most]| most),
+        };
+        let begin = amplitude_or(p, "begin", known.map(|[least, _]| least));
+        let end = amplitude_or(p, "end", known.and(most));
         Some(PreWall {
             depth_mdeg: p.whole("depth_deg"),
-            begin: Amplitude::new(p.whole("begin")),
-            end: Amplitude::new(p.whole("end")),
+            begin: begin?,
+            end: end?,
         })
     });
     let co_contraction = t.part("co_contraction", |c| {
         let channel = channels.find(c, "channel")?;
+        let most = channels.used(channel).map(|[_, most]| most);
         Some(CoContraction {
             channel: channel.index(),
-            amplitude: Amplitude::new(c.whole("amplitude")),
+            amplitude: amplitude_or(c, "amplitude", most)?,
         })
     });
     let channel = channel.filter(|_| t.is_sound())?;
+    let max = amplitude_or(t, "max", known.map(|[_, most]| most))?;
     let sensor = read_sensor(t);
     Some(WallSpec {
         at_mdeg: t.whole("at_deg"),
         side: t.named("stops", &SIDES).unwrap_or(Side::Flexion),
         channel: channel.index(),
-        max: Amplitude::new(t.whole("max")),
+        max,
         stiffness: t.whole("stiffness_per_deg"),
         damping: t.whole("damping_s_per_deg"),
         cutoff_mhz: t.whole("cutoff_hz"),

@@ -15,9 +15,10 @@ use firmware::units::Amplitude;
 use super::channel::Unit;
 use super::channels::limits_of;
 use super::decimal::in_units;
+use super::document::Document;
 use super::error::{Problem, SessionError};
 use super::limits::anyone;
-use super::table::{Document, Table};
+use super::table::Table;
 use crate::wearer::{Electrode, Unfit, Wearer, shipped};
 
 /// The wearer file that a session names, as it was when the session was read.

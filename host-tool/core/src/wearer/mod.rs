@@ -9,6 +9,7 @@
 
 mod electrode;
 mod fields;
+mod judge;
 mod read;
 mod shipped;
 mod store;
@@ -16,6 +17,7 @@ mod write;
 
 pub use electrode::{Electrode, Interval, Muscle, StrengthDuration, Unfit};
 pub use fields::{INTERVALS_OF, manual, schema};
+pub use read::is_one;
 pub use shipped::{SHIPPED, shipped};
 pub use store::{StoreError, append};
 

@@ -1,0 +1,190 @@
+//! A refused file: what is wrong, with where it stands, for people and for machines.
+
+use std::fmt;
+use std::sync::Arc;
+
+use super::error::{MOST, Place, Problem};
+use super::visible::visible;
+use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
+
+/// The longest line that is shown with what is wrong in it, bytes.
+const LONGEST_LINE: usize = 1_000;
+/// A refused session file: what is wrong, in which file, and where; with all else
+/// that is.
+///
+/// Rendered by `miette`, all of it; [`fmt::Display`] gives the first bare message.
+#[derive(Clone)]
+pub struct SessionError(Box<Inner>);
+
+#[derive(Clone)]
+struct Inner {
+    problem: Problem,
+    place: Place,
+    code: String,
+    file: Option<NamedSource<Arc<str>>>,
+    label: Option<LabeledSpan>,
+    /// What else is wrong.
+    further: Vec<SessionError>,
+}
+
+impl SessionError {
+    /// A problem at a place of a file's text.
+    pub(crate) fn at(problem: Problem, name: &str, text: &Arc<str>, place: Place) -> Self {
+        let label = Some(problem.label());
+        let mut error = Self::nowhere(problem);
+        error.0.label = Some(LabeledSpan::new_primary_with_span(
+            label,
+            place.span.clone(),
+        ));
+        error.0.file = Some(NamedSource::new(name, Arc::clone(text)));
+        error.0.place = place;
+        error
+    }
+
+    /// All of them, by their place in the file; nothing for none. Beyond
+    /// [`MOST`] they are counted.
+    pub(crate) fn all_of(mut errors: Vec<Self>) -> Option<Self> {
+        errors.sort_by_key(Self::offset);
+        let count = errors.len().saturating_sub(MOST);
+        errors.truncate(MOST);
+        if count > 0 {
+            errors.push(Self::nowhere(Problem::More { count }));
+        }
+        let mut errors = errors.into_iter();
+        let mut first = errors.next()?;
+        first.0.further = errors.collect();
+        Some(first)
+    }
+
+    /// Each for itself.
+    pub(crate) fn each(mut self) -> impl Iterator<Item = Self> {
+        let further = std::mem::take(&mut self.0.further);
+        std::iter::once(self).chain(further)
+    }
+
+    /// Where in the file, bytes.
+    pub(crate) fn offset(&self) -> usize {
+        self.0
+            .label
+            .as_ref()
+            .map_or(usize::MAX, LabeledSpan::offset)
+    }
+
+    /// Every mistake, this one first.
+    pub fn all(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.0.further)
+    }
+
+    /// A problem that has no place in a text.
+    pub(crate) fn nowhere(problem: Problem) -> Self {
+        Self(Box::new(Inner {
+            code: format!("E{}", problem.number()),
+            file: None,
+            label: None,
+            further: Vec::new(),
+            place: Place::default(),
+            problem,
+        }))
+    }
+
+    /// Line and column in the file, from 1.
+    #[must_use]
+    pub fn line_and_column(&self) -> Option<(usize, usize)> {
+        let (file, label) = self.0.file.as_ref().zip(self.0.label.as_ref())?;
+        let before = file.inner().get(..label.offset()).unwrap_or_default();
+        let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
+        let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+        Some((line, column))
+    }
+
+    /// Whether the lines about its place are of a length that people read.
+    fn is_drawn(&self) -> bool {
+        let text = self.0.file.as_ref().map(|file| &**file.inner());
+        let lines = text.unwrap_or_default().lines();
+        let line = self.line_and_column().map_or(0, |(line, _)| line);
+        // A line of context before and after, and one for the place's own end.
+        let about = lines.skip(line.saturating_sub(2)).take(4);
+        about.map(str::len).max().unwrap_or(0) <= LONGEST_LINE
+    }
+
+    /// Number, file, line, column, problem and help in one line, for machines.
+    #[must_use]
+    pub fn one_line(&self) -> String {
+        let place = self.0.file.as_ref().zip(self.line_and_column());
+        let place =
+            place.map(|(file, (line, column))| format!("{}:{line}:{column}: ", file.name()));
+        self.told(&place.unwrap_or_default())
+    }
+
+    /// Number, problem and help in one line: of a text that nobody wrote.
+    #[must_use]
+    pub fn words(&self) -> String {
+        self.told("")
+    }
+
+    fn told(&self, place: &str) -> String {
+        let Inner { problem, code, .. } = &*self.0;
+        let help = problem.help().map(|help| format!("; {help}"));
+        format!("{code} {place}{self}{}", help.unwrap_or_default())
+    }
+
+    /// All of them, a line each.
+    #[must_use]
+    pub fn lines(&self) -> String {
+        let lines: Vec<String> = self.all().map(Self::one_line).collect();
+        lines.join("\n")
+    }
+
+    /// What is wrong.
+    #[must_use]
+    pub fn problem(&self) -> &Problem {
+        &self.0.problem
+    }
+}
+
+impl fmt::Display for SessionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&visible(&self.0.problem.message(&self.0.place)))
+    }
+}
+
+impl fmt::Debug for SessionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {:?}", self.0.code, self.0.problem)
+    }
+}
+
+impl std::error::Error for SessionError {}
+
+impl Diagnostic for SessionError {
+    fn code(&self) -> Option<Box<dyn fmt::Display + '_>> {
+        Some(Box::new(&self.0.code))
+    }
+
+    fn severity(&self) -> Option<Severity> {
+        Some(Severity::Error)
+    }
+
+    fn help(&self) -> Option<Box<dyn fmt::Display + '_>> {
+        let help = self.0.problem.help();
+        let place = self.line_and_column().filter(|_| !self.is_drawn());
+        let place = place.map(|(line, column)| format!("line {line}, column {column}"));
+        let both: Vec<String> = place.into_iter().chain(help).collect();
+        (!both.is_empty()).then(|| Box::new(both.join("; ")) as Box<_>)
+    }
+
+    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
+        let further = self.0.further.iter().map(|e| e as &dyn Diagnostic);
+        (!self.0.further.is_empty()).then(|| Box::new(further) as Box<_>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        let file = self.0.file.as_ref().filter(|_| self.is_drawn());
+        file.map(|file| file as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let label = self.0.label.clone().filter(|_| self.is_drawn())?;
+        Some(Box::new(std::iter::once(label)))
+    }
+}
