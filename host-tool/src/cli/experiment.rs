@@ -16,7 +16,7 @@ use host_core::wearer::{Wearer, shipped};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use studies::experiments::{named, worn};
+use studies::experiments::named;
 use studies::laboratory::{
     Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, headline,
     publish, quoted,
@@ -29,9 +29,8 @@ pub struct ExperimentArgs {
     /// harris-wall or one of its sequels (-decides, -gentle, -why, -yields), or the file of a
     /// declaration
     pub(super) name: String,
-    /// Of the Hamana experiments, on a forearm that is a mechanism: P, Q, R, S, all, or a
-    /// file that describes a wearer (docs/two_points.md); of harris-wall and its sequels, a
-    /// wearer's file with an elbow (docs/harris_ramps.md)
+    /// A wearer file (docs/wearers.md): of the Hamana experiments, on a forearm that is a
+    /// mechanism, also P, Q, R, S or all (docs/two_points.md)
     #[arg(long)]
     pub(super) wearer: Option<String>,
     /// Of the same: what is otherwise than declared, by its name (docs/two_points.md)
@@ -146,11 +145,11 @@ pub(super) fn found(name: &str, again: Option<&Again>) -> Result<Experiment, Lab
     }
 }
 
-/// Whoever is meant: a file, or a wearer of the program by name.
-fn wearer(file: &str) -> Result<Wearer, SessionError> {
+/// Text of the wearer file that is meant: a file's, or of a wearer of the program by name.
+fn wearer(file: &str) -> Result<String, SessionError> {
     match shipped(file).filter(|_| !Path::new(file).is_file()) {
-        Some(text) => Wearer::parse(file, text),
-        None => Wearer::read(file),
+        Some(text) => Ok(text.to_owned()),
+        None => Wearer::text(Path::new(file)),
     }
 }
 
@@ -166,9 +165,13 @@ pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
 /// # Errors
 /// As [`main`].
 pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result<Told> {
+    let experiment = found(&args.name, args.again.as_ref())?;
     let experiment = match &args.wearer {
-        Some(file) => worn(&args.name, &wearer(file)?)?,
-        None => found(&args.name, args.again.as_ref())?,
+        Some(file) => {
+            let text = wearer(file)?;
+            experiment.on_wearer(file, &text)?
+        }
+        None => experiment,
     };
     let seed = args.seed.unwrap_or(experiment.declaration.seed);
     let declared = match args.device.is_port() {

@@ -1,6 +1,6 @@
 //! What an experiment's declaration is refused for, and what conditions may differ in.
 
-use super::laboratory::{SESSION, SMALL, Until, folder, texts};
+use super::laboratory::{SMALL, Until, folder, texts};
 use host_core::run::DeviceName;
 use studies::experiments::{named, names};
 use studies::laboratory::{Experiment, LaboratoryError, Outcome};
@@ -187,7 +187,7 @@ fn a_session_that_is_not_there_is_told_by_who_asks_for_it() {
     let level = "name = \"bare\"\nsession = \"nowhere.toml\"";
     let text = SMALL.replace("name = \"bare\"", level);
     let beside = |name: &str| match name {
-        "wall.toml" => Ok(SESSION.to_owned()),
+        "wall.toml" | "../../wearers/harris-1.toml" => texts(name),
         other => Err(LaboratoryError::File(
             other.to_owned(),
             std::io::Error::other("gone"),
@@ -199,14 +199,17 @@ fn a_session_that_is_not_there_is_told_by_who_asks_for_it() {
         "E600 small.toml: line 16: the session `nowhere.toml` of the level `bare` of `wall`";
     assert!(error.starts_with(wanted), "{error}");
     assert!(error.contains("gone"), "{error}");
-    // Each is read once, however many conditions share it.
-    let count = std::cell::Cell::new(0);
-    let counted = |_: &str| {
-        count.set(count.get() + 1);
-        Ok(SESSION.to_owned())
+    // Each is read once, however many conditions share it, and its wearer file as well.
+    let asked = std::cell::RefCell::new(Vec::new());
+    let counted = |name: &str| {
+        asked.borrow_mut().push(name.to_owned());
+        texts(name)
     };
     Experiment::new("small.toml", SMALL, &counted).unwrap();
-    assert_eq!(count.get(), 1);
+    assert_eq!(
+        *asked.borrow(),
+        ["wall.toml", "../../wearers/harris-1.toml"]
+    );
 }
 
 /// An elbow at a wall and a finger that follows: each has what the other lacks.
@@ -215,7 +218,7 @@ fn conditions_may_have_different_bodies() {
     const FINGER: &str = include_str!("../../sessions/hamana_exp4_two_point_finger.toml");
     let both = |name: &str| match name {
         "finger.toml" => Ok(FINGER.to_owned()),
-        _ => Ok(SESSION.to_owned()),
+        other => texts(other),
     };
     let (head, _) = SMALL.split_once("[[draw]]").unwrap();
     let head = head.replace("\"charge_mc\"]", "\"rmse_deg\"]");

@@ -6,6 +6,7 @@ use crate::sweeps::swept;
 use host_core::link::Interruption;
 use host_core::record::{Sample, Trial};
 use host_core::run::DeviceName;
+use host_core::wearer::shipped;
 use std::fs;
 use std::path::{Path, PathBuf};
 use studies::experiments::named;
@@ -58,8 +59,9 @@ says = "and not the reverse"
 none = ["more-charge"]
 "#;
 
-pub(crate) fn texts(_: &str) -> Result<String, LaboratoryError> {
-    Ok(SESSION.to_owned())
+pub(crate) fn texts(name: &str) -> Result<String, LaboratoryError> {
+    let wearer = name.strip_prefix("../../wearers/").and_then(shipped);
+    Ok(wearer.unwrap_or(SESSION).to_owned())
 }
 
 pub(crate) fn small() -> Experiment {

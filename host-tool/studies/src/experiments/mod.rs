@@ -1,14 +1,9 @@
 //! The papers' protocols that are part of the program.
 //!
-//! Lives here: which declarations of `host-tool/experiments` there are, by name; the wall
-//! for one wearer, by their file (`worn`).
+//! Lives here: which declarations of `host-tool/experiments` there are, by name.
 //! Not here: what they ask (the declarations say it), the machinery (`laboratory`),
 //! the command (`cli`).
 //! In: a name, or a file of somebody's own. Out: an experiment.
-
-mod worn;
-
-pub use worn::{WornError, worn};
 
 use crate::laboratory::{Experiment, LaboratoryError};
 use host_core::wearer::shipped;
@@ -54,7 +49,8 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 /// # Errors
 /// There is none, or what is wrong with it.
 pub fn named(name: &str) -> Result<Experiment, LaboratoryError> {
-    if let Some((file, text)) = text_of(name) {
+    let own = format!("{name}.toml");
+    if let Some((file, text)) = DECLARATIONS.iter().find(|(file, _)| *file == own) {
         return Ok(Experiment::new(file, text, &of_program)?.called(name));
     }
     if Path::new(name).extension().is_none_or(|it| it != "toml") {
@@ -63,12 +59,6 @@ pub fn named(name: &str) -> Result<Experiment, LaboratoryError> {
         return Err(LaboratoryError::Unknown { name, known });
     }
     from_file(Path::new(name))
-}
-
-/// File name and text of the program's declaration of this name.
-fn text_of(name: &str) -> Option<(&'static str, &'static str)> {
-    let own = format!("{name}.toml");
-    DECLARATIONS.iter().copied().find(|(file, _)| *file == own)
 }
 
 /// A session or a wearer file of the program, by its path from a declaration.

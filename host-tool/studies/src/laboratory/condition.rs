@@ -3,8 +3,10 @@
 use super::declaration::{Declaration, Level};
 use super::draw::crossed;
 use super::error::{LaboratoryError, words};
+use firmware::units::Amplitude;
 use host_core::run::SessionFile;
 use host_core::session::no_wearer;
+use host_core::wearer::Wearer;
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 use toml::{Table, Value};
@@ -97,6 +99,31 @@ impl Condition {
         read.map_err(|error| words(&error))
     }
 
+    /// Puts another wearer in place of the one whose file the session names; gives the
+    /// fields of a simulated elbow that are this wearer's.
+    ///
+    /// # Errors
+    /// The session names none, or has an elbow of which the file says nothing.
+    pub(super) fn change_wearer(
+        &mut self,
+        (file, text): (&str, &str),
+        wearer: &Wearer,
+    ) -> Result<Vec<&'static str>, String> {
+        let own = self.base.get_mut("wearer").and_then(Value::as_table_mut);
+        let Some(own) = own.filter(|own| own.contains_key("file")) else {
+            return Err(format!("`{}` is played on no wearer file", self.name()));
+        };
+        own.insert("file".to_owned(), file.into());
+        own.remove("name");
+        self.worn = Some((file.to_owned(), text.to_owned()));
+        let body = self.base.get_mut("body").and_then(Value::as_table_mut);
+        let elbow = |body: &&mut Table| body.get("kind").and_then(Value::as_str) == Some("elbow");
+        match body.filter(elbow) {
+            Some(body) => known_elbow(wearer, body),
+            None => Ok(Vec::new()),
+        }
+    }
+
     /// Puts on the wearer whose file the session names: what a declaration calls that, and
     /// its text. Nothing of a session that names none, or one that cannot be read: whoever
     /// reads the session tells.
@@ -108,6 +135,65 @@ impl Condition {
         self.worn = Some((file, text.clone()));
         Some((name, text))
     }
+}
+
+/// Makes a simulated elbow this wearer's: where each muscle begins to pull and where all of
+/// it does, as the file says at the width of its electrode, and how strong it is, where the
+/// file knows.
+fn known_elbow(wearer: &Wearer, body: &mut Table) -> Result<Vec<&'static str>, String> {
+    let elbow = wearer.elbow.ok_or("the wearer file has no `[elbow]`")?;
+    let muscles = [
+        (
+            elbow.triceps,
+            elbow.triceps_nm,
+            [
+                "triceps",
+                "triceps_threshold_ma",
+                "triceps_max_ma",
+                "triceps_nm",
+            ],
+            [
+                "body.triceps_threshold_ma",
+                "body.triceps_max_ma",
+                "body.triceps_nm",
+            ],
+        ),
+        (
+            elbow.biceps,
+            elbow.biceps_nm,
+            [
+                "biceps",
+                "biceps_threshold_ma",
+                "biceps_max_ma",
+                "biceps_nm",
+            ],
+            [
+                "body.biceps_threshold_ma",
+                "body.biceps_max_ma",
+                "body.biceps_nm",
+            ],
+        ),
+    ];
+    let mut known = Vec::new();
+    for (channel, torque_nm, [site, least, most, nm], [at_least, at_most, at_nm]) in muscles {
+        let electrode = wearer.electrode(channel);
+        let electrode = electrode.ok_or("the wearer file has no electrode of its elbow")?;
+        if body.get(site).and_then(Value::as_integer) != Some(channel.into()) {
+            return Err(format!(
+                "the wearer file has the {site} on channel {channel}"
+            ));
+        }
+        let milli = |value: Amplitude| Value::from(f64::from(value.get()) / 1e3);
+        let greatest = electrode.maximum.unwrap_or(electrode.limit);
+        body.insert(least.to_owned(), milli(electrode.motor_threshold));
+        body.insert(most.to_owned(), milli(greatest));
+        known.extend([at_least, at_most]);
+        if let Some(torque_nm) = torque_nm {
+            body.insert(nm.to_owned(), torque_nm.into());
+            known.push(at_nm);
+        }
+    }
+    Ok(known)
 }
 
 /// What a declaration calls `file`, which its session `session` names.

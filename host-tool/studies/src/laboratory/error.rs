@@ -34,6 +34,14 @@ pub enum LaboratoryError {
         /// All of them.
         mistakes: Vec<Mistake>,
     },
+    /// Another wearer cannot take the place of a session's.
+    #[error("E663 {file}: {why}; give a file that fits, or leave --wearer out")]
+    NotWorn {
+        /// The wearer's file.
+        file: String,
+        /// Why not.
+        why: String,
+    },
     /// A folder holds a sweep of something else.
     #[error(
         "E603 {folder} holds {found}, this is {wanted}; give another --out, or the same arguments"

@@ -13,6 +13,8 @@ use host_core::link::Port;
 use host_core::record::{Trial, sha256};
 use host_core::run::{DeviceName, SessionFile, run};
 use host_core::session::Session;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Value;
 
@@ -29,12 +31,18 @@ pub struct Experiment {
     pub sessions: Vec<(String, String)>,
     /// Name and text of each wearer file that these name.
     pub wearers: Vec<(String, String)>,
+    /// The wearer file that takes their place, if one does.
+    pub worn: Option<String>,
     /// Its conditions, each level of a factor with each of the others.
     pub conditions: Vec<Condition>,
     /// SHA-256 of the declaration, of each session that it names and of each wearer file
     /// that these name, as files.
     pub hashes: Vec<(String, String)>,
 }
+
+/// What stands before the name of a wearer file that takes the place of the sessions' own,
+/// among the files of an experiment.
+pub(super) const WORN: &str = "--wearer/";
 
 /// What one wearer did in one condition: a number for each of the declaration's
 /// measures, where there is one.
@@ -58,11 +66,13 @@ impl Experiment {
             _ => return Err(refuse(mistakes)),
         };
         let sum = |(name, text): (&str, &str)| (name.to_owned(), sha256(text.as_bytes()));
-        let conditions = Condition::all(&declaration, &sources::tables(&sessions, texts)?);
+        let read = RefCell::new(BTreeMap::new());
+        let wearer = |name: &str| sources::once(&read, name, texts);
+        let conditions = Condition::all(&declaration, &sources::tables(&sessions, &wearer)?);
         let mut conditions =
             conditions.map_err(|all| unchanged(&declaration, (file, text), &all))?;
         let mut wearers: Vec<(String, String)> = Vec::new();
-        for worn in conditions.iter_mut().filter_map(|it| it.wear(texts)) {
+        for worn in conditions.iter_mut().filter_map(|it| it.wear(&wearer)) {
             if !wearers.contains(&worn) {
                 wearers.push(worn);
             }
@@ -76,6 +86,7 @@ impl Experiment {
             text: text.to_owned(),
             sessions,
             wearers,
+            worn: None,
             conditions,
             hashes,
         };
@@ -89,6 +100,31 @@ impl Experiment {
             whole.check_stop(&sessions)?;
         }
         Ok(whole)
+    }
+
+    /// The same on another wearer than its sessions name: `file` of this text. What the
+    /// file says of a simulated elbow is not drawn.
+    ///
+    /// # Errors
+    /// The file; a session that names no wearer file (E663) or cannot be played on this one.
+    pub fn on_wearer(mut self, file: &str, text: &str) -> Result<Self, LaboratoryError> {
+        let wearer = host_core::wearer::Wearer::parse(file, text)?;
+        let refuse = |why| LaboratoryError::NotWorn {
+            file: file.to_owned(),
+            why,
+        };
+        for condition in &mut self.conditions {
+            let known = condition.change_wearer((file, text), &wearer);
+            let known = known.map_err(refuse)?;
+            let drawn = &mut self.declaration.drawn;
+            drawn.retain(|it| !known.contains(&&*it.field));
+        }
+        let name = format!("{WORN}{file}");
+        self.hashes.push((name.clone(), sha256(text.as_bytes())));
+        self.wearers.push((name, text.to_owned()));
+        self.worn = Some(file.to_owned());
+        self.sessions(&[])?;
+        Ok(self)
     }
 
     /// The same, as a command calls it: `name`, of a file without its folder.

@@ -1,7 +1,7 @@
 //! The files that an experiment is made of, in its record: kept, and read back.
 
 use super::error::LaboratoryError;
-use super::experiment::Experiment;
+use super::experiment::{Experiment, WORN};
 use host_core::record::{Declared, Difference, replace_file, sha256};
 use std::fs;
 use std::io::ErrorKind;
@@ -110,12 +110,19 @@ impl Experiment {
             reason: reason.to_owned(),
         };
         let (first, sessions) = texts.split_first().ok_or_else(|| refuse("it keeps none"))?;
-        Self::new(first.0, &first.1, &|name| {
+        let whole = Self::new(first.0, &first.1, &|name| {
             let own = sessions.iter().find(|(file, _)| *file == name);
             let own = own.map(|(_, text)| text.clone());
-            own.ok_or_else(|| {
-                refuse("it keeps other sessions or wearer files than its declaration names")
-            })
-        })
+            let other = "it keeps other sessions or wearer files than its declaration names";
+            own.ok_or_else(|| refuse(other))
+        })?;
+        let worn = |(file, text): &(&str, String)| {
+            let file = file.strip_prefix(WORN)?;
+            Some((file.to_owned(), text.clone()))
+        };
+        match sessions.iter().find_map(worn) {
+            Some((file, text)) => whole.on_wearer(&file, &text),
+            None => Ok(whole),
+        }
     }
 }

@@ -187,7 +187,9 @@ fn declared(outcome: &Outcome) -> String {
     let device = device.map_or_else(String::new, |it| format!(" --device {it}"));
     let own = match outcome.declared.as_declared {
         true => "Seed and number of wearers are the declaration's own.",
-        false => "Seed or number of wearers differ from the declaration's: explored, not declared.",
+        false => {
+            "Seed, wearer or number of wearers differ from the declaration's: explored, not declared."
+        }
     };
     let shown = quoted(name);
     let command = escape(&match (&outcome.declared.command, draws) {

@@ -7,6 +7,7 @@ use super::decides::{Decided, decided};
 use super::declaration::Declaration;
 use super::draw::{point_in_words, points};
 use super::experiment::{Experiment, Measured};
+use super::page::quoted;
 use super::sheet::Sheet;
 use host_core::statistics::quantile_of;
 use serde::{Deserialize, Serialize};
@@ -77,7 +78,7 @@ pub struct Declared {
     /// Wearers drawn, at each point of a grid; 0 where the trials of the record are
     /// all there is.
     pub draws: u64,
-    /// Whether seed and draws are the declaration's own.
+    /// Whether seed, draws and wearer are the declaration's own.
     pub as_declared: bool,
 }
 
@@ -217,13 +218,17 @@ impl Outcome {
             simulated,
             cut_short: None,
             declared: Declared {
-                command: None,
+                command: experiment.worn.as_deref().map(|file| {
+                    let (asked, file) = (quoted(&experiment.asked), quoted(file));
+                    format!("experiment {asked} --wearer {file} --draws {draws}")
+                }),
                 asked: experiment.asked.clone(),
                 device: None,
                 sha256: experiment.hashes.iter().cloned().collect(),
                 source: declaration.source.clone(),
                 draws,
-                as_declared: (seed, draws) == (declaration.seed, declaration.draws),
+                as_declared: experiment.worn.is_none()
+                    && (seed, draws) == (declaration.seed, declaration.draws),
             },
             conditions: conditions.collect(),
             rows: rows(experiment, draws, units),

@@ -6,6 +6,7 @@ use super::error::{LaboratoryError, Mistake};
 use super::written::Written;
 use host_core::run::SessionFile;
 use host_core::session::no_wearer;
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use toml::Table;
 
@@ -53,6 +54,20 @@ fn absent(
         error.reason()
     );
     Mistake::at(line, &what)
+}
+
+/// The text of `name`: as it was read before, or read now.
+pub(super) fn once(
+    before: &RefCell<BTreeMap<String, String>>,
+    name: &str,
+    texts: Texts<'_>,
+) -> Result<String, LaboratoryError> {
+    if let Some(text) = before.borrow().get(name) {
+        return Ok(text.clone());
+    }
+    let text = texts(name)?;
+    before.borrow_mut().insert(name.to_owned(), text.clone());
+    Ok(text)
 }
 
 /// Each session as a table that conditions change, by its name.
