@@ -2,6 +2,7 @@
 //! sentence that says what to do, and the record up to that moment.
 
 use crate::program::{Board, SESSION, flexor, folder, ran, said};
+use crate::record_again::with_wearer;
 use hal_sim::wire::pty::PtyWire;
 use host_core::link::{Client, TcpPort};
 use host_core::record;
@@ -89,8 +90,7 @@ fn a_quick_look_needs_no_folder() {
 fn a_law_that_was_never_tried_on_this_wearer_records_nothing() {
     let folder = folder("never_tried");
     let file = include_str!("../sessions/hamana_exp4_two_point_wearer.toml");
-    let wearers = concat!(env!("CARGO_MANIFEST_DIR"), "/wearers/");
-    let file = file.replace("../wearers/", wearers);
+    let file = with_wearer(&folder, file);
     let weak = file.replace("law = \"recommended\"", "law = \"paper\"");
     let weak = weak.replace("stiffness_nm_per_rad = 0.12", "stiffness_nm_per_rad = 1.2");
     std::fs::write(folder.join("weak.toml"), weak).unwrap();

@@ -1,6 +1,7 @@
 //! `flexor check` and `flexor new`: every mistake of every file, and a first file.
 
 use crate::program::{folder, ran, written};
+use host_core::session::Session;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
@@ -122,4 +123,67 @@ fn a_new_file_is_good_and_never_replaces_one() {
     let (exit, out) = new(&["bad.toml", "--frequency", "300"]);
     assert!(exit == Some(2) && out.contains("frequency_hz"), "{out}");
     assert!(!folder.join("bad.toml").exists());
+}
+
+/// Wearer files are checked beside sessions, with all that is wrong with each; a session
+/// of one's own comes of a good one.
+#[test]
+fn wearer_files_are_checked_and_make_sessions() {
+    let folder = folder("check_wearer");
+    let shipped = host_core::wearer::shipped("K05").unwrap();
+    written(&folder, "K05.toml", shipped);
+    let bad = shipped
+        .replace("motor_threshold = 10\n", "motor_threshold = 15\n")
+        .replace("name = \"K05\"", "name = \"Jane Doe\"");
+    written(&folder, "bad.toml", bad);
+    let other = shipped.replace("schema = 1", "schema = 3");
+    written(&folder, "other.toml", other);
+    let (exit, told, people) = checked(
+        &folder,
+        &["K05.toml", "session.toml", "bad.toml", "other.toml"],
+    );
+    assert_eq!(exit, Some(1), "{people}");
+    assert_eq!(told["sessions"][0]["wearer"], "K05.toml");
+    assert_eq!(numbers(&told, 0), [""; 0]);
+    assert_eq!(numbers(&told, 2), ["E652", "E653"]);
+    assert_eq!(numbers(&told, 3), ["E651"]);
+    assert!(
+        people.contains("K05.toml: good: wearer K05, printed, 1 electrode"),
+        "{people}"
+    );
+    assert!(
+        people.contains("E524 3 mistakes in 2 of 4 files"),
+        "{people}"
+    );
+    let (exit, _, error) = ran(&folder, &["new", "mine.toml", "--wearer", "K05.toml"]);
+    assert_eq!(exit, Some(0), "{error}");
+    let (exit, told, people) = checked(&folder, &["mine.toml"]);
+    assert_eq!(exit, Some(0), "{people}");
+    assert_eq!(numbers(&told, 0), [""; 0]);
+    let session = Session::load(folder.join("mine.toml")).unwrap();
+    assert_eq!(session.channels[0].spec.limit.get(), 15_000);
+    assert!(session.channels[0].muscle.is_some());
+    // In another folder than the wearer's file.
+    std::fs::create_dir(folder.join("deep")).unwrap();
+    let arguments = [
+        "new",
+        "deep/mine.toml",
+        "--wearer",
+        "K05.toml",
+        "--amplitude",
+        "12",
+    ];
+    assert_eq!(ran(&folder, &arguments).0, Some(0));
+    Session::load(folder.join("deep/mine.toml")).unwrap();
+    let arguments = [
+        "new",
+        "deep/high.toml",
+        "--wearer",
+        "K05.toml",
+        "--amplitude",
+        "16",
+    ];
+    let (exit, _, error) = ran(&folder, &arguments);
+    assert_eq!(exit, Some(2), "{error}");
+    assert!(error.contains("E453"), "{error}");
 }

@@ -2,6 +2,7 @@
 
 use super::program::{folder, ran, written};
 use host_core::record::{self, sha256};
+use host_core::wearer::shipped;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -19,8 +20,23 @@ pub(crate) fn shortened(folder: &Path, name: &str, seconds: f64) -> String {
     let (before, measure) = text.split_once("[measure]").unwrap_or((&text, ""));
     let after = measure.find("\n[").map_or("", |at| &measure[at..]);
     let file = name.replace('/', "_");
-    written(folder, &file, format!("{before}{after}"));
+    written(
+        folder,
+        &file,
+        with_wearer(folder, &format!("{before}{after}")),
+    );
     file
+}
+
+/// The session, and beside it in `folder` the shipped wearer file that it names.
+pub(crate) fn with_wearer(folder: &Path, session: &str) -> String {
+    let Some((before, after)) = session.split_once("wearers/") else {
+        return session.to_owned();
+    };
+    let (name, after) = after.split_once('"').unwrap();
+    written(folder, name, shipped(name).unwrap());
+    let (before, _) = before.rsplit_once('"').unwrap();
+    format!("{before}\"{name}\"{after}")
 }
 
 /// Runs a command that must end well; gives its JSON back.
@@ -92,6 +108,7 @@ fn repeats(name: &str, seconds: f64, options: &str) {
     let file = shortened(&folder, name, seconds);
     told(&folder, &format!("run {file} --out first {options}"));
     fs::remove_file(folder.join(&file)).unwrap();
+    let _ = fs::remove_file(folder.join("harris-1.toml"));
     fs::rename(folder.join("first"), folder.join("moved")).unwrap();
     let json = told(&folder, "rerun moved --out second");
     assert_eq!(json["same"], true, "{json}");
@@ -452,4 +469,69 @@ fn docs_record_md_is_made_from_the_columns() {
         kept == text,
         "docs/record.md is stale: FLEXOR_OVERWRITE=1 cargo test -p host-tool docs_record_md"
     );
+}
+
+/// A session on a wearer: the record keeps the file, tells whose it is, repeats from its
+/// folder alone, and does not from another file.
+#[test]
+fn a_record_keeps_its_wearer() {
+    let folder = folder("again_wearer");
+    let text = fs::read_to_string(session("harris_wall/1_pre_wall.toml")).unwrap();
+    let text = text.replace("duration_s = 14.0", "duration_s = 0.5");
+    written(&folder, "wall.toml", with_wearer(&folder, &text));
+    told(&folder, "run wall.toml --out first");
+    let path = folder.join("harris-1.toml");
+    let wearer = fs::read(&path).unwrap();
+    fs::remove_file(&path).unwrap();
+    let trial = folder.join("first/01-harris-2017-virtual-wall-pre-wall");
+    assert_eq!(fs::read(trial.join("wearer.toml")).unwrap(), wearer);
+    let loaded = record::load(&folder.join("first")).unwrap();
+    let kept = loaded.trials[0].wearer.as_ref().unwrap();
+    let said = (&*kept.file, &*kept.name, &*kept.evidence, &*kept.sha256);
+    assert_eq!(
+        said,
+        ("harris-1.toml", "harris-1", "assumed", &*sha256(&wearer))
+    );
+    assert_eq!(told(&folder, "rerun first --out second")["same"], true);
+    are_the_same(&folder.join("first"), &folder.join("second"));
+    told(&folder, "report first");
+    let page = fs::read_to_string(folder.join("first/report.html")).unwrap();
+    assert!(
+        page.contains("harris-1 (assumed)"),
+        "the page does not say whose numbers"
+    );
+    // Its session plays again from the record, where its own wearer file lies.
+    let again = trial.join("session.toml");
+    let again = again.strip_prefix(&folder).unwrap().display().to_string();
+    told(&folder, &format!("check {again}"));
+    told(&folder, &format!("run {again} --out third"));
+    // Another file is another run.
+    for changed in [None, Some("schema = 1\n")] {
+        let path = trial.join("wearer.toml");
+        match changed {
+            Some(text) => fs::write(&path, text).unwrap(),
+            None => fs::remove_file(&path).unwrap(),
+        }
+        let (exit, error) = failed(&folder, "rerun first --out fourth");
+        assert_eq!(exit, Some(1));
+        assert!(
+            error.contains("E595") && error.contains("wearer.toml"),
+            "{error}"
+        );
+    }
+}
+
+/// Whoever is stimulated must be whom the file is of, however that is said.
+#[test]
+fn another_person_than_the_file_s_is_refused_before_anything_is_recorded() {
+    let folder = folder("again_person");
+    let file = shortened(&folder, "hamana_exp4_two_point_wearer.toml", 0.1);
+    let (exit, error) = failed(&folder, &format!("run {file} --pseudonym Q --out out"));
+    assert_eq!(exit, Some(1));
+    assert!(
+        error.contains("E660 --pseudonym is Q, and the wearer file is P's"),
+        "{error}"
+    );
+    assert!(!folder.join("out").exists());
+    told(&folder, &format!("run {file} --pseudonym P --out out"));
 }

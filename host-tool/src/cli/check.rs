@@ -1,24 +1,69 @@
 //! `flexor check`: session files against all that `flexor run` asks of them before
-//! it opens a device.
+//! it opens a device, and wearer files against all that any command asks.
 
 use super::{Incomplete, Output};
 use clap::Args;
 use host_core::session::{Session, SessionError, visible};
+use host_core::wearer::{self, Wearer};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Check session files: every mistake of every file, as a run would tell it.
+/// Check session and wearer files: every mistake of every file, as a run would tell it.
 #[derive(Args, Debug)]
 pub struct Check {
-    /// Session files (TOML)
+    /// Session or wearer files (TOML)
     #[arg(required = true)]
     sessions: Vec<PathBuf>,
+}
+
+/// What a good file is.
+enum Good {
+    Session(Box<Session>),
+    Wearer(Box<Wearer>),
+}
+
+/// Reads a file as what it is: a wearer's says of which schema it is, a session never.
+fn read(path: &Path) -> Result<Good, SessionError> {
+    let is_wearer = Session::text(path).is_ok_and(|text| wearer::is_one(&text));
+    match is_wearer {
+        true => Wearer::read(path).map(|it| Good::Wearer(Box::new(it))),
+        false => Session::load(path).map(|it| Good::Session(Box::new(it))),
+    }
+}
+
+impl Good {
+    /// What it is, in a line, and what is noted of it.
+    fn people(&self) -> (String, &[String]) {
+        match self {
+            Self::Session(session) => (visible(&session.title), &session.notes),
+            Self::Wearer(wearer) => {
+                let count = wearer.electrodes.len();
+                let s = if count == 1 { "" } else { "s" };
+                let (name, evidence) = (&wearer.name, wearer.evidence.word());
+                (
+                    format!("wearer {name}, {evidence}, {count} electrode{s}"),
+                    &[],
+                )
+            }
+        }
+    }
+
+    fn machines(&self, path: &Path) -> Value {
+        match self {
+            Self::Session(session) => {
+                json!({ "session": path, "title": session.title, "notes": session.notes, "mistakes": [] })
+            }
+            Self::Wearer(wearer) => {
+                json!({ "wearer": path, "name": wearer.name, "evidence": wearer.evidence.word(), "mistakes": [] })
+            }
+        }
+    }
 }
 
 /// # Errors
 /// E524: a file has a mistake; each was told.
 pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
-    let checked = args.sessions.iter().map(|path| (path, Session::load(path)));
+    let checked = args.sessions.iter().map(|path| (path, read(path)));
     let checked: Vec<_> = checked.collect();
     let wrong: Vec<&SessionError> = checked
         .iter()
@@ -28,7 +73,7 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
     let files: Vec<Value> = checked
         .iter()
         .map(|(path, it)| match it {
-            Ok(session) => json!({ "session": path, "title": session.title, "notes": session.notes, "mistakes": [] }),
+            Ok(good) => good.machines(path),
             Err(e) => json!({ "session": path, "mistakes": mistakes_of(e) }),
         })
         .collect();
@@ -39,14 +84,10 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
     }
     let people = || {
         let lines = checked.iter().filter_map(|(path, it)| {
-            let session = it.as_ref().ok()?;
-            let good = format!("{}: good: {}", path.display(), visible(&session.title));
-            Some(
-                std::iter::once(good)
-                    .chain(session.notes.clone())
-                    .collect::<Vec<_>>()
-                    .join("\n  "),
-            )
+            let (told, notes) = it.as_ref().ok()?.people();
+            let good = format!("{}: good: {told}", path.display());
+            let lines = std::iter::once(good).chain(notes.iter().cloned());
+            Some(lines.collect::<Vec<_>>().join("\n  "))
         });
         lines.collect::<Vec<_>>().join("\n")
     };
@@ -57,7 +98,7 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
         output.say(people, || Value::Null)?;
     }
     let error = anyhow::anyhow!(
-        "E524 {mistakes} mistake{} in {} of {} session files; mend what is told of each",
+        "E524 {mistakes} mistake{} in {} of {} files; mend what is told of each",
         if mistakes == 1 { "" } else { "s" },
         wrong.len(),
         checked.len()

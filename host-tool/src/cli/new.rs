@@ -1,9 +1,13 @@
-//! `flexor new`: a first session file, from a few questions or from options.
+//! `flexor new`: a first session file, from a few questions or from options, or of a
+//! wearer file.
+
+mod worn;
 
 use super::{Output, WrongUse};
 use clap::Args;
 use host_core::record::RecordError;
-use host_core::session::Session;
+use host_core::session::{Session, SessionError};
+use host_core::wearer::Wearer;
 use std::collections::BTreeMap;
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -38,6 +42,10 @@ pub struct New {
     /// Pulses per second
     #[arg(long)]
     frequency: Option<String>,
+    /// The wearer file of whoever is stimulated: a channel for each of its electrodes, at
+    /// the motor threshold unless --amplitude says otherwise; nothing is asked
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["channels", "stage", "limit", "width", "frequency"])]
+    wearer: Option<PathBuf>,
     /// A JSON schema that editors shall use, as a path from the file
     #[arg(long)]
     schema: Option<String>,
@@ -73,6 +81,9 @@ pub fn main(args: &New, output: Output) -> anyhow::Result<()> {
     if args.session.exists() {
         return Err(taken(&args.session));
     }
+    if let Some(wearer) = &args.wearer {
+        return write(args, &on_wearer(args, wearer)?, output);
+    }
     let is_complete = QUESTIONS.iter().all(|(.., given)| given(args).is_some());
     let answers = if std::io::stdin().is_terminal() && !output.json && !is_complete {
         ask(
@@ -83,11 +94,31 @@ pub fn main(args: &New, output: Output) -> anyhow::Result<()> {
     } else {
         known(args)
     };
-    let head = args
-        .schema
-        .as_ref()
-        .map(|schema| format!("#:schema {schema}\n"));
-    let text = head.unwrap_or_default() + &accepted(&answers).map_err(WrongUse)?;
+    write(args, &accepted(&answers).map_err(WrongUse)?, output)
+}
+
+/// The session on a wearer file, as `flexor check` accepts it.
+fn on_wearer(args: &New, wearer: &Path) -> anyhow::Result<String> {
+    let text = Wearer::text(wearer)?;
+    let read = Wearer::parse(&wearer.display().to_string(), &text)?;
+    let usual = known(args);
+    let file = worn::named(&args.session, wearer).display().to_string();
+    let said = (
+        &*usual["title"],
+        &*usual["seconds"],
+        args.amplitude.as_deref(),
+    );
+    let session = worn::compose(&read, &file, said);
+    Session::parse_beside("session", &session, &|_| Ok(text.clone()))
+        .map_err(|e| WrongUse(told(&e)))?;
+    Ok(session)
+}
+
+/// Writes the file.
+fn write(args: &New, session: &str, output: Output) -> anyhow::Result<()> {
+    let head = args.schema.as_ref();
+    let head = head.map(|schema| format!("#:schema {schema}\n"));
+    let text = head.unwrap_or_default() + session;
     let file = std::fs::File::create_new(&args.session);
     match file.and_then(|mut file| file.write_all(text.as_bytes())) {
         Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {
@@ -155,12 +186,14 @@ fn accepted(answers: &Answers) -> Result<String, String> {
     let text = compose(answers)?;
     match Session::parse("session", &text) {
         Ok(_) => Ok(text),
-        Err(e) => Err(e
-            .all()
-            .map(|e| format!("E{} {e}", e.problem().number()))
-            .collect::<Vec<_>>()
-            .join("; ")),
+        Err(e) => Err(told(&e)),
     }
+}
+
+/// Every mistake, in a line.
+fn told(e: &SessionError) -> String {
+    let each = e.all().map(|e| format!("E{} {e}", e.problem().number()));
+    each.collect::<Vec<_>>().join("; ")
 }
 
 fn compose(answers: &Answers) -> Result<String, String> {

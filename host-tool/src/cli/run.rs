@@ -47,6 +47,14 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
     let mut session = SessionFile::load(&args.session)?;
     let channels: Vec<u8> = session.session.channels.iter().map(|c| c.number).collect();
     let study = args.study.over(&session.session.study, &channels)?;
+    if let (Some(worn), Some(said)) = (&session.session.worn, &study.pseudonym) {
+        let name = &worn.wearer.name;
+        anyhow::ensure!(
+            said == name,
+            "E660 --pseudonym is {said}, and the wearer file is {name}'s; name the file of \
+             whoever is stimulated"
+        );
+    }
     if let Some(law) = args.law {
         session.session = session.session.with_law(law)?;
     }

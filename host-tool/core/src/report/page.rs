@@ -316,7 +316,12 @@ fn reproduce(report: &Report) -> String {
     let items: String = files
         .map(|trial| {
             let (name, file) = (escape(&trial.name), escape(&trial.session_file));
-            format!("<li>{name}: <code>{file}</code></li>\n")
+            let worn = trial.wearer.as_ref().map(|worn| {
+                let (name, evidence) = (escape(&worn.name), escape(&worn.evidence));
+                format!(", thresholds and limits of {name} ({evidence})")
+            });
+            let worn = worn.unwrap_or_default();
+            format!("<li>{name}: <code>{file}</code>{worn}</li>\n")
         })
         .collect();
     if !items.is_empty() {

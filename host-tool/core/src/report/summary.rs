@@ -4,7 +4,9 @@ use super::{Report, page};
 use crate::analysis::{
     ForceMetrics, Hit, Metrics, force_limiting_share, force_metrics, hits, limit_cycles, metrics,
 };
-use crate::record::{Assumption, Ending, Held, PaperRow, RecordError, replace_file, write_summary};
+use crate::record::{
+    Assumption, Ending, Held, PaperRow, RecordError, TrialWearer, replace_file, write_summary,
+};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -31,6 +33,8 @@ struct TrialSummary<'a> {
     no_pulse_was_played: Option<&'a str>,
     pulses: Option<u64>,
     session_file: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wearer: Option<&'a TrialWearer>,
     #[serde(flatten)]
     held: Held,
     duration_s: f64,
@@ -74,6 +78,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
                 no_pulse_was_played: trial.silent.as_deref(),
                 pulses: trial.pulses,
                 session_file: &trial.session_file,
+                wearer: trial.wearer.as_ref(),
                 held: Held::by(trial),
                 duration_s: trial.duration_s,
                 metrics: metrics(trial),
