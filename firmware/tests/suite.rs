@@ -13,6 +13,7 @@ mod device_frames;
 mod device_fuzz;
 mod device_hand;
 mod device_limit_cycle;
+mod device_lists;
 mod device_over_current;
 mod device_rungs;
 mod device_safety;

@@ -28,3 +28,4 @@ mod protocol_vectors;
 mod qemu_instructions;
 mod qemu_parity;
 mod trigger;
+mod widths;

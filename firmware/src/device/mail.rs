@@ -7,7 +7,7 @@ use crate::control::Amplitudes;
 use crate::link::{Event, Refusal, Telemetry};
 use crate::muscle::Rung;
 use crate::pulse::CHANNELS;
-use crate::safety::{Denied, FaultRecord, Notice, Setup, State, Stimulus};
+use crate::safety::{Denied, FaultRecord, Notice, PulseList, Setup, State, Stimulus};
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use heapless::spsc::{Consumer, Producer, Queue};
 
@@ -35,6 +35,8 @@ pub enum OrderKind {
     Acknowledge,
     Status,
     KeepAlive,
+    /// Play the list that lies in the list mailbox.
+    Pulses,
     Amplitudes {
         mask: u16,
         values: [Amplitude; CHANNELS],
@@ -234,12 +236,13 @@ pub enum ControlEvent {
     Slowed,
 }
 
-/// All mailboxes; each holds one item less than its number. A setup lies in
-/// mailboxes of its own because of its size. The controller's is not empty from
+/// All mailboxes; each holds one item less than its number. A setup and a list of pulses
+/// lie in mailboxes of their own because of their size. The controller's is not empty from
 /// an arm order to its verdict: one is under way at a time.
 #[derive(Debug, Default)]
 pub struct Mailboxes {
     setup: Queue<Setup, 2>,
+    lists: Queue<PulseList, 2>,
     orders: Queue<Order, 32>,
     // A verdict for every order of one window, and what changes in it.
     reports: Queue<Report, 40>,
@@ -262,6 +265,7 @@ pub struct Mailboxes {
 /// The pulser's ends.
 pub struct PulserMail<'a> {
     pub(super) setup: Consumer<'a, Setup>,
+    pub(super) lists: Consumer<'a, PulseList>,
     pub(super) orders: Consumer<'a, Order>,
     pub(super) reports: Producer<'a, Report>,
     pub(super) control_orders: Consumer<'a, ControlOrder>,
@@ -285,6 +289,7 @@ pub struct ControllerMail<'a> {
 /// The session's ends.
 pub struct SessionMail<'a> {
     pub(super) setup: Producer<'a, Setup>,
+    pub(super) lists: Producer<'a, PulseList>,
     pub(super) orders: Producer<'a, Order>,
     pub(super) reports: Consumer<'a, Report>,
     pub(super) control_parts: Producer<'a, ControlPart>,
@@ -301,6 +306,7 @@ impl Mailboxes {
     pub const fn new() -> Self {
         Self {
             setup: Queue::new(),
+            lists: Queue::new(),
             orders: Queue::new(),
             reports: Queue::new(),
             control_parts: Queue::new(),
@@ -339,6 +345,7 @@ impl Mailboxes {
     /// The three owners' ends.
     pub fn split(&mut self) -> (PulserMail<'_>, ControllerMail<'_>, SessionMail<'_>) {
         let (setup_tx, setup_rx) = self.setup.split();
+        let (lists_tx, lists_rx) = self.lists.split();
         let (orders_tx, orders_rx) = self.orders.split();
         let (reports_tx, reports_rx) = self.reports.split();
         let (control_parts_tx, control_parts_rx) = self.control_parts.split();
@@ -350,6 +357,7 @@ impl Mailboxes {
         let (stop, lost) = (&self.stop, &self.lost);
         let pulser = PulserMail {
             setup: setup_rx,
+            lists: lists_rx,
             orders: orders_rx,
             reports: reports_tx,
             control_orders: control_orders_rx,
@@ -369,6 +377,7 @@ impl Mailboxes {
         };
         let session = SessionMail {
             setup: setup_tx,
+            lists: lists_tx,
             orders: orders_tx,
             reports: reports_rx,
             control_parts: control_parts_tx,

@@ -4,6 +4,7 @@
 use super::refusal::{Code, Refusal};
 use crate::control::LawSpec;
 use crate::pulse::{CHANNELS, MAX_GROUPS};
+use crate::safety::MAX_LISTED;
 use postcard::Deserializer;
 use postcard::de_flavors::{Flavor, Slice};
 use serde::Deserialize;
@@ -12,6 +13,7 @@ use serde::Deserialize;
 const GROUPS: u32 = 6;
 const JOINT: u32 = 9;
 const AMPLITUDES: u32 = 14;
+const PULSES: u32 = 24;
 
 /// The beginning of every request.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -32,11 +34,12 @@ pub fn too_long(message: &[u8]) -> Option<(Head, Refusal<'static>)> {
     let (field, least, most, rest) = match head.request {
         GROUPS => ("groups", 0, MAX_GROUPS, rest),
         AMPLITUDES => amplitudes(skip::<u16>(rest)?)?,
+        PULSES => ("pulses", 1, MAX_LISTED, skip::<u8>(rest)?),
         JOINT => ("flexors", 1, 2, skip::<(LawSpec, u8, u32)>(rest)?),
         _ => return None,
     };
     let (count, _) = take::<u32>(rest)?;
-    let most = most as i32; // at most 10
+    let most = most as i32; // at most 16
     let refusal = Refusal::new(Code::OutOfRange, field).allowed(least, most);
     (i64::from(count) > i64::from(most)).then_some((head, refusal))
 }

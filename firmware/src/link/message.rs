@@ -8,6 +8,7 @@ use crate::muscle::{MuscleSpec, Rung};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS, TrainSpec};
 use crate::range::Range;
 use crate::safety::{ChannelSpec, FaultRecord, StageKind, Stages, State, StopCause, WearerSpec};
+use crate::safety::{ListedPulse, MAX_LISTED};
 use crate::units::{Amplitude, Micros};
 use heapless::Vec;
 use postcard_schema::{Schema, key::hash::fnv1a64::hash_ty_path};
@@ -165,6 +166,14 @@ pub enum Request {
     StoreStages {
         /// One per channel; `None` where there is none.
         stages: [Option<StageKind>; CHANNELS],
+    },
+    /// A list of pulses that a channel plays once, in place of its train's own, from its
+    /// next burst on. A setpoint.
+    Pulses {
+        /// From 0.
+        channel: u8,
+        /// One after the other.
+        pulses: Vec<ListedPulse, MAX_LISTED>,
     },
 }
 

@@ -58,6 +58,9 @@ pub enum Code {
     TooLargeStep = 237,
     ChargeAtWidth = 238,
     WidthChanges = 239,
+    NoLists = 240,
+    ListPlays = 241,
+    NotRisen = 242,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -76,7 +79,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 57] = [
+    pub const ALL: [Self; 60] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -120,6 +123,9 @@ impl Code {
         Self::TooLargeStep,
         Self::ChargeAtWidth,
         Self::WidthChanges,
+        Self::NoLists,
+        Self::ListPlays,
+        Self::NotRisen,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -339,6 +345,12 @@ impl From<Denied> for Refusal<'static> {
             Denied::Width { channel, widths } => Self::new(Code::OutOfRange, widths.field)
                 .on(channel)
                 .allowed(widths.min, widths.max),
+            Denied::Listed { channel, range } => Self::new(Code::OutOfRange, range.field)
+                .on(channel)
+                .allowed(range.min, range.max),
+            Denied::NoLists { channel } => Self::new(Code::NoLists, "lists").on(channel),
+            Denied::ListPlays => Self::new(Code::ListPlays, "pulses"),
+            Denied::NotRisen { channel } => Self::new(Code::NotRisen, "pulses").on(channel),
             Denied::Charge { channel, highest } => Self::new(Code::ChargeAtWidth, "max_charge_nc")
                 .on(channel)
                 .allowed(0, bound(highest.get())),

@@ -166,7 +166,7 @@ fn check_isolation(mask: u16, trains: &[Option<Train>; CHANNELS]) -> Result<(), 
 /// differ by a fixed amount modulo the greatest common divisor of the
 /// periods, and every residue occurs, so one residue check is exact.
 fn can_overlap(a: &Train, b: &Train) -> bool {
-    if a.spec().triggered != b.spec().triggered {
+    if a.spec().trigger != b.spec().trigger {
         return true; // two epochs: any distance occurs
     }
     let g = i64::from(gcd(a.spec().period_us, b.spec().period_us));

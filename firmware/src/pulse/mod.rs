@@ -16,7 +16,7 @@ pub use group::{Group, GroupError, GroupSpec, MAX_GROUPS, Partner, check_members
 pub use plan::{Change, Levels, MAX_PULSES, PulseStart, Sample, State, WindowPlan};
 pub(crate) use scheduler::bits;
 pub use scheduler::{Burst, Middle, RenderError, Scheduler, Supply};
-pub use train::{Shape, Train, TrainError, TrainSpec};
+pub use train::{Shape, Train, TrainError, TrainSpec, Trigger};
 
 /// Stimulation channels of the board.
 pub const CHANNELS: usize = 10;

@@ -1,10 +1,10 @@
 //! Renders windows: from edge to edge of all channels, in time order.
 
 use super::plan::{Change, Levels, State, WindowPlan};
-use super::{CHANNELS, Group, MAX_GROUPS, Partner, TRIGGER_DELAY_US, Train, WINDOW_US};
+use super::{CHANNELS, Group, MAX_GROUPS, Partner, TRIGGER_DELAY_US, Train, Trigger, WINDOW_US};
 use crate::seal::{Seal, Turn};
 use crate::units::{DacCode, Micros, us};
-use core::num::NonZeroU16;
+use core::num::{NonZeroU16, NonZeroU32};
 use heapless::Vec;
 
 mod agenda;
@@ -32,6 +32,8 @@ pub struct Burst {
     pub code: Option<DacCode>,
     /// Width of each phase, µs, at most the train's largest; none is the train's own.
     pub width_us: Option<NonZeroU16>,
+    /// From this burst to the next, µs, played or left out; none is the period.
+    pub next_us: Option<NonZeroU32>,
 }
 
 impl Burst {
@@ -39,6 +41,7 @@ impl Burst {
     pub const SILENT: Self = Self {
         code: None,
         width_us: None,
+        next_us: None,
     };
 
     /// Of this amplitude and the train's own width.
@@ -180,7 +183,7 @@ impl Scheduler {
             *lane = train.map(|train| {
                 let drives_sync = sync.is_some_and(|s| usize::from(s) == channel);
                 let mut lane = Lane::waiting(train, channel, drives_sync);
-                if !train.spec().triggered {
+                if train.spec().trigger.is_none() {
                     lane.begin(epoch);
                 }
                 lane
@@ -219,12 +222,24 @@ impl Scheduler {
     }
 
     /// A trigger edge captured at `at`: prepared trains start
-    /// [`TRIGGER_DELAY_US`] later, plus their offset. Returns how many of
-    /// them; trains whose last period is not over are left alone, and so is an
-    /// isolated group with such a train, whose distances hold from one trigger.
+    /// [`TRIGGER_DELAY_US`] later, plus their offset; of those that play, the ones that a
+    /// trigger toggles begin no burst from then on. Returns how many of both; trains whose
+    /// last period is not over are left alone, and so is an isolated group with such a
+    /// train, whose distances hold from one trigger.
     pub fn trigger(&mut self, at: Micros) -> usize {
         let epoch = at + us(TRIGGER_DELAY_US);
-        let mut busy = 0u16;
+        let mut ended = 0u16;
+        for (channel, lane) in self.lanes.iter_mut().enumerate() {
+            if let Some(lane) = lane
+                && lane.train.spec().trigger == Some(Trigger::Toggle)
+                && lane.is_sealed() // an unsealed one is found with its next edge
+                && lane.end_at(epoch)
+            {
+                lane.seal();
+                ended |= 1 << channel; // below 16
+            }
+        }
+        let mut busy = ended;
         for (channel, lane) in self.lanes.iter().enumerate() {
             let is_busy = lane.as_ref().is_some_and(|lane| !lane.is_free(epoch));
             busy |= u16::from(is_busy) << channel; // below 16
@@ -234,10 +249,10 @@ impl Scheduler {
                 busy |= group.members();
             }
         }
-        let mut started = 0;
+        let mut started = ended.count_ones() as usize;
         for (channel, lane) in self.lanes.iter_mut().enumerate() {
             if let Some(lane) = lane
-                && lane.train.spec().triggered
+                && lane.train.spec().trigger.is_some()
                 && busy & 1 << channel == 0
             {
                 lane.begin(epoch);
@@ -283,7 +298,7 @@ impl Scheduler {
     #[must_use]
     pub fn is_finished(&self) -> bool {
         let mut lanes = self.lanes.iter().flatten();
-        self.next.is_none() && !lanes.any(|lane| lane.train.spec().triggered)
+        self.next.is_none() && !lanes.any(|lane| lane.train.spec().trigger.is_some())
     }
 
     /// Whether no channel is inside a pulse or its grounding.

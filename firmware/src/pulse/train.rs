@@ -35,6 +35,15 @@ impl Shape {
     }
 }
 
+/// What an edge at the trigger input does to a train that waits for it.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
+pub enum Trigger {
+    /// Starts it.
+    Start,
+    /// Starts it, and the next one ends it: no pulse begins after that.
+    Toggle,
+}
+
 /// A train as a host asks for it; nothing in it is trusted.
 ///
 /// ```
@@ -73,8 +82,11 @@ pub struct TrainSpec {
     pub burst_interval_us: u16,
     /// Bursts to play, 0 for until stopped.
     pub repeats: u16,
-    /// Waits for the trigger input instead of the common epoch.
-    pub triggered: bool,
+    /// What the trigger input does to it; none starts at the common epoch.
+    pub trigger: Option<Trigger>,
+    /// Takes lists of pulses, which come when they are asked for: endless single pulses
+    /// from the common epoch only.
+    pub lists: bool,
 }
 
 /// Why a train cannot be played.
@@ -145,7 +157,8 @@ impl TrainSpec {
             burst_count: 1,
             burst_interval_us: 0,
             repeats: 0,
-            triggered: false,
+            trigger: None,
+            lists: false,
         }
     }
 
@@ -189,6 +202,12 @@ impl TrainSpec {
             .check(self.offset_us)?;
         Self::BURST_COUNT.check(self.burst_count)?;
         only_if(burst, Self::BURST_INTERVAL_US).check(self.burst_interval_us)?;
+        if self.lists {
+            // What does not go with lists.
+            Self::BURST_COUNT.up_to(1).check(self.burst_count)?;
+            Range::new("repeats", 0, 0).check(self.repeats)?;
+            Range::new("trigger", 0, 0).check(self.trigger.is_some())?;
+        }
         let train = Train {
             spec: *self,
             gap_us: if biphasic {

@@ -12,7 +12,8 @@ impl Sums {
     /// Of these channels. Exact for trains of one period from the common epoch, and so
     /// is the root of the sum of squares where no two phases of one sign meet; never too
     /// low for others: phases count as meeting where their periods' greatest common
-    /// divisor lets them, and those of triggered trains, of rates that may change and of
+    /// divisor lets them, and those of triggered trains, of lists, of rates that may change
+    /// and of
     /// bursts with another period wherever they have the same sign, as do second phases
     /// whose beginning a live width moves; first ones last as long as they may. Of two
     /// channels that
@@ -120,7 +121,8 @@ impl Channel {
 
     /// Whether its pulses keep their distance from the common epoch.
     const fn is_steady(&self) -> bool {
-        self.min_period_us == self.max_period_us && !self.train.spec().triggered
+        let spec = self.train.spec();
+        self.min_period_us == self.max_period_us && spec.trigger.is_none() && !spec.lists
     }
 }
 

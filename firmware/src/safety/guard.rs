@@ -25,17 +25,20 @@
 mod allowance;
 mod amplitude;
 mod electrodes;
+mod list;
 mod memory;
 mod step;
 #[cfg(test)]
 mod tests;
 
 use super::check::Load;
+use super::list::Playing;
 use super::ramp::{Fall, Rise};
 use super::watch::Watch;
 use super::{Channel, ElectrodeCheck, Fault, FaultRecord, Setup, Stimulus, limits};
 use super::{Denied, Inputs, Notice, State, StopCause};
 use crate::pulse::{CHANNELS, Scheduler, WINDOW_US};
+use crate::seal::Seal;
 use crate::units::{Amplitude, Micros, us};
 use allowance::Allowance;
 use memory::Seals;
@@ -81,6 +84,9 @@ pub struct Guard {
     /// What a person holds closed, as [`Inputs::closed`]: opened, it stops.
     held: u8,
     allowance: Allowance,
+    /// The list of pulses under way, and the seal over it.
+    list: Playing,
+    list_seal: Seal,
     seals: Seals,
 }
 
@@ -100,6 +106,8 @@ impl Guard {
             heard: Micros::new(0),
             held: 0,
             allowance: Allowance::default(),
+            list: Playing::NOTHING,
+            list_seal: Seal::of(&Playing::NOTHING),
             seals: Seals::default(),
         };
         guard.renew_seals();
@@ -377,6 +385,7 @@ impl Guard {
         self.in_force = [Stimulus::default(); CHANNELS];
         self.steps = [Step::default(); CHANNELS];
         self.watches = [Watch::default(); CHANNELS];
+        self.end_list();
     }
 
     fn enter_idle(&mut self, cause: StopCause) -> Notice {

@@ -196,11 +196,13 @@ impl ChannelSpec {
         let TrainSpec {
             period_us,
             burst_count,
-            triggered,
+            trigger,
+            lists,
             ..
         } = self.train;
         TrainSpec::BURST_COUNT.up_to(1).check(burst_count)?;
-        Range::new("triggered", 0, 0).check(triggered)?;
+        Range::new("trigger", 0, 0).check(trigger.is_some())?;
+        Range::new("lists", 0, 0).check(lists)?;
         let shortest = Range {
             field: "min_period_us",
             ..TrainSpec::PERIOD_US
@@ -374,7 +376,7 @@ pub fn check_group(
     trains: &[Option<Train>; CHANNELS],
 ) -> Result<Group, GroupError> {
     let group = spec.check(trains)?;
-    let changes = |c: &Channel| c.min_period_us != c.max_period_us;
+    let changes = |c: &Channel| c.min_period_us != c.max_period_us || c.train.spec().lists;
     let mut members = (0u8..)
         .zip(channels)
         .filter(|(c, _)| spec.members & 1 << c != 0); // c <= 9

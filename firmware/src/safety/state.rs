@@ -161,6 +161,25 @@ pub enum Denied {
         /// The largest amplitude at this width.
         highest: Amplitude,
     },
+    /// A pulse of a list comes too soon after the one before, or too late.
+    Listed {
+        /// The channel.
+        channel: u8,
+        /// How long after it may come, µs.
+        range: Range,
+    },
+    /// The channel's train takes no lists of pulses.
+    NoLists {
+        /// The channel.
+        channel: u8,
+    },
+    /// A list of pulses is under way.
+    ListPlays,
+    /// The channel has not risen from zero, which no list does.
+    NotRisen {
+        /// The channel.
+        channel: u8,
+    },
     /// Above the wearer's limit.
     AboveLimit {
         /// The channel.

@@ -52,6 +52,10 @@ impl Pulser {
                 self.notify(ControlEvent::Refused, mail);
                 Denied::Cancelled
             }
+            OrderKind::Pulses => {
+                let _ = mail.lists.dequeue();
+                Denied::Stopped
+            }
             OrderKind::Start | OrderKind::Amplitudes { .. } => Denied::Stopped,
             OrderKind::Acknowledge | OrderKind::Status | OrderKind::KeepAlive => {
                 return self.accept(order, start, inputs, mail);
@@ -94,6 +98,16 @@ impl Pulser {
                 self.guard
                     .set_amplitudes(stimuli(mask, values, widths), start)
                     .map(|()| self.guard.keep_alive(order.at))
+            }
+            OrderKind::Pulses => {
+                setpoint = true;
+                // The session put it into the mailbox before it ordered.
+                let played = match mail.lists.peek() {
+                    Some(list) => self.guard.play_list(list, start),
+                    None => Err(Denied::Busy),
+                };
+                let _ = mail.lists.dequeue();
+                played.map(|()| self.guard.keep_alive(order.at))
             }
             OrderKind::Status => {
                 let report = Report::Status {

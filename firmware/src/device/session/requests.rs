@@ -5,10 +5,12 @@ use super::super::draft::check_channel;
 use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
 use super::{Answer, Reply, Session, busy, is_arming, send, submit};
 use crate::link::{Code, Part, Refusal, Request, SetupSum};
-use crate::pulse::CHANNELS;
+use crate::pulse::{CHANNELS, TrainSpec};
+use crate::safety::{ListedPulse, MAX_LISTED, PulseList};
 use crate::safety::{Origin, StageKind, StageTable, Stages, State};
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use fixed::types::I16F16;
+use heapless::Vec;
 
 impl Session {
     /// What a request of the session's owner comes to: an edit of the draft, or an
@@ -116,6 +118,9 @@ impl Session {
                 submit(ControlRequest::Measurement { seq, at, angle }, mail)?;
                 return Ok(Reply::Later);
             }
+            Request::Pulses { channel, pulses } => {
+                return self.play(*channel, pulses, order(OrderKind::Pulses), mail);
+            }
             Request::StoreStages { stages } => self.store_stages(*stages, mail)?,
             // Who serves a simulator takes it on its way here.
             Request::SimulateTrigger => {
@@ -147,6 +152,29 @@ impl Session {
         table.validate()?;
         self.storing = Some(table);
         Ok(())
+    }
+
+    /// Hands a list of pulses to the pulser; of two in one window the second finds no room.
+    fn play(
+        &self,
+        channel: u8,
+        pulses: &Vec<ListedPulse, MAX_LISTED>,
+        order: Order,
+        mail: &mut SessionMail<'_>,
+    ) -> Answer {
+        check_channel(channel)?;
+        PulseList::COUNT.check(pulses.len() as i64)?;
+        for pulse in pulses {
+            ListedPulse::AFTER_US.check(pulse.after_us)?;
+            ListedPulse::AMPLITUDE.check(pulse.amplitude.get())?;
+            TrainSpec::WIDTH_US.check(pulse.width_us)?;
+        }
+        if !mail.lists.ready() || !mail.has_room_for_order() {
+            return Err(busy());
+        }
+        let pulses = pulses.clone();
+        send(&mut mail.lists, PulseList { channel, pulses })?;
+        later(order, mail)
     }
 
     /// Checks the whole draft, and that it is what the host means by `sum`, and hands

@@ -7,7 +7,7 @@ use crate::pulse::Train;
 use crate::pulse::plan::{Levels, PulseStart, State, WindowPlan};
 use crate::seal::Seal;
 use crate::units::{DacCode, Micros, us};
-use core::num::NonZeroU16;
+use core::num::{NonZeroU16, NonZeroU32};
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
 pub(super) enum Phase {
@@ -62,6 +62,8 @@ pub(super) struct Lane {
     /// How far before `burst_start` the burst before it started, µs; 0 for a
     /// train's first.
     pub(super) since_burst_us: u32,
+    /// From this burst to the next, µs, if that is not the period; 0 if it is.
+    next_us: u32,
     /// Pulse of the burst that `due` starts (or that is under way).
     pub(super) pulse: u8,
     /// Amplitude of the burst; `None` if it is left out.
@@ -124,6 +126,7 @@ impl Lane {
             burst_start: Micros::new(0),
             period_us: train.spec().period_us,
             since_burst_us: 0,
+            next_us: 0,
             pulse: 0,
             code: None,
             bursts_left: 0,
@@ -179,6 +182,26 @@ impl Lane {
             (Phase::Recovering, Some(over)) => epoch.has_reached(over),
             _ => false,
         }
+    }
+
+    /// Lets a train that plays begin no burst at `end` or later, which is less than a
+    /// period ahead; what is under way is completed. Returns whether one plays.
+    pub(super) fn end_at(&mut self, end: Micros) -> bool {
+        let is_between = self.phase == Phase::Rest && self.pulse == 0;
+        if self.due.is_none() && is_between || self.phase == Phase::Recovering {
+            return false;
+        }
+        // Where the burst under way, or the next one, is the first that counts.
+        let after = us(if is_between { 0 } else { self.period_us });
+        let one_more = (self.burst_start + after).is_before(end);
+        let left = u16::from(!is_between) + u16::from(one_more);
+        if left == 0 {
+            // Between bursts: its last period is over where the next would begin.
+            (self.phase, self.due) = (Phase::Recovering, Some(self.burst_start));
+        } else if self.bursts_left == 0 || self.bursts_left > left {
+            self.bursts_left = left;
+        }
+        true
     }
 
     /// Takes a lane that no other one touches through the agenda's window.
@@ -274,6 +297,7 @@ impl Lane {
             }
             let burst = supply.burst(channel, now);
             self.code = burst.code;
+            self.next_us = burst.next_us.map_or(0, NonZeroU32::get);
             self.set_width(burst.width_us);
             if let Some(code) = self.code {
                 plan.dac
@@ -349,15 +373,19 @@ impl Lane {
         }
         self.pulse = 0;
         if self.bursts_left == 1 {
-            self.due = spec.triggered.then(|| {
+            self.due = spec.trigger.is_some().then(|| {
                 self.phase = Phase::Recovering;
                 self.burst_start + us(self.period_us)
             });
             return;
         }
         self.bursts_left = self.bursts_left.saturating_sub(1); // 0 stays: endless
-        self.since_burst_us = self.period_us;
-        self.burst_start += us(self.period_us);
+        let interval_us = match self.next_us {
+            0 => self.period_us,
+            next_us => next_us,
+        };
+        self.since_burst_us = interval_us;
+        self.burst_start += us(interval_us);
         self.due = Some(self.burst_start);
     }
 
@@ -456,6 +484,10 @@ impl Lane {
             12 => {
                 self.tail_us ^= 1 << 4;
                 "tail"
+            }
+            13 => {
+                self.next_us ^= 1 << 10;
+                "time to the next burst"
             }
             _ => return None,
         })

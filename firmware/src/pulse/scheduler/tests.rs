@@ -1,5 +1,5 @@
 use super::*;
-use crate::pulse::{Shape, TrainSpec, train::tests::PLAIN};
+use crate::pulse::{Shape, TrainSpec, Trigger, train::tests::PLAIN};
 use crate::units::us;
 
 struct Always;
@@ -136,7 +136,7 @@ fn a_missed_window_is_an_error() {
 #[test]
 fn a_trigger_starts_a_prepared_train_once() {
     let spec = TrainSpec {
-        triggered: true,
+        trigger: Some(Trigger::Start),
         repeats: 1,
         ..PLAIN
     };

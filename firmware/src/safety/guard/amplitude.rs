@@ -36,6 +36,7 @@ impl Guard {
             return; // and the refill ends in a fault
         }
         let stimulus = self.with_width(channel, stimulus);
+        self.end_list_on(channel);
         if self.limits_steps() {
             self.note_order(channel, stimulus, now);
         }
@@ -171,6 +172,9 @@ impl Supply for Guard {
         if !self.open_burst(channel) {
             return Burst::SILENT; // and the refill ends in a fault
         }
+        if self.list.is_on(channel) {
+            return self.listed_burst(channel, at);
+        }
         self.next_burst(channel, at).unwrap_or(Burst::SILENT)
     }
 
@@ -186,7 +190,7 @@ impl Supply for Guard {
 impl Guard {
     /// The burst of an open channel that begins at `at`; `None` leaves it out.
     #[inline]
-    fn next_burst(&mut self, channel: u8, at: Micros) -> Option<Burst> {
+    pub(super) fn next_burst(&mut self, channel: u8, at: Micros) -> Option<Burst> {
         let index = usize::from(channel);
         let setup = self.setup.as_ref()?;
         let config = setup.channel(channel)?;
@@ -238,6 +242,7 @@ impl Guard {
         Some(Burst {
             code: Some(code),
             width_us: NonZeroU16::new(width_us),
+            ..Burst::SILENT
         })
     }
 }

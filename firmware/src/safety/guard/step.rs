@@ -4,7 +4,7 @@
 //! amplitude may not do, a width may not either.
 
 use super::Guard;
-use crate::safety::{Channel, Stimulus, WearerSpec};
+use crate::safety::{Channel, Denied, Stimulus, WearerSpec};
 use crate::units::{Amplitude, MicroAmps, Micros, us};
 
 const SECOND_US: u32 = 1_000_000;
@@ -114,6 +114,40 @@ impl Guard {
         let by_charge = by_charge.checked_div(width_us.into()).unwrap_or(0);
         let most = bound(burst, low, wanted).min(Amplitude::new(by_charge));
         most.min(config.limit)
+    }
+
+    /// Checks that no two of `listed`, what is wanted and the least of this second and the
+    /// one before are further apart than the wearer's smaller step.
+    #[inline(never)]
+    pub(super) fn check_spread(
+        &self,
+        channel: u8,
+        listed: impl Iterator<Item = Stimulus> + Clone,
+        now: Micros,
+    ) -> Result<(), Denied> {
+        let index = usize::from(channel);
+        let wanted = self.wanted.get(index).copied().unwrap_or_default();
+        let setup = self.setup.as_ref();
+        let config = setup.and_then(|setup| setup.channel(channel));
+        let (Some(setup), Some(config), Some(step)) = (setup, config, self.steps.get(index)) else {
+            return Err(Denied::NoChannel { channel });
+        };
+        let (spec, own_us) = (setup.wearer.spec(), own_us(config));
+        let now_wanted = Measures::of(wanted, own_us);
+        let step = step.at(now_wanted, now);
+        let low = step.low.min(step.low_before).min(now_wanted);
+        let all = || listed.clone().map(|it| Measures::of(it, own_us));
+        let Measures(low) = all().fold(low, Measures::min);
+        let by = MicroAmps::new(spec.max_step_ua.min(spec.max_step_ua_per_s));
+        let by = config.stage.amplitude_of(by);
+        let above = |low: Amplitude| Amplitude::new(low.get().saturating_add(by.get()));
+        let [most, most_charge] = low.map(above);
+        let is_far = |it: Measures| it.0[0] > most || it.0[1] > most_charge;
+        if all().chain([now_wanted]).any(is_far) {
+            let highest = most;
+            return Err(Denied::TooLargeStep { channel, highest });
+        }
+        Ok(())
     }
 
     /// `stimulus` is about to be wanted on `channel`.

@@ -1,9 +1,10 @@
 //! The chart of the module's documentation, cell by cell.
 
 use super::*;
-use crate::pulse::{Burst, Supply, TrainSpec};
-use crate::safety::{ChannelSpec, Reading, StageSpec, Sums, WearerSpec};
+use crate::pulse::{Burst, Supply, TrainSpec, Trigger};
+use crate::safety::{ChannelSpec, ListedPulse, PulseList, Reading, StageSpec, Sums, WearerSpec};
 use crate::units::{MicroAmps, us};
+use core::num::NonZeroU32;
 use std::format;
 use std::vec::Vec;
 
@@ -14,7 +15,7 @@ fn setup() -> Setup {
     let wearer = WearerSpec::default().validate().unwrap();
     let train = TrainSpec {
         repeats: 1,
-        triggered: true,
+        trigger: Some(Trigger::Start),
         ..TrainSpec::biphasic(200, 100, 20_000)
     };
     let stage = StageSpec::Current {
@@ -276,6 +277,41 @@ fn a_bit_that_changes_by_itself_is_a_fault() {
             guard.seal();
         }
         assert_eq!(found, Err(Fault::Memory), "{what}");
+    }
+}
+
+/// A list that changes by itself is a fault with its next pulse.
+#[test]
+fn a_changed_list_is_left_out() {
+    let (mut guard, _) = guard_in("Stimulating");
+    let pulses = [(0, 5_000), (20_000, 6_000)].map(|(after_us, ua)| ListedPulse {
+        after_us,
+        amplitude: Amplitude::new(ua),
+        width_us: 200,
+    });
+    let list = PulseList {
+        channel: 0,
+        pulses: pulses.into_iter().collect(),
+    };
+    assert_eq!(
+        guard.play_list(&list, NOW),
+        Err(Denied::NoLists { channel: 0 })
+    );
+    for spoil in [false, true] {
+        let mut list = list.clone();
+        guard.list = Playing::new(&list);
+        guard.list_seal = Seal::of(&guard.list);
+        if spoil {
+            list.pulses[1].width_us ^= 1 << 6;
+            guard.list = Playing::new(&list);
+        }
+        let burst = guard.burst(0, NOW);
+        assert_eq!(
+            burst.next_us.map(NonZeroU32::get),
+            (!spoil).then_some(20_000)
+        );
+        let found = if spoil { Err(Fault::Memory) } else { Ok(()) };
+        assert_eq!(guard.check_seen(), found);
     }
 }
 

@@ -17,6 +17,7 @@ impl Supply for Always {
         Burst {
             code: Some(CODE),
             width_us: NonZeroU16::new(if is_wide { 300 } else { 100 }).filter(|_| channel == LIVE),
+            next_us: None,
         }
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
@@ -226,7 +227,10 @@ fn a_live_width_is_the_announced_one_and_within_its_bounds() {
     };
     assert_eq!(play(&specs, &[], width(|us| us)), Ok(()));
     assert_eq!(play(&specs, &[], width(|us| us - 1)), Err(Broken::Phase));
-    assert_eq!(play(&specs, &[], width(|us| us + 1)), Err(Broken::Width));
+    assert_eq!(
+        play(&specs, &[], width(|us| us + us / 300)),
+        Err(Broken::Width)
+    );
     assert_eq!(play(&specs, &[], width(|_| 9)), Err(Broken::Width));
     assert_eq!(play(&specs, &[], width(|_| 0)), Err(Broken::Width));
     let code = |_: u32, plan: &mut WindowPlan| {

@@ -5,7 +5,7 @@ use firmware::control::JointSpec;
 use firmware::link::Request;
 use firmware::muscle::{MuscleSpec, Rung};
 use firmware::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
-use firmware::safety::{ChannelSpec, StageKind, WearerSpec};
+use firmware::safety::{ChannelSpec, ListedPulse, MAX_LISTED, StageKind, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 
 /// Methods that send a request, wait for its acknowledgement and give the device
@@ -98,6 +98,18 @@ impl<P: Port> Client<P> {
             .map(|&(channel, it, us)| (channel, it, Some(us)))
             .collect();
         self.send_amplitudes(&pairs)
+    }
+
+    /// Plays a list of pulses on a channel (from 0) once, from its next burst on.
+    ///
+    /// # Errors
+    /// As all; more than sixteen pulses are too large.
+    pub fn pulses(&mut self, channel: u8, pulses: &[ListedPulse]) -> Result<Micros, Error> {
+        if pulses.len() > MAX_LISTED {
+            return Err(Error::TooLarge("Pulses"));
+        }
+        let pulses = pulses.iter().copied().collect();
+        self.ack("Pulses", Request::Pulses { channel, pulses })
     }
 
     /// Either all have a width or none has.

@@ -27,7 +27,7 @@ pub(super) fn played(session: &Session, trace: &Trace, epoch_us: u64) -> u64 {
 /// `idle_triggers` edges came that found no train.
 pub(super) fn why_silent(session: &Session, length_us: u64, idle_triggers: u64) -> &'static str {
     let trains = || session.channels.iter().map(|c| c.spec.train);
-    if trains().all(|train| train.triggered) {
+    if trains().all(|train| train.trigger.is_some()) {
         return if idle_triggers > 0 {
             "edges came to the trigger input when no train was ready for them"
         } else {
@@ -35,7 +35,7 @@ pub(super) fn why_silent(session: &Session, length_us: u64, idle_triggers: u64) 
              [simulated_trigger] in the session file gives a simulator edges"
         };
     }
-    let first = trains().filter(|train| !train.triggered);
+    let first = trains().filter(|train| !train.trigger.is_some());
     let first = first.map(|train| u64::from(train.offset_us)).min();
     if first.is_some_and(|offset| offset >= length_us) {
         return "it ended before the first channel's offset_us";

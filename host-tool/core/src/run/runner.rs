@@ -262,6 +262,9 @@ impl<P: Port> Run<'_, P> {
         for request in self.session.rungs(before, due) {
             self.client.post(request)?;
         }
+        for request in self.session.setpoints.lists(before, due) {
+            self.client.post(request)?;
+        }
         // Wrapping: device time is modulo 2^32.
         let now = self.epoch + us(due as u32);
         let setpoints = &self.session.setpoints;

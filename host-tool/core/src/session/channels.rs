@@ -2,13 +2,13 @@
 
 use firmware::control::ForceSpec;
 use firmware::device::Draft;
-use firmware::pulse::{CHANNELS, Shape, TrainSpec};
+use firmware::pulse::{CHANNELS, Shape, TrainSpec, Trigger};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::Amplitude;
 
 use super::channel::Channel;
 use super::error::Problem;
-use super::fields::SHAPES;
+use super::fields::{SHAPES, TRIGGERS};
 use super::hold::read_hold;
 use super::muscle::read_muscle;
 use super::table::Table;
@@ -238,7 +238,16 @@ fn read_train(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> TrainSpec {
         burst_count: t.whole("burst_count"),
         burst_interval_us: t.whole("burst_interval_us"),
         repeats: t.whole("repeats"),
-        triggered: t.flag("triggered"),
+        trigger: read_trigger_mode(t),
+        lists: t.flag("lists"),
+    }
+}
+
+/// What the trigger input does: by `trigger`, or by `triggered`, which is a start.
+fn read_trigger_mode(t: &Table<'_>) -> Option<Trigger> {
+    match t.has("trigger") {
+        true => t.named("trigger", &TRIGGERS),
+        false => t.flag("triggered").then_some(Trigger::Start),
     }
 }
 

@@ -180,6 +180,9 @@ problems! {
     632 WidthChanges { channel: u8 }
         "channel {channel} has a `muscle`, whose recruitment holds at one width, and a `max_width_us`"
         "leave one of them out"
+    633 NoLists { channel: u8 }
+        "`{field}` names channel {channel}, whose train takes no lists of pulses"
+        "say `lists = true` in its train"
     650 WearerUnreadable { reason: String }
         "the wearer file cannot be read: {reason}"
         "check path and permissions; `[wearer] file` is relative to the session's own folder"

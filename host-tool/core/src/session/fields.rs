@@ -5,9 +5,9 @@
 use std::sync::LazyLock;
 
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, RecruitmentSpec, Rung};
-use firmware::pulse::{CHANNELS, MAX_GROUPS, Partner, Shape, TrainSpec};
+use firmware::pulse::{CHANNELS, MAX_GROUPS, Partner, Shape, TrainSpec, Trigger};
 use firmware::range::Range;
-use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::safety::{ChannelSpec, ListedPulse, MAX_LISTED, StageSpec, WearerSpec};
 use hal_sim::body::wearer::Participant;
 use hal_sim::body::{ElbowSpec, FingerSpec};
 
@@ -26,6 +26,9 @@ pub(super) const SHAPES: [(&str, Shape); 4] = [
     ("monophasic-cathodic", Shape::MonophasicCathodic),
     ("monophasic-anodic", Shape::MonophasicAnodic),
 ];
+/// What the trigger input does, by name.
+pub(super) const TRIGGERS: [(&str, Trigger); 2] =
+    [("start", Trigger::Start), ("toggle", Trigger::Toggle)];
 /// Rungs of the muscle's ladder by name.
 pub(super) const RUNGS: [(&str, Rung); 3] = [
     ("none", Rung::None),
@@ -181,7 +184,9 @@ fn train() -> Section {
         f("burst_count", n("", 0, T::BURST_COUNT), Or(1), "pulses per burst"),
         f("burst_interval_us", nb("µs", 0, or_none(T::BURST_INTERVAL_US), "at least 200 for bursts, 0 for single pulses"), Or(0), "pulse start to pulse start"),
         f("repeats", Kind::Whole(Number::within("", 0, 0, u16::MAX as i64)), Or(0), "bursts to play, 0 until stopped"),
-        f("triggered", Kind::Flag, OrWord("false"), "wait for the trigger input; [`[simulated_trigger]`](#simulated_trigger) tries it at a desk"),
+        f("triggered", Kind::Flag, OrWord("false"), "wait for the trigger input: `trigger = \"start\"`; [`[simulated_trigger]`](#simulated_trigger) tries it at a desk").without("trigger"),
+        f("trigger", one_of(&TRIGGERS), Optional, "wait for the trigger input: an edge starts the train, or each starts it and the next one ends it"),
+        f("lists", Kind::Flag, OrWord("false"), "take [lists of pulses](#lists) in place of its own; endless single pulses only, and not in an isolated group"),
     ]
 }
 
@@ -285,6 +290,22 @@ fn stimulus_points() -> Section {
     ]
 }
 
+/// A list of pulses.
+#[rustfmt::skip]
+fn list_of_pulses() -> Section {
+    let value = Kind::Whole(Number::within(UNIT, 3, 1, 200_000).bound("to the channel's `limit`"));
+    let pulses = vec![
+        f("after_us", Kind::Whole(Number::of("µs", 0, ListedPulse::AFTER_US).bound("the train's period at least, but of the first")), Required, "from the pulse before; of the first, from when the channel's next burst would begin"),
+        f("value", value, Required, "its amplitude"),
+        f("width_us", width(TrainSpec::WIDTH_US), OrTold("the train's `width_us`".into()), "its width; another needs the train's `max_width_us`"),
+    ];
+    vec![
+        f("at_s", time(1), Required, "when it is sent, with the next setpoint; times rise"),
+        f("channel", channel(), Required, "a channel whose train has `lists`"),
+        f("pulses", list(pulses, 1, Some(MAX_LISTED), "pulses"), Required, "`{ after_us, value, width_us }`"),
+    ]
+}
+
 /// An amplitude or a force.
 fn either() -> Kind {
     Kind::Whole(Number::within("unit or N", 3, 0, 10_000_000))
@@ -326,6 +347,7 @@ fn setpoints() -> Section {
         f("amplitude_n", amplitude, Required, "of the sine").when("kind", &["force-sine"]),
         f("frequency_hz", Kind::Real(SINE), Required, "of the sine").when("kind", &["angle-sine", "force-sine"]),
         f("forces", list(forces, 0, Some(CHANNELS), "forces"), Optional, "forces of further channels with `force`, sent with every setpoint of any kind: each `{ channel, points }` as of a `force-ramp` or `{ channel, offset_n, amplitude_n, frequency_hz }` as of a `force-sine`; for up to ten, with `kind = \"keep-alive\"`, see `host-tool/sessions/ten_forces.toml`"),
+        f("list", list(list_of_pulses(), 0, None, "lists"), Optional, "`{ at_s, channel, pulses }`: [lists of pulses](#lists), each played once in place of its channel's own"),
         f("bounds", list(bounds, 0, Some(CHANNELS), "channels"), Optional, "`{ channel, least, most, per_s, shortest_s }`: what a live client may stream instead, for the choice of [muscle models](muscle.md); a run plays the file's own, which may not leave them (but a force may go below `least`)"),
         f("values", list(values(), 1, Some(CHANNELS), "channels"), Required, "`{ channel, value, width_us }`: constant amplitudes; not for the joint's or the wall's channels").when("kind", &["amplitudes"]),
         f("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same beside all that is wanted").when("kind", &["keep-alive", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine"]),

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use firmware::control::setpoint::ESTIMATED_RATE_MAX;
 use firmware::link::Request;
-use firmware::safety::Stimulus;
+use firmware::safety::{PulseList, Stimulus};
 use firmware::units::{Amplitude, Micros};
 
 pub(super) use read::read_setpoints;
@@ -31,6 +31,8 @@ pub struct Setpoints {
     pub swings: Vec<(u8, ForceCourse)>,
     /// What a live client may stream.
     pub bounds: Vec<Bounds>,
+    /// Lists of pulses, each at its time, µs after the start.
+    pub lists: Vec<(u64, PulseList)>,
 }
 
 /// Within what a live client's setpoints of a channel stay.
@@ -246,6 +248,16 @@ impl Setpoints {
         }
     }
 
+    /// Lists that begin after `from_us`, up to `to_us`.
+    pub fn lists(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> {
+        let due = self.lists.iter();
+        let due = due.filter(move |(at, _)| from_us < *at && *at <= to_us);
+        due.map(|(_, list)| Request::Pulses {
+            channel: list.channel,
+            pulses: list.pulses.clone(),
+        })
+    }
+
     /// When setpoint `index` is due, µs after the start.
     #[must_use]
     pub fn due_us(&self, index: u64) -> u64 {
@@ -325,6 +337,7 @@ mod tests {
             beside: Vec::new(),
             swings: Vec::new(),
             bounds: Vec::new(),
+            lists: Vec::new(),
         };
         // 2π · 0.2 Hz · 40° = 50.27 °/s.
         assert_eq!(angle(&sine, 0), (4500, 5027));
@@ -345,6 +358,7 @@ mod tests {
             beside: Vec::new(),
             swings: Vec::new(),
             bounds: Vec::new(),
+            lists: Vec::new(),
         };
         assert_eq!(angle(&steps, 0), (1000, 0));
         assert_eq!(angle(&steps, 499_999), (1000, 0));

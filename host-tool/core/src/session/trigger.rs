@@ -52,7 +52,7 @@ pub(super) fn read_trigger(
     channels: &Channels,
     duration_us: u64,
 ) -> Option<SimulatedTrigger> {
-    if channels.are_whole() && !channels.list.iter().any(|c| c.spec.train.triggered) {
+    if channels.are_whole() && !channels.list.iter().any(|c| c.spec.train.trigger.is_some()) {
         t.say("", Problem::NothingTriggered {});
         return None;
     }

@@ -95,8 +95,22 @@ pub(crate) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
         }
         Rule::WidthChanges => t.say("muscle", Problem::WidthChanges { channel: *number }),
         Rule::NoMuscle => t.say("force", Problem::NoMuscle { channel: *number }),
-        Rule::Setup(SetupError::Range(e)) if e.field == "triggered" => {
-            train.out_of_range("triggered", "false with a `force`".into());
+        Rule::Setup(SetupError::Range(e)) if e.field == "trigger" => {
+            let name = ["triggered", "trigger"][usize::from(train.has("trigger"))];
+            train.out_of_range(name, "none with a `force`".into());
+        }
+        Rule::Setup(SetupError::Range(e)) if e.field == "lists" => {
+            train.out_of_range("lists", "false with a `force`".into());
+        }
+        Rule::Setup(SetupError::Train(TrainError::Range(e))) if spec.train.lists => {
+            let name = match e.field {
+                "trigger" => ["triggered", "trigger"][usize::from(train.has("trigger"))],
+                field => field,
+            };
+            match matches!(e.field, "trigger" | "repeats" | "burst_count") {
+                true => train.out_of_range(name, "none, 0 and 1 with `lists`".into()),
+                false => t.refuse(mistake),
+            }
         }
         Rule::Setup(SetupError::Range(e)) if e.field == TrainSpec::BURST_COUNT.field => {
             train.out_of_range("burst_count", "1 with a `force`".into());

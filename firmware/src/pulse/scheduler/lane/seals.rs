@@ -37,7 +37,7 @@ impl Lane {
     fn moving(&self) -> impl Hash + '_ {
         let place = (self.phase, self.shows, self.stretch, self.due);
         let burst = (self.burst_start, self.period_us, self.since_burst_us);
-        let left = (self.pulse, self.code, self.bursts_left);
+        let left = (self.pulse, self.code, self.bursts_left, self.next_us);
         (place, burst, left)
     }
 }

@@ -2,7 +2,7 @@
 
 use firmware::control::{Joint, JointState, SetpointError};
 use firmware::device::channel_of;
-use firmware::safety::{self, Stimulus};
+use firmware::safety::{self, ListedPulse, PulseList, Stimulus};
 use firmware::units::{Amplitude, Angle, Micros};
 
 use super::super::channel::Channel;
@@ -30,6 +30,7 @@ pub(in super::super) fn read_setpoints(
     let course = read_course(t, setup, has_joint);
     let forces = read_further_forces(t, &setup.channels, course.as_ref());
     let bounds = read_bounds(t, setup, duration_us);
+    let lists = read_lists(t, setup, duration_us);
     let (course, values) = (course?, values.map_or(Some(Vec::new()), |values| values)?);
     let (course, beside) = match course {
         Course::Amplitudes(_) => (Course::Amplitudes(values), Vec::new()),
@@ -42,6 +43,7 @@ pub(in super::super) fn read_setpoints(
         beside,
         swings: Vec::new(),
         bounds: bounds?,
+        lists: lists?,
     };
     for bounds in &setpoints.bounds {
         check_own(t, bounds, &setpoints);
@@ -329,6 +331,48 @@ impl Bounds {
         (given < least)
             .then(|| format!("{least:.3} at least, to go from `least` to `most` in the session"))
     }
+}
+
+/// Reads `list`: lists of pulses, by rising time.
+fn read_lists(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Vec<(u64, PulseList)>> {
+    let mut all: Vec<(u64, PulseList)> = Vec::new();
+    for item in t.tables("list").iter().filter(|item| item.is_sound()) {
+        let at_us = item.time("at_s", 1, duration_us)?;
+        if let Some(&(before, _)) = all.last().filter(|(before, _)| at_us <= *before) {
+            item.not_after("at_s", format!("the list at {} s", before as f64 / 1e6));
+            return None;
+        }
+        let Some(found) = find_free(item, setup) else {
+            continue;
+        };
+        if !found.spec.train.lists {
+            let channel = found.number;
+            item.say("channel", Problem::NoLists { channel });
+            continue;
+        }
+        let mut list = PulseList {
+            channel: found.index(),
+            pulses: Default::default(),
+        };
+        for pulse in item.tables("pulses").iter().filter(|it| it.is_sound()) {
+            let stimulus = read_stimulus(pulse, found)?;
+            check_stimulus(pulse, found, setup, stimulus);
+            let after_us: u32 = pulse.whole("after_us");
+            let least_us = found.spec.train.period_us;
+            if !list.pulses.is_empty() && after_us < least_us {
+                let allowed = format!("at least the train's period of {least_us} after the first");
+                pulse.out_of_range("after_us", allowed);
+            }
+            // As many as a list may have: checked.
+            let _ = list.pulses.push(ListedPulse {
+                after_us,
+                amplitude: stimulus.amplitude,
+                width_us: stimulus.width_us,
+            });
+        }
+        all.push((at_us, list));
+    }
+    Some(all)
 }
 
 /// Asks the firmware's inverse whether it would take this force.

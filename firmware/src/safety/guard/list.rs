@@ -1,0 +1,145 @@
+//! Lists of pulses: what of them is allowed, and how they take the place of a train's.
+
+use super::{Guard, Mode};
+use crate::pulse::Burst;
+use crate::range::Range;
+use crate::safety::list::{Playing, Turn};
+use crate::safety::ramp::Rise;
+use crate::safety::{Channel, Denied, ListedPulse, PulseList, Stimulus, Wearer};
+use crate::seal::Seal;
+use crate::units::Micros;
+
+impl Guard {
+    /// Plays `list` from the channel's next burst on, in place of its train's pulses,
+    /// which follow a period after the last. Each pulse is judged as a setpoint is. A
+    /// channel rises from zero by its train alone: until it has, a list would come
+    /// without a rise, or be altered by it.
+    ///
+    /// # Errors
+    /// Not stimulating, no such channel, one that is controlled, takes no lists or has not
+    /// risen, another list under way, a pulse that may not be, comes too soon or too late,
+    /// or is too far from the others where the wearer limits steps.
+    #[inline(never)]
+    pub fn play_list(&mut self, list: &PulseList, now: Micros) -> Result<(), Denied> {
+        let channel = list.channel;
+        match self.mode {
+            Mode::Stimulating => {}
+            Mode::Fault(record) => return Err(Denied::FaultLatched(record.fault)),
+            Mode::Armed { .. } => return Err(Denied::WrongState(self.state())),
+            _ => return Err(Denied::NotArmed),
+        }
+        let setup = self.setup.as_ref().ok_or(Denied::NotArmed)?;
+        let config = setup
+            .channel(channel)
+            .ok_or(Denied::NoChannel { channel })?;
+        if setup.controlled & 1u16.checked_shl(channel.into()).unwrap_or(0) != 0 {
+            return Err(Denied::Controlled { channel });
+        }
+        if !config.train.spec().lists {
+            return Err(Denied::NoLists { channel });
+        }
+        if self.list.is_under_way() {
+            return Err(Denied::ListPlays);
+        }
+        let rise = self.rises.get(usize::from(channel));
+        if !matches!(rise, Some(Rise::Done)) {
+            return Err(Denied::NotRisen { channel });
+        }
+        let mut least_us = 0;
+        for pulse in &list.pulses {
+            check_pulse(channel, config, &setup.wearer, pulse, least_us)?;
+            least_us = config.min_period_us;
+        }
+        if self.limits_steps() {
+            let listed = list.pulses.iter().map(ListedPulse::stimulus);
+            self.check_spread(channel, listed.clone(), now)?;
+            if self.open(channel) {
+                for stimulus in listed {
+                    self.note_order(channel, stimulus, now);
+                }
+            }
+        }
+        self.list = Playing::new(list);
+        self.seal_list();
+        Ok(())
+    }
+
+    /// The next burst of the channel that plays a list.
+    #[inline(never)]
+    pub(super) fn listed_burst(&mut self, channel: u8, at: Micros) -> Burst {
+        if !self.list_seal.holds(&self.list) {
+            self.break_seal(); // and the refill ends in a fault
+            return Burst::SILENT;
+        }
+        let turn = self.list.turn();
+        self.seal_list();
+        match turn {
+            Turn::Wait(next_us) => Burst {
+                next_us,
+                ..Burst::SILENT
+            },
+            Turn::Pulse(stimulus, next_us) => {
+                let index = usize::from(channel);
+                let train = self.wanted.get(index).copied().unwrap_or_default();
+                self.exchange(index, stimulus);
+                let burst = self.next_burst(channel, at).unwrap_or(Burst::SILENT);
+                self.exchange(index, train);
+                Burst { next_us, ..burst }
+            }
+        }
+    }
+
+    /// The channel is open.
+    fn exchange(&mut self, index: usize, stimulus: Stimulus) {
+        if let Some(wanted) = self.wanted.get_mut(index) {
+            *wanted = stimulus;
+        }
+    }
+
+    /// Nothing is left of a list on `channel`: what was ordered later holds.
+    pub(super) fn end_list_on(&mut self, channel: u8) {
+        if self.list.is_on(channel) {
+            self.end_list();
+        }
+    }
+
+    /// Nothing is left of any list.
+    pub(super) fn end_list(&mut self) {
+        self.list = Playing::NOTHING;
+        self.seal_list();
+    }
+
+    fn seal_list(&mut self) {
+        let seal = Seal::of(&self.list);
+        self.list_seal = seal;
+    }
+}
+
+/// Whether a channel may play this pulse, `least_us` after the one before at least.
+fn check_pulse(
+    channel: u8,
+    config: &Channel,
+    wearer: &Wearer,
+    pulse: &ListedPulse,
+    least_us: u32,
+) -> Result<(), Denied> {
+    let after = ListedPulse::AFTER_US.from(least_us);
+    if after.check(pulse.after_us).is_err() {
+        let range = after;
+        return Err(Denied::Listed { channel, range });
+    }
+    let own = config.train.widths();
+    let widths = Range::new("width_us", own.min, own.max);
+    if widths.check(pulse.width_us).is_err() {
+        return Err(Denied::Width { channel, widths });
+    }
+    let limit = config.limit;
+    if pulse.amplitude > limit {
+        return Err(Denied::AboveLimit { channel, limit });
+    }
+    let highest = config.highest_at(pulse.width_us, wearer);
+    if pulse.amplitude > highest {
+        return Err(Denied::Charge { channel, highest });
+    }
+    Ok(())
+}
