@@ -128,18 +128,19 @@ def unframe(data):
 REQUESTS = (
     "Hello KeepAlive Status Clear Wearer Channel Groups Sync Muscle Joint Arm "
     "Start Stop Acknowledge Amplitudes Angle Measurement Subscribe Wall "
-    "ForceControl Force Rung SimulateTrigger"
+    "ForceControl Force Rung SimulateTrigger StoreStages Pulses"
 ).split()
 SHAPES = (
     "BiphasicCathodicFirst BiphasicAnodicFirst MonophasicCathodic "
     "MonophasicAnodic"
 ).split()
+TRIGGERS = "Start Toggle".split()
 
 
 def channel(c):
     train, stage = c["spec"]["train"], c["spec"]["stage"]
     (kind, of) = next(iter(stage.items()))
-    numbers = "width_us gap_us ground_us period_us offset_us".split()
+    numbers = "width_us max_width_us gap_us ground_us period_us offset_us".split()
     return (
         bytes([c["channel"]])
         + varint(SHAPES.index(train["shape"]))
@@ -147,7 +148,8 @@ def channel(c):
         + bytes([train["burst_count"]])
         + varint(train["burst_interval_us"])
         + varint(train["repeats"])
-        + bytes([train["triggered"]])
+        + option(lambda mode: varint(TRIGGERS.index(mode)), train["trigger"])
+        + bytes([train["lists"]])
         + varint(["Current", "Voltage"].index(kind))
         + b"".join(map(varint, of.values()))  # in the order of the table
         + varint(c["spec"]["limit"])
@@ -160,7 +162,16 @@ CONTENT = {
     "Hello": lambda c: varint(c["schema"]),
     "Channel": channel,
     "Sync": lambda c: option(lambda n: bytes([n]), c["channel"]),
-    "Amplitudes": lambda c: varint(c["mask"]) + vec(varint, c["values"]),
+    "Amplitudes": lambda c: varint(c["mask"])
+    + vec(varint, c["values"])
+    + vec(varint, c["widths"]),
+    "Pulses": lambda c: bytes([c["channel"]])
+    + vec(
+        lambda pulse: varint(pulse["after_us"])
+        + varint(pulse["amplitude"])
+        + varint(pulse["width_us"]),
+        c["pulses"],
+    ),
     "Arm": lambda c: varint(c["setup"]),
     "Angle": lambda c: option(varint, c["at"])
     + zigzag(c["centideg"])
@@ -304,7 +315,8 @@ def stimulate(place):
         "burst_count": 1,
         "burst_interval_us": 0,
         "repeats": 0,
-        "triggered": False,
+        "trigger": None,
+        "lists": False,
     }
     stage = {"Current": {"full_scale_ua": 100_000}}
     spec = {"train": train, "stage": stage, "limit": 20_000, "area_mm2": 800}
@@ -315,7 +327,7 @@ def stimulate(place):
     begin = time.monotonic()
     for step in range(100):  # 2 s at 50 Hz: 0 to 10 mA
         value = 100 * (step + 1)
-        device.ask({"Amplitudes": {"mask": 1, "values": [value]}})
+        device.ask({"Amplitudes": {"mask": 1, "values": [value], "widths": []}})
         time.sleep(max(0.0, begin + 0.02 * (step + 1) - time.monotonic()))
     device.ask("Stop")
     while message := device.receive(0.5):

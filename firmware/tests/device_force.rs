@@ -4,7 +4,7 @@ use crate::device_desk::*;
 use firmware::control::{ForceControl, ForceSpec, HoldPolicy};
 use firmware::link::{Code, Request};
 use firmware::muscle::{CalciumForceSpec, MuscleSpec, Recruitment, RecruitmentSpec, Rung};
-use firmware::pulse::{Partner, State as Line, TrainSpec};
+use firmware::pulse::{Partner, State as Line, TrainSpec, Trigger};
 use firmware::safety::{ChannelSpec, State, WearerSpec};
 use firmware::units::{Amplitude, Micros, us};
 use proptest::prelude::*;
@@ -232,7 +232,7 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
         ..SLOW
     });
     let triggered = channel(TrainSpec {
-        triggered: true,
+        trigger: Some(Trigger::Start),
         ..SLOW
     });
     // The muscle's own limit must lie in the channel's.
@@ -247,7 +247,7 @@ fn what_cannot_be_controlled_is_refused_at_arming() {
         (slow, vec![muscle(0), control(0, falling)], Code::OutOfRange, "max_period_us"),
         (twitches, with(50_000), Code::OutOfRange, "period_us"),
         (burst, with(12_500), Code::OutOfRange, "burst_count"),
-        (triggered, with(12_500), Code::OutOfRange, "triggered"),
+        (triggered, with(12_500), Code::OutOfRange, "trigger"),
         (low, with(12_500), Code::AboveWearerLimit, "limit"),
         (channel(PLAIN), vec![muscle(1), control(1, FORCE)], Code::NoTrain, "force"),
     ];

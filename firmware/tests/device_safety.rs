@@ -2,7 +2,7 @@
 
 use crate::device_desk::*;
 use firmware::link::{Code, Event, Request};
-use firmware::pulse::{Partner, State as Line, TrainSpec};
+use firmware::pulse::{Partner, State as Line, TrainSpec, Trigger};
 use firmware::safety::{ChannelSpec, Fault, State, StopCause, WearerSpec};
 use firmware::units::Micros;
 
@@ -229,7 +229,7 @@ fn channels_that_always_overlap_are_not_judged() {
 
 fn triggered(period_us: u32, offset_us: u32) -> ChannelSpec {
     channel(TrainSpec {
-        triggered: true,
+        trigger: Some(Trigger::Start),
         repeats: 1,
         period_us,
         offset_us,
@@ -286,6 +286,38 @@ fn a_kept_trigger_is_seen_once_and_starts_after_exactly_a_millisecond() {
         assert_eq!(desk.state(), State::Stimulating);
         let starts = driven(&desk.record.levels, 0);
         assert_eq!(starts[CHECK_PHASES..].to_vec(), [t + 1_000, t + 1_300]);
+    }
+}
+
+/// Edges start a toggled train and end it: bursts lie exactly within 1000 µs after each
+/// odd edge and 1000 µs after the even one behind it, at every phase of the end.
+#[test]
+fn a_toggled_train_plays_from_edge_to_edge() {
+    let spec = channel(TrainSpec {
+        trigger: Some(Trigger::Toggle),
+        period_us: 10_000,
+        ..PLAIN
+    });
+    for length in (25_000..36_000).step_by(500).chain([30_000 - 1, 30_001]) {
+        let mut desk = Desk::open(BOOT);
+        desk.run(wearer(), &[spec], 10_000);
+        let mut expected = Vec::new();
+        for _ in 0..3 {
+            trigger_after(&mut desk, 5_000);
+            let on = desk.time() - 1 + 1_000;
+            desk.must(Request::KeepAlive);
+            let since = desk.time() - (on - 1_000);
+            trigger_after(&mut desk, length - since as u32 + 1);
+            let off = on + u64::from(length);
+            expected.extend((on..off).step_by(10_000));
+            desk.must(Request::KeepAlive);
+            // Its last period has to be over.
+            desk.wait(12_000);
+        }
+        let starts = driven(&desk.record.levels, 0).into_iter();
+        let starts: Vec<u64> = starts.skip(CHECK_PHASES).step_by(2).collect();
+        assert_eq!(starts, expected, "{length} µs");
+        assert_eq!(desk.state(), State::Stimulating);
     }
 }
 

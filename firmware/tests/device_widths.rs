@@ -29,7 +29,7 @@ pub fn stimuli(pairs: &[(u32, u16)]) -> Request {
 }
 
 /// Driven stretches of a channel from `from_us` on, with the DAC code in force.
-fn phases(desk: &Desk, channel: usize, from_us: u64) -> Vec<(u64, u64, u16)> {
+pub fn phases(desk: &Desk, channel: usize, from_us: u64) -> Vec<(u64, u64, u16)> {
     let all = stretches(&desk.record.levels, channel, u64::MAX);
     let driven = all.into_iter().filter(|s| {
         matches!(s.1, Line::Anodic | Line::Cathodic) && s.0 >= from_us && s.2 != u64::MAX

@@ -1,6 +1,6 @@
 //! Sums over the common return against a walk over every microsecond.
 
-use firmware::pulse::{CHANNELS, Shape, TrainSpec};
+use firmware::pulse::{CHANNELS, Shape, TrainSpec, Trigger};
 use firmware::safety::{Channel, ChannelSpec, SetupError, StageSpec, SumError, Sums, WearerSpec};
 use firmware::units::{Amplitude, MicroAmps};
 use proptest::prelude::*;
@@ -174,7 +174,7 @@ fn ten_channels_at_once_are_told_with_their_sum() {
 #[test]
 fn triggered_trains_and_rates_that_change_may_meet_any() {
     let triggered = TrainSpec {
-        triggered: true,
+        trigger: Some(Trigger::Start),
         ..at(2_000)
     };
     let anodic = TrainSpec {
@@ -188,7 +188,7 @@ fn triggered_trains_and_rates_that_change_may_meet_any() {
     assert_eq!(peak(&[(at(0), 10_000), (triggered, 20_000)]), 30_000);
     let cathodic = TrainSpec {
         shape: Shape::MonophasicCathodic,
-        triggered: true,
+        trigger: Some(Trigger::Start),
         ..anodic
     };
     assert_eq!(peak(&[(anodic, 10_000), (cathodic, 20_000)]), 20_000);

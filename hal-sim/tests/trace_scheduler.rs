@@ -36,6 +36,7 @@ impl Supply for Changing {
         Burst {
             code: Some(DacCode::new(number as u16)),
             width_us,
+            next_us: None,
         }
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
@@ -84,7 +85,8 @@ fn spec() -> impl Strategy<Value = FirmwareSpec> {
                 0
             },
             repeats,
-            triggered: false,
+            trigger: None,
+            lists: false,
         };
         // As fast as the device allows what is too fast.
         if let Err(TrainError::BurstOverlaps { min_interval_us }) = spec.validate() {

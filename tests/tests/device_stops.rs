@@ -138,7 +138,8 @@ fn train() -> impl Strategy<Value = TrainSpec> {
                     burst_count,
                     burst_interval_us: if burst_count > 1 { interval } else { 0 },
                     repeats: 0,
-                    triggered: false,
+                    trigger: None,
+                    lists: false,
                 }
             },
         )

@@ -49,7 +49,11 @@ fn ten_channels_are_exact() {
     for path in shipped_in("") {
         let file = SessionFile::load(&path).unwrap();
         let is_constant = matches!(file.session.setpoints.course, Course::Amplitudes(_));
-        let is_triggered = file.session.channels.iter().any(|c| c.spec.train.triggered);
+        let is_triggered = file
+            .session
+            .channels
+            .iter()
+            .any(|c| c.spec.train.trigger.is_some());
         if is_constant && !is_triggered {
             exact(&path, 2_000_000);
         }

@@ -50,7 +50,8 @@ fn train() -> impl Strategy<Value = TrainSpec> {
             burst_count: count,
             burst_interval_us: if count > 1 { interval } else { 0 },
             repeats: 0,
-            triggered: false,
+            trigger: None,
+            lists: false,
         },
     )
 }

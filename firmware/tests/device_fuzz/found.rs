@@ -5,7 +5,7 @@ use super::{Tally, one_run};
 use crate::device_desk::ARM;
 use firmware::link::Request;
 use firmware::pulse::Shape::{self, *};
-use firmware::pulse::TrainSpec;
+use firmware::pulse::{TrainSpec, Trigger};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 
@@ -43,7 +43,8 @@ fn train(
         burst_count,
         burst_interval_us,
         repeats,
-        triggered,
+        trigger: triggered.then_some(Trigger::Start),
+        lists: false,
     }
 }
 

@@ -5,8 +5,8 @@ use crate::device_desk::*;
 use firmware::control::{ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::Request;
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
-use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
-use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec, Trigger};
+use firmware::safety::{ChannelSpec, ListedPulse, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 use proptest::collection::vec;
 use proptest::option;
@@ -70,9 +70,9 @@ pub fn train() -> impl Strategy<Value = TrainSpec> {
         prop_oneof![3 => prop::sample::select(common.to_vec()), 1 => near(5_000, 60_000), 1 => near(5_000, 2_000_000)],
         any::<u32>(),
         (near16(1, 8), near16(200, 3_000), prop_oneof![4 => Just(0), 1 => 0u16..9]),
-        (prop::bool::weighted(0.2), prop::bool::weighted(0.1), prop_oneof![2 => Just(0), 1 => near16(10, 500)]),
+        (option::weighted(0.2, prop::sample::select(vec![Trigger::Start, Trigger::Toggle])), prop::bool::weighted(0.1), prop_oneof![2 => Just(0), 1 => near16(10, 500)]),
     )
-        .prop_map(|((shape, width_us, gap, ground), period_us, offset, (count, interval, repeats), (triggered, wild, max_width_us))| {
+        .prop_map(|((shape, width_us, gap, ground), period_us, offset, (count, interval, repeats), (trigger, wild, max_width_us))| {
             let biphasic = shape.is_biphasic();
             let mut spec = TrainSpec {
                 shape,
@@ -86,12 +86,14 @@ pub fn train() -> impl Strategy<Value = TrainSpec> {
                 burst_count: 1,
                 burst_interval_us: 0,
                 repeats,
-                triggered,
+                trigger,
+                // Every third of those that can.
+                lists: width_us % 3 == 0 && trigger.is_none() && repeats == 0 && count <= 1,
             };
             if wild {
                 (spec.burst_count, spec.burst_interval_us) = (count as u8, interval);
                 spec.offset_us = offset;
-            } else if count > 1 && count <= 8 {
+            } else if count > 1 && count <= 8 && !spec.lists {
                 let one = u32::from(width_us.max(spec.max_width_us)) * 2 + u32::from(gap.max(5)) + 5
                     + u32::from(spec.ground_us);
                 (spec.burst_count, spec.burst_interval_us) =
@@ -333,6 +335,26 @@ pub fn amplitudes() -> impl Strategy<Value = Request> {
     })
 }
 
+/// Lists of pulses, mostly of what a channel may have.
+pub fn lists() -> impl Strategy<Value = Request> {
+    let pulse = (
+        prop_oneof![1 => Just(0), 3 => near(5_000, 60_000), 1 => near(0, 2_000_000)],
+        near(1, 20_000),
+        near16(10, 500),
+    );
+    (near(0, 3), vec(pulse, 0..=16)).prop_map(|(channel, pulses)| Request::Pulses {
+        channel: channel as u8,
+        pulses: pulses
+            .into_iter()
+            .map(|(after_us, amplitude, width_us)| ListedPulse {
+                after_us,
+                amplitude: Amplitude::new(amplitude),
+                width_us,
+            })
+            .collect(),
+    })
+}
+
 /// Device times: absolute, since a session does not know `now` here.
 pub fn request() -> impl Strategy<Value = Request> {
     prop_oneof![
@@ -353,6 +375,7 @@ pub fn request() -> impl Strategy<Value = Request> {
         2 => Just(Request::Stop),
         2 => Just(Request::Acknowledge),
         8 => amplitudes(),
+        3 => lists(),
         2 => (option::of(any::<u32>()), any::<i16>(), option::of(any::<i32>())).prop_map(|(at, centideg, centideg_per_s)| Request::Angle { at: at.map(Micros::new), centideg, centideg_per_s }),
         2 => (0i16..9_000).prop_map(|centideg| Request::Angle { at: None, centideg, centideg_per_s: None }),
         2 => (near(0, 0), any::<i16>(), any::<u32>()).prop_map(|(joint, centideg, at)| Request::Measurement { joint: joint as u8, centideg, at: Micros::new(at) }),

@@ -106,6 +106,7 @@ pub fn judge_permission(
                 Request::KeepAlive
                     | Request::Start
                     | Request::Amplitudes { .. }
+                    | Request::Pulses { .. }
                     | Request::Angle { .. }
                     | Request::Arm { .. }
             )

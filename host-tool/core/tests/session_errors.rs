@@ -301,6 +301,55 @@ const BAD_TRIGGER: &[&str] = &[
     "every_s = 1.0 → at_s = [0.0000005]",
     "every_s = 1.0 → at_s = [1.0, 1.0005]",
     "triggered = true → triggered = false; triggered = true → triggered = false",
+    "triggered = true → trigger = \"gate\"",
+    "triggered = true → triggered = true, trigger = \"toggle\"",
+];
+
+/// A width that rises, and lists of pulses.
+const GOOD_WIDTHS: &str = concat!(
+    include_str!("../../sessions/width_ramp.toml"),
+    r#"
+[[setpoints.list]]
+at_s = 1.0
+channel = 2
+pulses = [
+    { after_us = 0, value = 5.0 },
+    { after_us = 20000, value = 6.0, width_us = 35 },
+]
+"#
+);
+
+/// The same for [`GOOD_WIDTHS`].
+const BAD_WIDTHS: &[&str] = &[
+    "max_width_us = 300 → max_width_us = 24",
+    "max_width_us = 300 → max_width_us = 501",
+    "max_width_us = 300 → max_width_us = 299",
+    "max_width_us = 300, → ",
+    "value = 35.0, width_us = 0 → value = 35.001, width_us = 0",
+    "value = 35.0, width_us = 0 → value = 35.0, width_us = -1",
+    "value = 35.0, width_us = 0 → value = 35.0, width_us = 0.5",
+    "max_charge_uc = 10.5 → max_charge_uc = 10.499",
+    // Halfway between 35 mA · 200 µs and 10 mA · 300 µs is more than at both ends.
+    "max_charge_uc = 10.5 → max_charge_uc = 7.0; value = 35.0, width_us = 0 → value = 35.0, width_us = 200; value = 35.0, width_us = 300 → value = 10.0, width_us = 300; value = 35.0, width_us = 300 → value = 10.0, width_us = 300",
+    "at_s = 0.0 → at_s = 0.1",
+    "at_s = 12.0 → at_s = 9.0",
+    "channel = 1 ⏎ points → channel = 3 ⏎ points",
+    "max_width_us = 300 → width_max_us = 300",
+    "rate_hz = 50 → rate_hz = 50 ⏎ values = [{ channel = 1, value = 5.0 }]",
+    "rate_hz = 50 → rate_hz = 50 ⏎ values = [{ channel = 2, value = 5.0, width_us = 36 }]",
+    "rate_hz = 50 → rate_hz = 50 ⏎ values = [{ channel = 2, value = 5.0, width_us = 9 }]",
+    "[setpoints] → [channel.muscle] ⏎ a_n_per_s = 265.1 ⏎ k = 0.2 ⏎ tau_c_ms = 20 ⏎ tau1_ms = 50.5 ⏎ tau2_ms = 100 ⏎ motor_threshold = 2.0 ⏎ reference = 35.0 ⏎ slope_per_unit = 0.3 ⏎ [setpoints]; width_us = 35, frequency_hz → width_us = 35, max_width_us = 40, frequency_hz",
+    // Lists.
+    "lists = true, → ",
+    "lists = true, → lists = true, repeats = 3,",
+    "lists = true, → lists = true, triggered = true,",
+    "at_s = 1.0 → at_s = 13.0",
+    "after_us = 20000 → after_us = 19999",
+    "after_us = 20000 → after_us = 2000001",
+    "value = 6.0 → value = 0",
+    "value = 6.0 → value = 36",
+    "value = 6.0, width_us = 35 → value = 6.0, width_us = 34",
+    "channel = 2 ⏎ pulses → channel = 1 ⏎ pulses",
 ];
 
 /// A good file with some text replaced.
@@ -339,6 +388,7 @@ fn every_mistake_is_named_with_its_line() {
         (GOOD_FORCE, BAD_FORCE),
         (GOOD_FORCES, BAD_FORCES),
         (GOOD_TRIGGER, BAD_TRIGGER),
+        (GOOD_WIDTHS, BAD_WIDTHS),
     ];
     for (good, bad) in files {
         for edits in bad {
@@ -354,6 +404,7 @@ fn every_mistake_is_named_with_its_line() {
     let expected = [
         400, 401, 402, 403, 404, 405, 406, 407, 408, 409, 410, 420, 421, 430, 431, 432, 440, 441,
         450, 451, 452, 453, 460, 461, 462, 463, 465, 466, 467, 468, 470, 471, 472, 473, 474, 480,
+        630, 631, 632, 633,
     ];
     assert_eq!(numbers, expected.into_iter().collect());
 }

@@ -100,7 +100,10 @@ fn every_file_runs_on_a_device() {
         let session = Session::load(&file).unwrap_or_else(|e| panic!("{file:?}: {e}"));
         println!("{}", file.display());
         // A trigger, or an arm in the wall, is yet to come.
-        let is_triggered = session.channels.iter().all(|c| c.spec.train.triggered);
+        let is_triggered = session
+            .channels
+            .iter()
+            .all(|c| c.spec.train.trigger.is_some());
         let waits = session.wall.is_some() || is_triggered;
         assert_eq!(play(&session) > 0, !waits, "{file:?}");
         assert_eq!(session.notes, [""; 0], "{file:?}");

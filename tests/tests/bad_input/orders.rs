@@ -7,7 +7,8 @@ use crate::bad_input::table::{Expect, Row, all, field, live, refused, row};
 use firmware::control::SensorSource;
 use firmware::link::{Code, Request, SCHEMA};
 use firmware::muscle::{FatigueSpec, MuscleSpec, Rung};
-use firmware::safety::{StageSpec, WearerSpec};
+use firmware::pulse::TrainSpec;
+use firmware::safety::{ChannelSpec, ListedPulse, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, us};
 use hal_sim::body::Load;
 use tests::desk;
@@ -18,6 +19,8 @@ pub fn rows() -> Vec<Row> {
         arm_rows(),
         state_rows(),
         amplitude_rows(),
+        width_rows(),
+        list_rows(),
         angle_rows(),
         measurement_rows(),
         rung_rows(),
@@ -199,6 +202,118 @@ fn amplitude_rows() -> Vec<Row> {
         ]);
     }
     rows
+}
+
+/// Amplitudes in µA and widths in µs of the first channels.
+fn stimuli(pairs: &[(u32, u16)]) -> Request {
+    Request::Amplitudes {
+        mask: (1 << pairs.len()) - 1,
+        values: pairs.iter().map(|(ua, _)| Amplitude::new(*ua)).collect(),
+        widths: pairs.iter().map(|(_, us)| *us).collect(),
+    }
+}
+
+/// One channel, 200 µs up to 400, that has risen and takes lists; 4 µC a phase.
+fn widening() -> Bench {
+    let train = TrainSpec {
+        max_width_us: 400,
+        lists: true,
+        ..channel(0).train
+    };
+    let spec = ChannelSpec {
+        train,
+        ..channel(0)
+    };
+    let wearer = WearerSpec {
+        max_charge_nc: 4_000,
+        ..desk::wearer(1)
+    };
+    let setup = [
+        Request::Wearer(wearer),
+        Request::Channel { channel: 0, spec },
+        desk::ARM,
+        Request::Start,
+        stimuli(&[(1_000, 200)]),
+    ];
+    let mut bench = Bench::draft().after(setup);
+    for _ in 0..5 {
+        bench.wait(20_000);
+        bench = bench.after([Request::KeepAlive]);
+    }
+    bench
+}
+
+#[rustfmt::skip]
+fn width_rows() -> Vec<Row> {
+    let range = || refused(Code::OutOfRange, "widths").allowed(10, 500);
+    let own = || refused(Code::OutOfRange, "widths").on(0);
+    let count = |n| refused(Code::AmplitudeCount, "widths").allowed(n, n);
+    let charge = |highest| refused(Code::ChargeAtWidth, "max_charge_nc").on(0).allowed(0, highest);
+    let one_width = |mask: u16, values: &[u32]| match amplitudes(mask, values) {
+        Request::Amplitudes { mask, values, .. } => Request::Amplitudes { mask, values, widths: [200].into_iter().collect() },
+        other => other,
+    };
+    vec![
+        row("width 0", widening, stimuli(&[(1_000, 0)]), range()),
+        row("width 9", widening, stimuli(&[(1_000, 9)]), range()),
+        row("width 501", widening, stimuli(&[(1_000, 501)]), range()),
+        row("width 65535", widening, stimuli(&[(1_000, u16::MAX)]), range()),
+        row("the shortest width", widening, stimuli(&[(1_000, 10)]), Expect::Done),
+        row("the largest width", widening, stimuli(&[(1_000, 400)]), Expect::Done),
+        row("above the largest width", widening, stimuli(&[(1_000, 401)]), own().allowed(10, 400)),
+        row("the charge limit itself", widening, stimuli(&[(10_000, 400)]), Expect::Done),
+        row("above the charge limit", widening, stimuli(&[(10_001, 400)]), charge(10_000)),
+        row("another width of a fixed train", Bench::stimulating, stimuli(&[(1_000, 201)]), own().allowed(200, 200)),
+        row("a fixed train's own width", Bench::stimulating, stimuli(&[(1_000, 200)]), Expect::Done),
+        row("too few widths", Bench::stimulating, one_width(0b11, &[0, 0]), count(2)),
+        row("widths for nobody", Bench::stimulating, one_width(0, &[]), refused(Code::OutOfRange, "mask").allowed(1, 1023)),
+    ]
+}
+
+fn list(channel: u8, pulses: &[(u32, u32, u16)]) -> Request {
+    let pulses = pulses.iter().map(|&(after_us, ua, width_us)| ListedPulse {
+        after_us,
+        amplitude: Amplitude::new(ua),
+        width_us,
+    });
+    Request::Pulses {
+        channel,
+        pulses: pulses.collect(),
+    }
+}
+
+/// [`widening`] while a list plays.
+fn listing() -> Bench {
+    widening().after([list(0, &[(20_000, 1_000, 200); 16])])
+}
+
+/// [`widening`] before its rise.
+fn unrisen() -> Bench {
+    widening().after([stimuli(&[(0, 200)])])
+}
+
+#[rustfmt::skip]
+fn list_rows() -> Vec<Row> {
+    let out = |field| refused(Code::OutOfRange, field);
+    let one = |after_us, ua, width_us| list(0, &[(after_us, ua, width_us)]);
+    vec![
+        row("a list of nothing", widening, list(0, &[]), out("pulses").allowed(1, 16)),
+        row("a list", widening, list(0, &[(0, 1_000, 400); 1]), Expect::Done),
+        row("a list of sixteen", widening, list(0, &[(2_000_000, 1_000, 10); 16]), Expect::Done),
+        row("a list that waits too long", widening, one(2_000_001, 1_000, 200), out("after_us").allowed(0, 2_000_000)),
+        row("a list too fast", widening, list(0, &[(0, 1_000, 200), (19_999, 1_000, 200)]), out("after_us").on(0).allowed(20_000, 2_000_000)),
+        row("a list of amplitude 0", widening, one(0, 0, 200), out("amplitude").allowed(1, i32::MAX)),
+        row("a list of width 9", widening, one(0, 1_000, 9), out("width_us").allowed(10, 500)),
+        row("a list above the largest width", widening, one(0, 1_000, 401), out("width_us").on(0).allowed(10, 400)),
+        row("a list above the charge limit", widening, one(0, 10_001, 400), refused(Code::ChargeAtWidth, "max_charge_nc").on(0).allowed(0, 10_000)),
+        row("a list above the limit", widening, one(0, 20_001, 10), refused(Code::AboveWearerLimit, "values").on(0).allowed(0, 20_000)),
+        row("a list of channel 11", widening, list(10, &[(0, 1_000, 200)]), out("channel").allowed(0, 9)),
+        row("a list where none is taken", Bench::stimulating, one(0, 1_000, 200), refused(Code::NoLists, "lists").on(0)),
+        row("a list before arming", Bench::draft, one(0, 1_000, 200), refused(Code::NotArmed, "state")),
+        row("a list before the start", Bench::armed, one(0, 1_000, 200), refused(Code::WrongState, "state")),
+        row("a list while one plays", listing, one(0, 1_000, 200), refused(Code::ListPlays, "pulses")),
+        row("a list before the rise", unrisen, one(0, 1_000, 200), refused(Code::NotRisen, "pulses").on(0)),
+    ]
 }
 
 fn angle(centideg: i16) -> Request {

@@ -159,7 +159,7 @@ fn group_and_trigger() -> Vec<Step> {
     };
     let once = TrainSpec {
         repeats: 2,
-        triggered: true,
+        trigger: Some(firmware::pulse::Trigger::Start),
         ..TRAIN
     };
     let other = TrainSpec {

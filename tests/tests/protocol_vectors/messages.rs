@@ -11,10 +11,10 @@ use firmware::link::{
 };
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::CHANNELS;
-use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
+use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec, Trigger};
 use firmware::safety::{
-    ChannelSpec, Fault, FaultRecord, Origin, StageKind, StageSpec, StageTable, Stages, StagesFault,
-    State, StopCause, WearerSpec,
+    ChannelSpec, Fault, FaultRecord, ListedPulse, Origin, StageKind, StageSpec, StageTable, Stages,
+    StagesFault, State, StopCause, WearerSpec,
 };
 use firmware::units::{Amplitude, Micros};
 use tests::desk;
@@ -38,8 +38,17 @@ const DOUBLETS: TrainSpec = TrainSpec {
 const TRIGGERED: TrainSpec = TrainSpec {
     shape: Shape::MonophasicAnodic,
     repeats: 10,
-    triggered: true,
+    trigger: Some(Trigger::Start),
     ..MONOPHASIC
+};
+const TOGGLED: TrainSpec = TrainSpec {
+    trigger: Some(Trigger::Toggle),
+    ..BIPHASIC
+};
+const LIVE: TrainSpec = TrainSpec {
+    max_width_us: 300,
+    lists: true,
+    ..BIPHASIC
 };
 const AMPS: StageSpec = StageSpec::Current {
     full_scale_ua: 100_000,
@@ -204,6 +213,8 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ("channel, doublets, voltage stage", channel(9, DOUBLETS, VOLTS)),
         ("channel, monophasic", channel(1, MONOPHASIC, VOLTS)),
         ("channel, triggered", channel(2, TRIGGERED, AMPS)),
+        ("channel, toggled", channel(3, TOGGLED, AMPS)),
+        ("channel, live width and lists", channel(4, LIVE, AMPS)),
         ("groups", groups(&[Partner::Conducted, Partner::Isolated])),
         ("no groups", groups(&[])),
         ("sync", Request::Sync { channel: Some(9) }),
@@ -219,6 +230,16 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ("stop", Request::Stop),
         ("acknowledge", Request::Acknowledge),
         ("amplitudes", amplitudes(&[(0, 10_000), (9, 0)])),
+        (
+            "amplitudes and widths",
+            Request::Amplitudes {
+                mask: 0b10_0000_0001,
+                values: [10_000, 0].map(Amplitude::new).into_iter().collect(),
+                widths: [300, 10].into_iter().collect(),
+            },
+        ),
+        ("pulses", Request::Pulses { channel: 9, pulses: [listed(0, 10_000, 300), listed(20_000, 1, 10)].into_iter().collect() }),
+        ("no pulses", Request::Pulses { channel: 0, pulses: Default::default() }),
         ("angle, on arrival", Request::Angle { at: None, centideg: 4_500, centideg_per_s: None }),
         (
             "angle, timed, with its rate",
@@ -250,6 +271,14 @@ pub fn amplitudes(list: &[(u8, u32)]) -> Request {
             .map(|&(_, value)| Amplitude::new(value))
             .collect(),
         widths: Default::default(),
+    }
+}
+
+const fn listed(after_us: u32, ua: u32, width_us: u16) -> ListedPulse {
+    ListedPulse {
+        after_us,
+        amplitude: Amplitude::new(ua),
+        width_us,
     }
 }
 

@@ -11,7 +11,7 @@ mod session;
 
 use firmware::link::{Code, MAX_MESSAGE, Refusal, Response, SCHEMA, ToDevice, encode};
 use firmware::pulse::{CHANNELS, MAX_GROUPS};
-use firmware::safety::Fault;
+use firmware::safety::{Fault, MAX_LISTED};
 use host_core::link::{advice, what};
 use postcard_schema::{Schema, schema::NamedType};
 use serde::Serialize;
@@ -104,7 +104,10 @@ fn vectors_are_what_the_code_encodes_and_decodes() {
 fn the_largest_messages_fit() {
     let bound = |path: &str| match path.rsplit('.').next() {
         Some("Groups") => MAX_GROUPS,
-        Some("values" | "amplitudes" | "forces_mn" | "force_control") => CHANNELS,
+        Some("values" | "widths" | "amplitudes" | "widths_us" | "forces_mn" | "force_control") => {
+            CHANNELS
+        }
+        Some("pulses") => MAX_LISTED,
         Some("flexors") => 2,
         Some("field") => 250,
         _ => panic!("how long is {path}?"),

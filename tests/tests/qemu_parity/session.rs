@@ -7,7 +7,7 @@ use firmware::device::Draft;
 use firmware::link::{BROADCAST, Request, SCHEMA};
 use firmware::lockstep::Sensors;
 use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec};
-use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
+use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec, Trigger};
 use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 use firmware::units::{Amplitude, Micros, us};
 use tests::desk;
@@ -159,7 +159,8 @@ pub fn channel_spec(channel: u8) -> ChannelSpec {
         burst_count: 1,
         burst_interval_us: 0,
         repeats: 0,
-        triggered: channel == 7,
+        trigger: (channel == 7).then_some(Trigger::Start),
+        lists: false,
     };
     if channel == 6 {
         (train.burst_count, train.burst_interval_us) = (3, 3_001);
