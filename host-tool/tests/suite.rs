@@ -3,6 +3,9 @@
 #[cfg(unix)]
 mod bad_input_cli;
 #[cfg(unix)]
+mod calibrate_cli;
+mod calibration_frame;
+#[cfg(unix)]
 mod check_cli;
 mod chip_cli;
 mod errors;

@@ -93,12 +93,16 @@ pub fn calibrate<P: Port>(
         Ok(sessions) => sessions,
         Err(error) => return (Err(error), Spent::default(), Some(port)),
     };
+    let limits = sessions.first().map(|it| it.wearer).unwrap_or_default();
+    let plan = course.plan;
+    if let Err(error) = worn::rehearse(plan, course.head, limits) {
+        return (Err(error), Spent::default(), Some(port));
+    }
     let mut writing = Writing {
-        machine: Machine::new(course.plan.clone(), course.before),
-        limits: sessions.first().map(|it| it.wearer).unwrap_or_default(),
+        machine: Machine::new(plan.clone(), course.before),
+        limits,
         course,
     };
-    let plan = course.plan;
     let (result, spent, port) = conduct(port, plan, &mut writing, journal, desk, course.head);
     (
         result.map(|()| writing.machine.found().to_vec()),

@@ -6,7 +6,7 @@
 use super::found::Value;
 use super::{CalibrationError, Level, Step};
 use serde::{Deserialize, Serialize};
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -185,6 +185,10 @@ pub struct OnDisk;
 impl Files for OnDisk {
     fn append(&self, path: &Path) -> io::Result<Box<dyn Write>> {
         let file = OpenOptions::new().append(true).create(true).open(path)?;
+        // Held until it is closed, however the program ends.
+        if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+            return Err(io::Error::other("another flexor writes it"));
+        }
         Ok(Box::new(file))
     }
 
@@ -255,6 +259,20 @@ impl Journal {
     }
 }
 
+/// Whether a journal at `path` has anything whole in it. One that has not is taken away:
+/// it was cut off before anything had happened.
+///
+/// # Errors
+/// It cannot be read, or taken away.
+pub fn is_begun(path: &Path) -> io::Result<bool> {
+    match std::fs::read(path) {
+        Err(why) if why.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(why) => Err(why),
+        Ok(text) if text.contains(&b'\n') => Ok(true),
+        Ok(_) => std::fs::remove_file(path).map(|()| false),
+    }
+}
+
 /// What a journal holds.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Kept {
@@ -280,6 +298,10 @@ pub fn read(path: &Path) -> Result<Kept, CalibrationError> {
             _ => why.to_string(),
         })
     })?;
+    if !text.contains(&b'\n') {
+        let why = "nothing was recorded in it; begin anew without --resume";
+        return Err(unusable(why.to_owned()));
+    }
     let kept = parse(path, &text)?;
     if kept.head.format > FORMAT {
         return Err(unusable(format!(

@@ -97,6 +97,28 @@ fn history(planned: &Planned, head: &Head) -> History {
     }
 }
 
+/// Whether a wearer file of this plan could be written at all: tried before anything is
+/// given.
+///
+/// # Errors
+/// Everything that it would be refused for.
+pub fn rehearse(plan: &Plan, head: &Head, limits: WearerSpec) -> Result<(), CalibrationError> {
+    let found = plan.electrodes.iter().map(|planned| Found {
+        placement: Some(planned.start),
+        threshold: Some(planned.start),
+        limit: Some(planned.ceiling),
+        minimum: Some(planned.start),
+        maximum: Some(planned.ceiling),
+        moves: Some(Vec::new()),
+        is_skipped: false,
+    });
+    let found: Vec<Found> = found.collect();
+    let text = wearer(plan, &[], head, limits, &found).to_toml();
+    let read = Wearer::parse("its wearer file", &text);
+    read.map(drop)
+        .map_err(|error| CalibrationError::Plan(plan.wearer.clone(), error.lines()))
+}
+
 /// Replaces the wearer file as a whole, once it reads back as what it is to say.
 ///
 /// # Errors

@@ -33,10 +33,12 @@ pub fn files(args: &CalibrateArgs, out: &Path, head: &Head) -> Result<Begun, Cal
             own(out, &head.wearer)?;
         }
     } else {
-        for path in [out, &journal] {
-            if path.exists() {
-                return Err(CalibrationError::Taken(path.to_owned()));
-            }
+        let unusable = |why| CalibrationError::Write(journal.clone(), why);
+        if calibration::is_begun(&journal).map_err(unusable)? {
+            return Err(CalibrationError::Taken(journal));
+        }
+        if out.exists() {
+            return Err(CalibrationError::Taken(out.to_owned()));
         }
     }
     Ok(Begun { journal, entries })
@@ -60,6 +62,9 @@ pub fn head(args: &CalibrateArgs, wearer: &str, text: &str) -> Head {
     let is_simulated = !args.device.is_port();
     Head {
         operator: args.operator.clone(),
+        at: args.at.clone().unwrap_or_else(|| "simulated".to_owned()),
+        device: args.device.to_string(),
+        firmware: "0".to_owned(), // until it answers
         body: is_simulated.then(|| args.body.unwrap_or_default().name().to_owned()),
         seed: is_simulated.then(|| args.seed.unwrap_or(SEED)),
         ..Head::of(wearer, text)
@@ -87,11 +92,9 @@ pub fn open(args: &CalibrateArgs, plan: &Plan, head: &mut Head) -> anyhow::Resul
         None => format!("{:?}", identity.kind).to_lowercase(),
     };
     head.firmware = identity.firmware;
-    head.at = match &args.at {
-        Some(at) => at.clone(),
-        None if head.simulated => "simulated".to_owned(),
-        None => HostFacts::now().started_utc,
-    };
+    if args.at.is_none() && !head.simulated {
+        head.at = HostFacts::now().started_utc;
+    }
     let port = client.into_port();
     Ok(match in_process && !args.auto {
         true => Box::new(Paced::new(port)),

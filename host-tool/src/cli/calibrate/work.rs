@@ -5,12 +5,13 @@ use super::begin::{self, Begun};
 use super::ordered::Task;
 use crate::cli::{Output, interrupt};
 use host_core::calibration::{
-    CalibrationError, Checked, Course, Desk, Drift, Found, Journal, OnDisk, Operator, Spent,
-    calibrate, check,
+    CalibrationError, Checked, Course, Desk, Drift, Found, Journal, Level, OnDisk, Operator, Plan,
+    Spent, board, calibrate, check, rehearse,
 };
 use host_core::link::{Error, Interruption};
+use host_core::wearer::Wearer;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What came of it.
 pub struct Worked {
@@ -41,58 +42,74 @@ pub fn work(
         acknowledges: args.acknowledge,
     };
     match task {
-        Task::Calibrate { plan, text, out } => {
-            let mut head = begin::head(args, task.wearer(), text);
-            let Begun { journal, entries } = begin::files(args, out, &head)?;
-            let port = begin::open(args, plan, &mut head)?;
-            let course = Course {
-                plan,
-                out,
-                files: &OnDisk,
-                before: &entries,
-                head: &head,
-            };
-            let mut journal = Journal::open(&OnDisk, &journal, entries.len())?;
-            let (result, spent, _) = calibrate(port, &course, &mut journal, &mut desk);
-            Ok(Worked {
-                file: out.clone(),
-                simulated: head.simulated,
-                spent,
-                result: Came::Calibrated(result.map_err(told)?),
-            })
-        }
+        Task::Calibrate { plan, text, out } => calibrated(args, (plan, text, out), &mut desk),
         Task::Check {
             file,
             wearer,
             tolerance,
-        } => {
-            let mut head = begin::head(args, task.wearer(), "");
-            let plan = host_core::calibration::Plan::of(wearer)?;
-            let port = begin::open(args, &plan, &mut head)?;
-            let checked = Checked {
-                file,
-                tolerance: *tolerance,
-                head: &head,
-            };
-            let mut journal = Journal::nowhere();
-            let (result, drifts, spent) = check(port, wearer, &checked, &mut journal, &mut desk);
-            result.map_err(told)?;
-            Ok(Worked {
-                file: file.clone(),
-                simulated: head.simulated,
-                spent,
-                result: Came::Checked(drifts),
-            })
-        }
+        } => checked(args, file, wearer, *tolerance, &mut desk),
     }
 }
 
+fn calibrated(
+    args: &CalibrateArgs,
+    (plan, text, out): (&Plan, &str, &Path),
+    desk: &mut Desk<'_>,
+) -> anyhow::Result<Worked> {
+    let mut head = begin::head(args, &plan.wearer, text);
+    let Begun { journal, entries } = begin::files(args, out, &head)?;
+    rehearse(plan, &head, board(plan)?.wearer)?;
+    let port = begin::open(args, plan, &mut head)?;
+    let course = Course {
+        plan,
+        out,
+        files: &OnDisk,
+        before: &entries,
+        head: &head,
+    };
+    let mut journal = Journal::open(&OnDisk, &journal, entries.len())?;
+    let (result, spent, _) = calibrate(port, &course, &mut journal, desk);
+    Ok(Worked {
+        file: out.to_owned(),
+        simulated: head.simulated,
+        spent,
+        result: Came::Calibrated(result.map_err(|error| told(error, AGAIN))?),
+    })
+}
+
+fn checked(
+    args: &CalibrateArgs,
+    file: &Path,
+    wearer: &Wearer,
+    tolerance: Level,
+    desk: &mut Desk<'_>,
+) -> anyhow::Result<Worked> {
+    let mut head = begin::head(args, &wearer.name, "");
+    let port = begin::open(args, &Plan::of(wearer)?, &mut head)?;
+    let checked = Checked {
+        file,
+        tolerance,
+        head: &head,
+    };
+    let (result, drifts, spent) = check(port, wearer, &checked, &mut Journal::nowhere(), desk);
+    result.map_err(|error| told(error, "check again"))?;
+    Ok(Worked {
+        file: file.to_owned(),
+        simulated: head.simulated,
+        spent,
+        result: Came::Checked(drifts),
+    })
+}
+
+/// What to do after a signal.
+const AGAIN: &str = "go on with --resume";
+
 /// What a signal did is told as such.
-fn told(error: CalibrationError) -> anyhow::Error {
+fn told(error: CalibrationError, then: &str) -> anyhow::Error {
     match error {
         CalibrationError::Link(Error::Interrupted(signal)) => {
-            let what = "during the calibration: the device was stopped; go on with --resume";
-            interrupt::Ended(signal, what.to_owned()).into()
+            let what = format!("during the calibration: the device was stopped; {then}");
+            interrupt::Ended(signal, what).into()
         }
         error => error.into(),
     }

@@ -1,0 +1,350 @@
+//! `flexor calibrate` as people and programs start it.
+
+use crate::program::{Said, flexor, folder, ran, said, written};
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Stdio};
+
+const PLAN: &str = "wearer = \"W01\"
+[limits]
+max_current_ma = 30.0
+[[electrode]]
+channel = 3
+place = \"wrist extensors\"
+ceiling = 24.0
+";
+
+fn calibrate(folder: &Path, more: &[&str]) -> Said {
+    let mut words = vec!["--json", "calibrate", "--electrodes", "plan.toml", "--auto"];
+    words.extend(more);
+    ran(folder, &words)
+}
+
+fn read(folder: &Path, name: &str) -> String {
+    std::fs::read_to_string(folder.join(name)).unwrap()
+}
+
+#[test]
+fn a_plan_becomes_a_wearer_file_and_only_its_owner_goes_on() {
+    let folder = folder("calibrate");
+    written(&folder, "plan.toml", PLAN);
+    let (exit, told, error) = calibrate(&folder, &["--out", "w.toml"]);
+    assert_eq!(exit, Some(0), "{told}{error}");
+    let done: serde_json::Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(
+        (&done["event"], &done["electrodes"]),
+        (&"done".into(), &1.into())
+    );
+    let file = read(&folder, "w.toml");
+    assert!(file.contains("motor_threshold = ") && file.contains("host_timeout_ms = 40"));
+    let refused = |more: &[&str], number: &str, what: &str| {
+        let (exit, told, error) = calibrate(&folder, more);
+        assert_eq!(exit, Some(1), "{told}{error}");
+        assert!(error.contains(number) && error.contains(what), "{error}");
+        assert_eq!(read(&folder, "w.toml"), file);
+    };
+    refused(&["--out", "w.toml"], "E672", "--resume");
+    refused(
+        &["--out", "w.toml", "--resume", "--wearer", "W02"],
+        "E673",
+        "W02",
+    );
+    refused(
+        &["--out", "w.toml", "--resume", "--seed", "2"],
+        "E673",
+        "seed 2",
+    );
+    refused(&["--out", "other.toml", "--resume"], "E673", "no journal");
+    written(&folder, "plan.toml", PLAN.replace("24.0", "23.0"));
+    refused(
+        &["--out", "w.toml", "--resume"],
+        "E673",
+        "the plan was changed",
+    );
+    written(&folder, "plan.toml", PLAN);
+}
+
+#[test]
+fn files_of_others_and_damaged_journals_are_not_gone_on_with() {
+    let folder = folder("calibrate_others");
+    written(&folder, "plan.toml", PLAN);
+    let (exit, _, error) = calibrate(&folder, &["--out", "w.toml"]);
+    assert_eq!(exit, Some(0), "{error}");
+    let file = read(&folder, "w.toml");
+    written(&folder, "w.toml", file.replace("\"W01\"", "\"W09\""));
+    let (exit, _, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
+    assert!(
+        exit == Some(1) && error.contains("E673") && error.contains("W09"),
+        "{error}"
+    );
+    written(&folder, "w.toml", &file);
+    // Nothing is left to do.
+    let (exit, told, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
+    assert_eq!(exit, Some(0), "{told}{error}");
+    assert_eq!(read(&folder, "w.toml"), file);
+    // Damage.
+    let journal = read(&folder, "w.toml.journal");
+    let cut: String = journal
+        .lines()
+        .skip(1)
+        .map(|line| format!("{line}\n"))
+        .collect();
+    written(&folder, "w.toml.journal", cut);
+    let (exit, _, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
+    assert!(
+        exit == Some(1) && error.contains("E674") && error.contains("line 1"),
+        "{error}"
+    );
+    assert_eq!(read(&folder, "w.toml"), file);
+}
+
+#[test]
+fn every_mistake_of_a_plan_is_told_at_once_before_a_device_is_touched() {
+    let folder = folder("calibrate_plan");
+    let wrong = PLAN
+        .replace("\"W01\"", "\"a person\"")
+        .replace("24.0", "0.0001")
+        + "[[electrode]]\nchannel = 11\nplace = \"\"\nceiling = 2.0\nfrequency_hz = 20.0\n";
+    written(&folder, "plan.toml", wrong);
+    let (exit, _, error) = calibrate(&folder, &["--out", "w.toml"]);
+    assert_eq!(exit, Some(1));
+    for what in [
+        "E670",
+        "pseudonym",
+        "ceiling is 0.0001",
+        "channels are 1 to 10",
+        "20",
+        "start is 4",
+    ] {
+        assert!(error.contains(what), "{what}: {error}");
+    }
+    let beyond = PLAN.replace(
+        "max_current_ma = 30.0",
+        "max_current_ma = 20.0\nhost_timeout_ms = 100",
+    );
+    written(&folder, "plan.toml", &beyond);
+    let (_, _, error) = calibrate(&folder, &["--out", "w.toml"]);
+    assert!(
+        error.contains("E670") && error.contains("needs 40 or less"),
+        "{error}"
+    );
+    written(
+        &folder,
+        "plan.toml",
+        beyond.replace("\nhost_timeout_ms = 100", ""),
+    );
+    let (_, _, error) = calibrate(&folder, &["--out", "w.toml"]);
+    assert!(error.contains("E670") && error.contains("24 mA"), "{error}");
+    let written = PLAN.replace("wrist extensors", "");
+    std::fs::write(folder.join("plan.toml"), written).unwrap();
+    let (_, _, error) = calibrate(&folder, &["--out", "w.toml"]);
+    assert!(error.contains("E670") && error.contains("place"), "{error}");
+    assert!(!folder.join("w.toml.journal").exists() || read(&folder, "w.toml.journal").is_empty());
+}
+
+#[test]
+fn no_program_answers_for_a_person_on_a_board() {
+    let folder = folder("calibrate_board");
+    written(&folder, "plan.toml", PLAN);
+    let (exit, _, error) = calibrate(&folder, &["--out", "w.toml", "--device", "tcp:127.0.0.1:1"]);
+    assert!(exit == Some(1) && error.contains("E679"), "{error}");
+    let words = ["calibrate", "--electrodes", "plan.toml", "--out", "w.toml"];
+    let (exit, _, error) = ran(&folder, &words);
+    assert!(exit == Some(1) && error.contains("E688"), "{error}");
+}
+
+#[test]
+fn a_check_is_added_to_the_file_and_refuses_what_has_drifted() {
+    let folder = folder("calibrate_check");
+    written(&folder, "plan.toml", PLAN);
+    let (exit, _, error) = calibrate(&folder, &["--out", "w.toml"]);
+    assert_eq!(exit, Some(0), "{error}");
+    let check = |more: &[&str]| {
+        let mut words = vec!["--json", "calibrate", "--check", "w.toml", "--auto"];
+        words.extend(more);
+        ran(&folder, &words)
+    };
+    let (exit, told, error) = check(&[]);
+    assert_eq!(exit, Some(0), "{told}{error}");
+    assert!(told.contains("\"accepted\":true"), "{told}");
+    let (exit, _, error) = check(&["--body", "still"]);
+    assert!(exit == Some(1) && error.contains("E682"), "{error}");
+    let file = read(&folder, "w.toml");
+    assert_eq!(file.matches("[[check]]").count(), 2, "{file}");
+    assert_eq!(file.matches("accepted = false").count(), 1, "{file}");
+}
+
+/// The program, driven by lines.
+struct Driven {
+    process: Child,
+    orders: Option<ChildStdin>,
+    lines: BufReader<ChildStdout>,
+}
+
+impl Driven {
+    fn start(folder: &Path) -> Self {
+        let words = [
+            "--json",
+            "calibrate",
+            "--electrodes",
+            "plan.toml",
+            "--out",
+            "w.toml",
+        ];
+        let mut command = flexor(folder, &words);
+        command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        let mut process = command.spawn().unwrap();
+        let orders = process.stdin.take();
+        let lines = BufReader::new(process.stdout.take().unwrap());
+        Self {
+            process,
+            orders,
+            lines,
+        }
+    }
+
+    fn order(&mut self, line: &str) {
+        writeln!(self.orders.as_mut().unwrap(), "{line}").unwrap();
+    }
+
+    /// The next line of which this is so.
+    fn next(&mut self, is: impl Fn(&serde_json::Value) -> bool) -> serde_json::Value {
+        loop {
+            let mut line = String::new();
+            assert!(self.lines.read_line(&mut line).unwrap() > 0, "it ended");
+            let value: serde_json::Value = serde_json::from_str(&line).unwrap();
+            if is(&value) {
+                return value;
+            }
+        }
+    }
+
+    fn ready(&mut self) -> serde_json::Value {
+        self.next(|it| it["event"] == "view" && it["phase"] == "ready" && it["question"].is_null())
+    }
+
+    fn ended(mut self) -> Said {
+        drop(self.orders.take());
+        let mut rest = String::new();
+        std::io::Read::read_to_string(&mut self.lines, &mut rest).unwrap();
+        let (exit, _, error) = said(self.process.wait_with_output().unwrap());
+        (exit, rest, error)
+    }
+}
+
+#[test]
+fn another_program_orders_by_lines_and_nonsense_changes_nothing() {
+    let folder = folder("calibrate_lines");
+    written(&folder, "plan.toml", PLAN);
+    let mut driven = Driven::start(&folder);
+    let view = driven.ready();
+    assert_eq!(
+        (&view["raise"], &view["orders"][0]),
+        (&2.0.into(), &"raise".into())
+    );
+    for nonsense in [
+        "raise",
+        "{}",
+        "{\"order\":\"raise\",\"by\":99}",
+        "[1]",
+        "\u{7f}",
+    ] {
+        driven.order(nonsense);
+        let told = driven.next(|it| it["event"] == "refused");
+        assert!(
+            told["error"].as_str().unwrap().starts_with("E678 "),
+            "{told}"
+        );
+    }
+    driven.order("{\"order\":\"yes\"}");
+    let told = driven.next(|it| it["event"] == "refused");
+    assert!(
+        told["error"].as_str().unwrap().starts_with("E671 "),
+        "{told}"
+    );
+    driven.order("{\"order\":\"raise\"}");
+    driven.next(|it| it["event"] == "view" && it["phase"] == "on" && it["given"] == 2.0);
+    // A second raise at once is no second step.
+    driven.order("{\"order\":\"raise\"}");
+    let told = driven.next(|it| it["event"] == "refused");
+    assert!(
+        told["error"].as_str().unwrap().contains("being given"),
+        "{told}"
+    );
+    driven.next(|it| it["question"].is_string());
+    driven.order("{\"order\":\"no\"}");
+    driven.order("{\"order\":\"abort\"}");
+    let (exit, rest, error) = driven.ended();
+    assert!(exit == Some(1) && error.contains("E683"), "{rest}{error}");
+    assert!(read(&folder, "w.toml.journal").contains("\"ended\""));
+}
+
+#[test]
+fn an_input_that_ends_and_a_signal_end_it_with_the_journal_whole() {
+    let folder = folder("calibrate_ended");
+    written(&folder, "plan.toml", PLAN);
+    let mut driven = Driven::start(&folder);
+    driven.ready();
+    driven.order("{\"order\":\"raise\"}");
+    driven.next(|it| it["phase"] == "on");
+    let (exit, _, error) = driven.ended();
+    assert!(exit == Some(1) && error.contains("E684"), "{error}");
+    for path in ["w.toml.journal"] {
+        std::fs::remove_file(folder.join(path)).unwrap();
+    }
+    let mut driven = Driven::start(&folder);
+    driven.ready();
+    driven.order("{\"order\":\"raise\"}");
+    driven.next(|it| it["phase"] == "on");
+    let id = driven.process.id().to_string();
+    let sent = std::process::Command::new("sh")
+        .args(["-c", &format!("kill -INT {id}")])
+        .status();
+    assert!(sent.unwrap().success());
+    // Its input stays open: the signal alone ends it.
+    let mut rest = String::new();
+    std::io::Read::read_to_string(&mut driven.lines, &mut rest).unwrap();
+    let (exit, _, error) = driven.ended();
+    assert!(exit == Some(130) && error.contains("E580"), "{rest}{error}");
+    let journal = read(&folder, "w.toml.journal");
+    assert!(
+        journal.ends_with('\n') && journal.contains("E580"),
+        "{journal}"
+    );
+    let (exit, told, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
+    assert_eq!(exit, Some(0), "{told}{error}");
+}
+
+/// A person at a board behind a socket, whose cable is cut while a level is given.
+#[test]
+fn a_board_behind_a_port_is_ordered_by_lines_until_it_is_lost() {
+    let folder = folder("calibrate_port");
+    written(&folder, "plan.toml", PLAN);
+    let board = crate::program::Board::tcp(&folder);
+    let at = board.at.clone();
+    let mut driven = Driven::start_on(&folder, &["--device", &at]);
+    let view = driven.ready();
+    assert!(
+        view["reading_n"].is_null(),
+        "a board has no instrument: {view}"
+    );
+    driven.order("{\"order\":\"raise\"}");
+    driven.next(|it| it["question"].is_string());
+    driven.order("{\"order\":\"no\"}");
+    driven.ready();
+    driven.order("{\"order\":\"raise\"}");
+    driven.next(|it| it["phase"] == "on" && it["given"] == 4.0);
+    drop(board);
+    let mut rest = String::new();
+    std::io::Read::read_to_string(&mut driven.lines, &mut rest).unwrap();
+    let (exit, _, error) = driven.ended();
+    assert!(exit == Some(1) && error.contains("E50"), "{rest}{error}");
+    let journal = read(&folder, "w.toml.journal");
+    assert!(
+        journal.ends_with('\n') && journal.contains("\"ended\""),
+        "{journal}"
+    );
+}
