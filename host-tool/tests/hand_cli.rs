@@ -285,7 +285,8 @@ fn beside_the_paper(name: &str, result: &Value) {
     assert!(cells.map(|(_, paper)| paper).all(|it| it.is_null()));
 }
 
-const OWN: &str = "name = \"X-1\"\nreach_m = 0.42\naround_m = 0.25\n\
+const OWN: &str = "schema = 1\nname = \"X-1\"\nevidence = \"assumed\"\nsource = \"a test\"\n\
+                   [forearm]\nreach_m = 0.42\naround_m = 0.25\n\
                    thresholds_v = [20.0, 20.0, 16.0]\n";
 
 /// A wearer's file: taken, told by its sum; and refused with all that is wrong.
@@ -303,40 +304,46 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
     assert!(sums["wearer"].is_string() && sums["wearers.toml"].is_null());
     let told = told["result"].to_string();
     assert!(told.contains("X-1") || told.contains("no"), "{told}");
-    for (edit, wanted) in [
+    let pads = |at: &str| format!("16.0]\npads_mm = [{at}]");
+    for ((find, replace), wanted) in [
         (
             ("thresholds_v = [20.0, 20.0, 16.0]", ""),
-            "`thresholds_v` is missing",
+            "E625 bad.toml: no thresholds are known",
         ),
-        (("20.0, 16.0", "42.0, 1.0"), "the threshold of B is 42 V"),
+        (("[forearm]", "[forearn]"), "E402"),
+        (("20.0, 16.0", "42.0, 1.0"), "is 42.0, allowed is 2 to 40"),
+        (("20.0, 16.0", "42.0, 1.0"), "is 1.0, allowed is 2 to 40"),
         (
-            ("20.0, 16.0", "42.0, 1.0"),
-            "the threshold of the extensor's point is 1 V",
+            ("16.0]", "16.0, 3.0]"),
+            "three numbers: of A, B and the extensor's point",
         ),
-        (("16.0]", "16.0, 3.0]"), "4 values, wanted are 3"),
         (
-            (
-                "16.0]",
-                "16.0]\npads_mm = [[100, 120], [100, -120], [180, 30]]",
-            ),
-            "the electrodes of A and of B overlap",
-        ),
-        (("0.42", "4.2"), "`reach_m` is 4.2, allowed is 0.3 to 0.6"),
-        (("reach_m", "reach"), "unknown field `reach`"),
-        (("\"X-1\"", "\"a,b\""), "`name` must be letters"),
-        (
-            ("16.0]", "16.0]\npads_mm = [[100, 0], [110, 5], [180, 100]]"),
+            ("16.0]", &pads("[100, 120], [100, -120], [180, 30]")),
             "the electrodes of A and of B overlap",
         ),
         (
-            ("16.0]", "16.0]\npads_mm = [[100, 0], [160, 5], [500, 100]]"),
+            ("0.42", "4.2"),
+            "`forearm.reach_m` is 4.2, allowed is 0.3 to 0.6",
+        ),
+        (("reach_m", "reach"), "there is no field `forearm.reach`"),
+        (("\"X-1\"", "\"a,b\""), "E652"),
+        (
+            ("16.0]", &pads("[100, 0], [110, 5], [180, 100]")),
+            "the electrodes of A and of B overlap",
+        ),
+        (
+            ("16.0]", &pads("[100, 0], [160, 5], [500, 100]")),
             "the electrode of the extensor lies off the forearm",
         ),
     ] {
-        written(&folder, "bad.toml", OWN.replace(edit.0, edit.1));
-        let (exit, _, error) = ran(&folder, &["experiment", "hamana-1", "--wearer", "bad.toml"]);
-        assert_eq!(exit, Some(1), "{error}");
-        assert!(error.contains("E625 bad.toml: "), "{error}");
+        assert!(OWN.contains(find), "{find}");
+        written(&folder, "bad.toml", OWN.replace(find, replace));
+        let asked = ["--json", "experiment", "hamana-1", "--wearer", "bad.toml"];
+        let (exit, told, _) = ran(&folder, &asked);
+        assert_eq!(exit, Some(1), "{told}");
+        let told: Value = serde_json::from_str(&told).unwrap();
+        let error = told["error"].as_str().unwrap();
+        assert!(error.contains("bad.toml"), "{error}");
         assert!(error.contains(wanted), "{wanted}: {error}");
     }
     for file in ["none.toml", "."] {

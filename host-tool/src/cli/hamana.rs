@@ -7,6 +7,7 @@ pub(super) mod people;
 use super::experiment::{ExperimentArgs, command};
 use super::{Incomplete, Output, interrupt, wrong};
 use host_core::record::replace_file;
+use host_core::wearer::shipped;
 use people::people;
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -23,10 +24,13 @@ const CONTROL: &str = "hamana-4";
 
 /// Whether `args` means one of them.
 pub(super) fn is_meant(args: &ExperimentArgs) -> bool {
-    let is_wall = args.name.starts_with("harris-") && args.departure.is_none();
-    (args.wearer.is_some() && !is_wall)
-        || args.departure.is_some()
-        || (args.name != CONTROL && Kind::named(&args.name).is_some())
+    let is_study = Kind::named(&args.name).is_some();
+    let wearer = args.wearer.as_deref();
+    let is_file = wearer.is_some_and(|it| it.ends_with(".toml") || shipped(it).is_some());
+    // On a wearer file anything else is a declaration's.
+    args.departure.is_some()
+        || (wearer.is_some() && (is_study || !is_file))
+        || (args.name != CONTROL && is_study)
 }
 
 /// # Errors
@@ -90,12 +94,20 @@ fn asked(args: &ExperimentArgs) -> anyhow::Result<Study> {
     }
     let decided = (args.seed, args.draws);
     let whom = (args.wearer.as_deref(), args.departure.as_deref());
-    let study = Study::asked(kind, whom, decided, device.clone())?;
+    let study = Study::asked(kind, whom, decided, device.clone()).map_err(told)?;
     let draws = study.draws();
     match (1..=MOST).contains(&draws) {
         // Whatever is wrong with the device is told before anybody is drawn.
         true => study.greet().map(|()| study).map_err(Into::into),
         false => wrong(format!("--draws is {draws}, allowed is 1 to {MOST}")),
+    }
+}
+
+/// A wearer file's mistakes are shown with their lines.
+fn told(error: TwoPointsError) -> anyhow::Error {
+    match error {
+        TwoPointsError::File(error) => error.into(),
+        error => error.into(),
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::laboratory::LaboratoryError;
 use hal_sim::body::hand::{InvalidHand, network::InvalidSegment};
 use host_core::run::OpenError;
+use host_core::session::SessionError;
 
 /// Why a study of two points does not come about.
 #[derive(Debug, thiserror::Error)]
@@ -16,12 +17,12 @@ pub enum TwoPointsError {
     /// No departure of this name.
     #[error("E627 there is no departure `{0}`; there are {1}")]
     NoDeparture(String, String),
-    /// A wearer's file.
+    /// A wearer file of somebody who has not what these studies need.
     #[error("E625 {0}: {1}")]
     Wearer(String, String),
-    /// A wearer's file that is none.
-    #[error("E626 {0} cannot be read: {1}")]
-    Unreadable(String, String),
+    /// A wearer file with mistakes, or none at all.
+    #[error(transparent)]
+    File(#[from] SessionError),
     /// A pattern on a device: which, and why.
     #[error("E628 {0}: the device does not put it out as the body alone is given it: {1}")]
     PutOut(String, String),

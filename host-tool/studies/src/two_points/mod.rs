@@ -15,7 +15,6 @@ mod departure;
 mod error;
 mod experiments;
 mod held;
-mod own;
 pub mod paper;
 mod participant;
 mod pattern;

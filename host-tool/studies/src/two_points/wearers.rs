@@ -2,13 +2,13 @@
 
 use super::departure::Departure;
 use super::error::TwoPointsError;
-use super::own::own;
 use super::participant::{DEVICE_V, Participant};
 use super::population::Population;
 use super::study::{Drawn, Known, Prepared, prepare};
 use super::voltages::{Voltages, search_extensor};
 use hal_sim::body::hand::{FittedHand, Hand, HandSpec};
 use hal_sim::random::{standard_normal, word};
+use host_core::wearer::{self, shipped};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -36,9 +36,10 @@ pub struct Participants {
     /// What is otherwise.
     #[serde(skip)]
     pub departure: Departure,
-    /// The file of whoever is none of the paper's.
+    /// Name and text of the files that say who they are: this declaration and the wearer
+    /// files of the paper's four, or that of whoever is none of them.
     #[serde(skip)]
-    pub own: Option<String>,
+    pub files: Vec<(String, String)>,
 }
 
 /// A participant's forearm, drawn, its searches done.
@@ -55,6 +56,17 @@ pub struct Wearer {
 /// Of a trial's jitter and strength.
 const TRIALS: u64 = 0x7121;
 
+/// Whoever the wearer file `file` of this text describes, all of whose thresholds are
+/// known.
+fn own(file: &str, text: &str) -> Result<Participant, TwoPointsError> {
+    let of = Participant::of(&wearer::Wearer::parse(file, text)?).and_then(|it| {
+        let missing = "no thresholds are known: measure those of A, B and the extensor's point, \
+                       V, as `motor_threshold` of channels 1 to 3 or as `forearm.thresholds_v`";
+        it.thresholds_v.map_or(Err(missing.to_owned()), |_| Ok(it))
+    });
+    of.map_err(|why| TwoPointsError::Wearer(file.to_owned(), why))
+}
+
 impl Participants {
     /// The program's own, for nobody or "all"; with a name, that one alone; with a file
     /// (`.toml`), whoever it describes.
@@ -66,9 +78,24 @@ impl Participants {
             toml::from_str(WEARERS).map_err(|e| TwoPointsError::Declaration(e.to_string()))?;
         let path = whom.map(Path::new);
         if let Some(path) = path.filter(|it| it.extension().is_some_and(|it| it == "toml")) {
-            let (participant, text) = own(path)?;
-            (read.all, read.own) = (vec![participant], Some(text));
-        } else if let Some(name) = whom.filter(|it| *it != "all") {
+            let text = wearer::Wearer::text(path)?;
+            let participant = own(&path.display().to_string(), &text)?;
+            read.all = vec![participant];
+            read.files = vec![("wearer".to_owned(), text)];
+            return Ok(read);
+        }
+        read.files
+            .push(("wearers.toml".to_owned(), WEARERS.to_owned()));
+        for participant in &mut read.all {
+            let file = format!("{}.toml", participant.name);
+            let text = shipped(&file).unwrap_or_default();
+            let known = Participant::of(&wearer::Wearer::parse(&file, text)?);
+            let known = known.map_err(|why| TwoPointsError::Wearer(file.clone(), why))?;
+            let paper = participant.paper.take();
+            *participant = Participant { paper, ..known };
+            read.files.push((file, text.to_owned()));
+        }
+        if let Some(name) = whom.filter(|it| *it != "all") {
             read.all.retain(|it| it.name == name);
             if read.all.is_empty() {
                 return Err(TwoPointsError::Nobody(name.to_owned()));

@@ -7,7 +7,6 @@ use crate::two_points::error::TwoPointsError;
 use crate::two_points::experiments::{EXPERIMENTS, Experiment};
 use crate::two_points::population::DECLARED;
 use crate::two_points::sessions::Session;
-use crate::two_points::wearers::WEARERS;
 use host_core::record::sha256;
 use std::collections::BTreeMap;
 
@@ -44,12 +43,12 @@ impl Study {
     /// A forearm whose course is shown cannot be; E628: the device puts out something else.
     pub fn outcome(&self, parts: &[Part], told: Told) -> Result<Outcome, TwoPointsError> {
         let (name, title) = self.kind.told();
-        let own = self.participants.own.as_deref();
-        let wearers = own.map_or(("wearers.toml", WEARERS), |own| ("wearer", own));
+        let wearers = self.participants.files.iter();
+        let wearers = wearers.map(|(file, text)| (&**file, &**text));
         let experiments = ("experiments.toml", EXPERIMENTS);
         let experiments = matches!(self.kind, Kind::Patterns(_)).then_some(experiments);
-        let files = [("population.toml", DECLARED), wearers];
-        let files = files.into_iter().chain(experiments);
+        let files = std::iter::once(("population.toml", DECLARED)).chain(wearers);
+        let files = files.chain(experiments);
         let (rows, shares) = self.compared(parts);
         let mut notes = self.notes(parts);
         if told.cut_short.is_none() {
