@@ -350,7 +350,7 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
         let file = format!("{file}/x.toml");
         let (exit, _, error) = ran(&folder, &["experiment", "hamana-1", "--wearer", &file]);
         assert_eq!(exit, Some(1), "{error}");
-        assert!(error.contains("E626"), "{error}");
+        assert!(error.contains("E650"), "{error}");
     }
 }
 

@@ -535,3 +535,29 @@ fn another_person_than_the_file_s_is_refused_before_anything_is_recorded() {
     assert!(!folder.join("out").exists());
     told(&folder, &format!("run {file} --pseudonym P --out out"));
 }
+
+/// A declaration on a wearer file: told so, and repeated from its record alone.
+#[test]
+fn an_experiment_on_a_wearer_file_repeats() {
+    let folder = folder("again_on_wearer");
+    let text = shipped("harris-2").unwrap();
+    let text = text.replace("motor_threshold = 25", "motor_threshold = 23");
+    written(&folder, "mine.toml", text);
+    let line = "experiment harris-wall --wearer mine.toml --draws 0 --seed 9 --out first";
+    let json = told(&folder, line);
+    let declared = &json["result"]["declared"];
+    assert_eq!(declared["as_declared"], false);
+    assert_eq!(
+        declared["command"],
+        "experiment harris-wall --wearer mine.toml --draws 0"
+    );
+    fs::remove_file(folder.join("mine.toml")).unwrap();
+    assert_eq!(told(&folder, "rerun first --out second")["same"], true);
+    are_the_same(&folder.join("first"), &folder.join("second"));
+    let (exit, error) = failed(
+        &folder,
+        "experiment harris-wall --wearer mine.toml --out third",
+    );
+    assert_eq!(exit, Some(1));
+    assert!(error.contains("E650"), "{error}");
+}

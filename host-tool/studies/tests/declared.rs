@@ -2,6 +2,8 @@
 
 use super::laboratory::{SMALL, Until, folder, texts};
 use host_core::run::DeviceName;
+use host_core::session::BodySpec;
+use host_core::wearer::shipped;
 use studies::experiments::{named, names};
 use studies::laboratory::{Experiment, LaboratoryError, Outcome};
 
@@ -253,4 +255,105 @@ fn conditions_may_have_different_bodies() {
         error.contains(wanted) && error.contains("condition `bare`"),
         "{error}"
     );
+}
+
+/// A weaker, more easily moved wearer than harris-1.
+fn other() -> String {
+    let text = shipped("harris-1").unwrap();
+    let text = text.replace("name = \"harris-1\"", "name = \"X-1\"");
+    let text = text.replace(
+        "motor_threshold = 25\nlimit = 80\nminimum = 20\nmaximum = 80",
+        "motor_threshold = 12\nlimit = 50",
+    );
+    text.replace("triceps = 1\n", "triceps = 1\ntriceps_nm = 3.5\n")
+}
+
+/// On another wearer the wall's amplitudes and the simulated arm are that wearer's, what
+/// the file says is not drawn, and the record has it again.
+#[test]
+fn a_declaration_is_played_on_another_wearer() {
+    let declared = named("harris-wall").unwrap();
+    let files = declared.hashes.iter().map(|(file, _)| &**file);
+    assert!(files.clone().any(|it| it == "../wearers/harris-1.toml"));
+    let whole = declared.clone().on_wearer("x/X-1.toml", &other()).unwrap();
+    let fields = |it: &Experiment| -> Vec<String> {
+        it.declaration
+            .drawn
+            .iter()
+            .map(|it| it.field.clone())
+            .collect()
+    };
+    let gone: Vec<String> = fields(&declared)
+        .into_iter()
+        .filter(|it| !fields(&whole).contains(it))
+        .collect();
+    let known = ["triceps_threshold_ma", "triceps_nm", "biceps_threshold_ma"];
+    assert_eq!(gone, known.map(|it| format!("body.{it}")));
+    for file in whole.sessions(&[]).unwrap() {
+        let session = file.session;
+        let wall = session.wall.unwrap();
+        assert_eq!(wall.max.get(), 50_000);
+        if let Some(pre_wall) = wall.pre_wall {
+            assert_eq!((pre_wall.begin.get(), pre_wall.end.get()), (12_000, 50_000));
+        }
+        assert_eq!(session.worn.unwrap().wearer.name, "X-1");
+        let Some(BodySpec::Elbow(elbow)) = session.body else {
+            panic!("no elbow");
+        };
+        let triceps = &elbow.triceps;
+        assert_eq!((triceps.threshold_ma, triceps.torque_nm), (12.0, 3.5));
+    }
+    let dir = folder("declared_on_another");
+    whole.keep(&dir).unwrap();
+    let again = Experiment::kept(&dir, &whole.declared()).unwrap();
+    assert_eq!((&again.hashes, &again.worn), (&whole.hashes, &whole.worn));
+    let texts = |it: &Experiment| {
+        it.sessions(&[])
+            .unwrap()
+            .into_iter()
+            .map(|it| it.text)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(texts(&again), texts(&whole));
+    // Changed in the record: refused.
+    let kept = whole.declared().len() - 1;
+    let kept = dir.join(whole.declared()[kept].kept_as(kept));
+    std::fs::write(kept, other().replace("3.5", "3.6")).unwrap();
+    let error = Experiment::kept(&dir, &whole.declared())
+        .unwrap_err()
+        .to_string();
+    assert!(error.starts_with("E613"), "{error}");
+}
+
+#[test]
+fn a_wearer_who_does_not_fit_a_declaration_is_refused_by_name() {
+    let refused = |name: &str, text: &str| {
+        let error = named(name).unwrap().on_wearer("X.toml", text);
+        error.unwrap_err().to_string()
+    };
+    let (bare, _) = other()
+        .split_once("[elbow]")
+        .map(|(a, b)| (a.to_owned(), b.to_owned()))
+        .unwrap();
+    for (name, text, wanted) in [
+        (
+            "harris-wall",
+            bare,
+            "E663 X.toml: the wearer file has no `[elbow]`",
+        ),
+        (
+            "harris-wall",
+            other()
+                .replace("triceps = 1", "triceps = 2")
+                .replace("biceps = 2", "biceps = 1"),
+            "the wearer file has the triceps on channel 2",
+        ),
+        ("open-trains", other(), "is played on no wearer file"),
+    ] {
+        let error = refused(name, &text);
+        assert!(error.contains(wanted), "{wanted}: {error}");
+    }
+    // One whose limits the declared wall goes beyond at another rate.
+    let slow = other().replace("frequency_hz = 50.0", "frequency_hz = 30.0");
+    assert!(refused("harris-wall", &slow).contains("E658"));
 }

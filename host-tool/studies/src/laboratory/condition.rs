@@ -3,7 +3,6 @@
 use super::declaration::{Declaration, Level};
 use super::draw::crossed;
 use super::error::{LaboratoryError, words};
-use firmware::units::Amplitude;
 use host_core::run::SessionFile;
 use host_core::session::no_wearer;
 use host_core::wearer::Wearer;
@@ -137,45 +136,25 @@ impl Condition {
     }
 }
 
-/// Makes a simulated elbow this wearer's: where each muscle begins to pull and where all of
-/// it does, as the file says at the width of its electrode, and how strong it is, where the
-/// file knows.
+/// Makes a simulated elbow this wearer's: where each muscle begins to pull is the file's, at
+/// the width of its electrode, and how strong it is, where the file knows. Where all of it
+/// pulls no file knows: a wearer's limit lies below.
 fn known_elbow(wearer: &Wearer, body: &mut Table) -> Result<Vec<&'static str>, String> {
     let elbow = wearer.elbow.ok_or("the wearer file has no `[elbow]`")?;
     let muscles = [
         (
-            elbow.triceps,
-            elbow.triceps_nm,
-            [
-                "triceps",
-                "triceps_threshold_ma",
-                "triceps_max_ma",
-                "triceps_nm",
-            ],
-            [
-                "body.triceps_threshold_ma",
-                "body.triceps_max_ma",
-                "body.triceps_nm",
-            ],
+            (elbow.triceps, elbow.triceps_nm),
+            ["triceps", "triceps_threshold_ma", "triceps_nm"],
+            ["body.triceps_threshold_ma", "body.triceps_nm"],
         ),
         (
-            elbow.biceps,
-            elbow.biceps_nm,
-            [
-                "biceps",
-                "biceps_threshold_ma",
-                "biceps_max_ma",
-                "biceps_nm",
-            ],
-            [
-                "body.biceps_threshold_ma",
-                "body.biceps_max_ma",
-                "body.biceps_nm",
-            ],
+            (elbow.biceps, elbow.biceps_nm),
+            ["biceps", "biceps_threshold_ma", "biceps_nm"],
+            ["body.biceps_threshold_ma", "body.biceps_nm"],
         ),
     ];
     let mut known = Vec::new();
-    for (channel, torque_nm, [site, least, most, nm], [at_least, at_most, at_nm]) in muscles {
+    for ((channel, torque_nm), [site, threshold, nm], [at_threshold, at_nm]) in muscles {
         let electrode = wearer.electrode(channel);
         let electrode = electrode.ok_or("the wearer file has no electrode of its elbow")?;
         if body.get(site).and_then(Value::as_integer) != Some(channel.into()) {
@@ -183,11 +162,9 @@ fn known_elbow(wearer: &Wearer, body: &mut Table) -> Result<Vec<&'static str>, S
                 "the wearer file has the {site} on channel {channel}"
             ));
         }
-        let milli = |value: Amplitude| Value::from(f64::from(value.get()) / 1e3);
-        let greatest = electrode.maximum.unwrap_or(electrode.limit);
-        body.insert(least.to_owned(), milli(electrode.motor_threshold));
-        body.insert(most.to_owned(), milli(greatest));
-        known.extend([at_least, at_most]);
+        let threshold_ma = f64::from(electrode.motor_threshold.get()) / 1e3;
+        body.insert(threshold.to_owned(), threshold_ma.into());
+        known.push(at_threshold);
         if let Some(torque_nm) = torque_nm {
             body.insert(nm.to_owned(), torque_nm.into());
             known.push(at_nm);
