@@ -401,3 +401,88 @@ fn sessions_that_name_a_file_are_what_they_were() {
         assert_eq!(named, worn, "{file}");
     }
 }
+
+/// Where a width is live, the limit is that of the longest pulse; a range of amplitudes
+/// holds at one width alone.
+#[test]
+fn a_live_width_is_limited_as_its_longest_pulse_is() {
+    let bare = with(
+        FULL,
+        &[(
+            ", upper = [{ width_us = 100, value = 25 }, { width_us = 400, value = 15 }]",
+            "",
+        )],
+    );
+    let text = |width: &str| {
+        with(
+            LEAST,
+            &[
+                ("muscle = {}\n", ""),
+                ("width_us = 400", &format!("width_us = {width}")),
+            ],
+        )
+    };
+    let limit = |width: &str, wearer: &str| {
+        let read = Session::parse_beside("it.toml", &text(width), &|_| Ok(wearer.to_owned()));
+        read.map(|session| session.channels[0].spec.limit.get())
+    };
+    assert_eq!(
+        limit("200, max_width_us = 400", shipped("K05").unwrap()).unwrap(),
+        15_000
+    );
+    let e = limit("200, max_width_us = 500", shipped("K05").unwrap()).unwrap_err();
+    assert_eq!(numbers(&e), [658]);
+    assert!(
+        e.lines().contains("`channel.train.max_width_us` is 500"),
+        "{}",
+        e.lines()
+    );
+    let lowered = 15_000.0 * (1.0 + 215.385 / 500.0) / (1.0 + 215.385 / 400.0);
+    assert_eq!(
+        limit("400, max_width_us = 500", &bare).unwrap(),
+        lowered as u32
+    );
+    let haptic = with(
+        &text("200, max_width_us = 400"),
+        &[("K05.toml\"", "K05.toml\"\nhaptic_range = true")],
+    );
+    assert_eq!(told(&haptic, shipped("K05").unwrap()).0, [658]);
+}
+
+/// The haptic range holds for amplitudes over time and for lists of pulses.
+#[test]
+fn the_haptic_range_holds_over_time() {
+    let text = with(
+        LEAST,
+        &[
+            ("K05.toml\"", "K05.toml\"\nhaptic_range = true"),
+            ("frequency_hz = 30.0", "frequency_hz = 30.0, lists = true"),
+        ],
+    );
+    let course = |kind: &str, points: &str| {
+        let (head, _) = text.split_once("[setpoints]").unwrap();
+        let text = format!(
+            "{head}[setpoints]\nkind = \"{kind}\"\nrate_hz = 50\nchannel = 1\npoints = [{points}]\n"
+        );
+        told(&text, shipped("K05").unwrap())
+    };
+    let good = "{ at_s = 0, value = 10.0 }, { at_s = 0.5, value = 15.0 }";
+    let rest = "{ at_s = 0, value = 0.0 }, { at_s = 0.5, value = 15.0 }";
+    let weak = "{ at_s = 0, value = 9.0 }, { at_s = 0.5, value = 15.0 }";
+    for (kind, points, count) in [
+        ("amplitude-ramp", good, 0),
+        ("amplitude-ramp", rest, 1),
+        ("amplitude-steps", rest, 0),
+        ("amplitude-steps", weak, 1),
+        ("amplitude-ramp", weak, 1),
+    ] {
+        let (numbers, lines) = course(kind, points);
+        assert_eq!(numbers, vec![662; count], "{kind}, {points}: {lines}");
+    }
+    let list = "rate_hz = 50\n[[setpoints.list]]\nat_s = 0.2\nchannel = 1\npulses = [{ after_us = 0, value = VALUE }]";
+    for (value, count) in [("12.0", 0), ("9.5", 1)] {
+        let text = with(&text, &[("rate_hz = 50", &list.replace("VALUE", value))]);
+        let (numbers, lines) = told(&text, shipped("K05").unwrap());
+        assert_eq!(numbers, vec![662; count], "{value}: {lines}");
+    }
+}

@@ -32,6 +32,17 @@ pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
             tell(bounds, bounds, "most");
         }
     }
+    if let Some(setpoints) = root.table("setpoints") {
+        for (nth, point) in setpoints.tables("points").iter().enumerate() {
+            tell(point, setpoints, "value");
+            tell_way(setpoints, nth, person, channels);
+        }
+        for list in setpoints.tables("list") {
+            for pulse in list.tables("pulses") {
+                tell(pulse, list, "value");
+            }
+        }
+    }
     if let Some(joint) = root.table("joint") {
         for point in joint
             .tables("flexors")
@@ -63,5 +74,25 @@ pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
                 person.tell_outside(muscle, "motor_threshold", electrode, threshold);
             }
         }
+    }
+}
+
+/// Tells of the point `nth` of a ramp to which, or from which, it goes to or from 0: on the
+/// way it leaves the range.
+fn tell_way(setpoints: &Table<'_>, nth: usize, person: &Person, channels: &Channels) {
+    let points = setpoints.tables("points");
+    let value = |t: &Table<'_>| t.has("value").then(|| t.whole::<u32>("value"));
+    let pair = points.get(nth).zip(points.get(nth + 1));
+    let Some((from, to)) = pair.filter(|_| setpoints.word("kind") == "amplitude-ramp") else {
+        return;
+    };
+    let is_way = value(from)
+        .zip(value(to))
+        .is_some_and(|(a, b)| (a == 0) != (b == 0));
+    if let Some(electrode) = channels.electrode(setpoints.whole("channel"))
+        && is_way
+    {
+        // Just above nothing.
+        person.tell_outside(to, "value", electrode, Amplitude::new(1));
     }
 }

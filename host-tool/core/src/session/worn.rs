@@ -149,7 +149,7 @@ impl Person {
         }
     }
 
-    /// The wearer's electrode of a channel, as it is at the width of its train. Nothing
+    /// The wearer's electrode of a channel, as it is at the longest width of its train. Nothing
     /// inside without a wearer file; nothing at all if it does not fit, which is told.
     pub(super) fn fitted(
         &self,
@@ -171,7 +171,17 @@ impl Person {
         let is_stage = tell_stage(t, electrode, stage);
         let is_rate = tell_rate(t, electrode, train);
         let at = t.table("train").unwrap_or(t);
-        let fitted = match electrode.at_width(train.width_us) {
+        // A limit that holds at the longest pulse holds at all.
+        let longest_us = train.width_us.max(train.max_width_us);
+        let field = match longest_us > train.width_us {
+            true => "max_width_us",
+            false => "width_us",
+        };
+        if self.is_haptic && longest_us > train.width_us {
+            let there = "one width alone, with `wearer.haptic_range`".into();
+            at.say(field, Problem::HoldsElsewhere { channel, there });
+        }
+        let fitted = match electrode.at_width(longest_us) {
             Ok(fitted) => fitted,
             Err(unfit) => {
                 let there = match unfit {
@@ -183,7 +193,7 @@ impl Person {
                         worth(electrode, threshold)
                     ),
                 };
-                at.say("width_us", Problem::HoldsElsewhere { channel, there });
+                at.say(field, Problem::HoldsElsewhere { channel, there });
                 return None;
             }
         };
