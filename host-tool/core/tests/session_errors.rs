@@ -329,8 +329,8 @@ const BAD_WIDTHS: &[&str] = &[
     "value = 35.0, width_us = 0 → value = 35.0, width_us = -1",
     "value = 35.0, width_us = 0 → value = 35.0, width_us = 0.5",
     "max_charge_uc = 10.5 → max_charge_uc = 10.499",
-    // Halfway between 35 mA · 200 µs and 10 mA · 300 µs is more than at both ends.
-    "max_charge_uc = 10.5 → max_charge_uc = 7.0; value = 35.0, width_us = 0 → value = 35.0, width_us = 200; value = 35.0, width_us = 300 → value = 10.0, width_us = 300; value = 35.0, width_us = 300 → value = 10.0, width_us = 300",
+    // Between 35 mA · 100 µs and 15 mA · 300 µs 22.5 mA meet 225 µs: 5.06 µC.
+    "max_charge_uc = 10.5 → max_charge_uc = 5.0; value = 35.0, width_us = 0 → value = 35.0, width_us = 100; value = 35.0, width_us = 300 → value = 15.0, width_us = 300; value = 35.0, width_us = 300 → value = 15.0, width_us = 300",
     "at_s = 0.0 → at_s = 0.1",
     "at_s = 12.0 → at_s = 9.0",
     "channel = 1 ⏎ points → channel = 3 ⏎ points",

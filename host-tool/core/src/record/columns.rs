@@ -61,7 +61,7 @@ pub const SAMPLES: [Column; 14] = [
     column(Each::Table, "limiting", "0, 1", "1 while the device cannot give what is wanted, on any channel: a computed amplitude is held at the wearer's limit, or a force is wanted that is below that of threshold or beyond what the muscle, perhaps tired, gives", "device: guard, force control"),
     column(Each::Table, "state", "", "the device's state: boot, idle, armed, stimulating, stopping or fault", "device"),
     column(Each::Channel, "amplitude", "", "amplitude in force; empty while the channel plays nothing", "device: as sent to the DAC; no measurement"),
-    column(Each::Width, "width", "us", "pulse width in force; empty while the channel plays nothing", "device: as played; no measurement"),
+    column(Each::Width, "width", "µs", "pulse width in force; empty while the channel plays nothing", "device: as played; no measurement"),
     column(Each::Muscle, "force", "N", "force that the muscle model predicts from the pulses played; empty where none runs", "device: muscle model; no measurement"),
     column(Each::Force, "wanted", "N", "wanted force; empty before its first setpoint", "device: the setpoint it follows"),
     column(Each::Force, "rate", "Hz", "pulse rate in force; empty while the channel plays nothing", "device: force control"),
@@ -93,11 +93,16 @@ impl Column {
         let named = own.map(|channel| {
             let is_own = self.each == Each::Channel;
             let unit = if is_own { &channel.unit } else { self.unit };
-            let name = format!("{}_{}_{}", self.name, channel.number, unit.to_lowercase());
+            let name = format!("{}_{}_{}", self.name, channel.number, in_name(unit));
             (name, unit.to_owned())
         });
         named.collect()
     }
+}
+
+/// A unit as it stands in a column's name.
+fn in_name(unit: &str) -> String {
+    unit.to_lowercase().replace('µ', "u")
 }
 
 /// The names of these columns with these channels, in the order of a row.
@@ -133,7 +138,7 @@ pub(super) fn in_markdown(columns: &[Column]) -> String {
             Each::Table => (column.name.to_owned(), column.unit),
             Each::Channel => (format!("{}_N_ma, …_v", column.name), "the channel's"),
             Each::Width | Each::Muscle | Each::Force => (
-                format!("{}_N_{}", column.name, column.unit.to_lowercase()),
+                format!("{}_N_{}", column.name, in_name(column.unit)),
                 column.unit,
             ),
         };

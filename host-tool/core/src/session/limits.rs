@@ -19,14 +19,23 @@ pub(super) fn anyone() -> WearerSpec {
     }
 }
 
-/// The channel as it would be on anyone, under the largest electrode; nothing of one that
-/// no wearer allows.
-fn played(channel: &Channel) -> Option<safety::Channel> {
+/// The channel as it would be on anyone, under the largest electrode, but that the
+/// wearer's charge limits how long it lasts, if it keeps that; nothing of one that no
+/// wearer allows.
+fn played(channel: &Channel, wearer: &WearerSpec) -> Option<safety::Channel> {
     let spec = ChannelSpec {
         area_mm2: ChannelSpec::AREA_MM2.max.cast_unsigned(),
         ..channel.spec
     };
-    channel_of(&spec, channel.force.as_ref(), &anyone().validate().ok()?).ok()
+    let on = |wearer: WearerSpec| {
+        let wearer = wearer.validate().ok()?;
+        channel_of(&spec, channel.force.as_ref(), &wearer).ok()
+    };
+    let same_charge = WearerSpec {
+        max_charge_nc: wearer.max_charge_nc,
+        ..anyone()
+    };
+    on(same_charge).or_else(|| on(anyone()))
 }
 
 /// Which of its own limits a channel is beyond, and by how much.
@@ -37,7 +46,9 @@ pub(super) fn beyond(channel: &Channel, e: SetupError) -> Option<Problem> {
     let current_ua = stage.current(spec.limit).get();
     let limit = format!("{} ({} mA)", channel.display(spec.limit), milli(current_ua));
     // Whatever the wearer and the electrode allow.
-    let ma = || played(channel).map_or_else(|| "more than 50".into(), |it| milli(it.rms().get()));
+    let ma = || {
+        played(channel, &anyone()).map_or_else(|| "more than 50".into(), |it| milli(it.rms().get()))
+    };
     Some(match e {
         SetupError::Current { max } => Problem::CurrentLimit {
             limit,
@@ -80,7 +91,7 @@ pub(super) fn tell_sum(
     let both = || channels.iter().chain(beyond);
     let mut summed = [None; CHANNELS];
     for (slot, channel) in summed.iter_mut().zip(both()) {
-        *slot = played(channel);
+        *slot = played(channel, wearer);
     }
     let Ok(wearer) = wearer.validate() else {
         return; // told
