@@ -26,5 +26,5 @@ pub use fit::{Estimate, Fit, Fitted, START_SEEDS, Weighting};
 pub use information::{Bound, UNTOLD, bound, untold};
 pub use model::{Constants, NAMES, PARAMETERS, Sensitive, UNITS, simulated};
 pub use record::{ForceRecord, SAMPLE_US, Sound};
-pub use response::{Response, response};
+pub use response::{Response, response, responses};
 pub use threshold::{Detector, Found, Layout, Shown, bare_rule, in_order};

@@ -47,11 +47,31 @@ impl Response {
 /// first pulse on, as the paper computes it (§3.3, §4.3).
 #[must_use]
 pub fn response(constants: Constants, period_s: f64, lasts_s: f64) -> Option<Response> {
+    Response::of(&course(constants, period_s, lasts_s), GRID_S)
+}
+
+/// The same at several gains of A, computed once.
+#[must_use]
+pub fn responses(
+    constants: Constants,
+    (period_s, lasts_s): (f64, f64),
+    gains: &[f64],
+) -> Vec<Option<Response>> {
+    let course = course(constants, period_s, lasts_s);
+    let scaled = |gain: &f64| {
+        let own: Vec<f64> = course.iter().map(|it| gain * it).collect();
+        Response::of(&own, GRID_S)
+    };
+    gains.iter().map(scaled).collect()
+}
+
+/// Force on the grid, N.
+fn course(constants: Constants, period_s: f64, lasts_s: f64) -> Vec<f64> {
     let steps = (lasts_s / GRID_S).round() as u64;
     let mut muscle = Sensitive::new(constants);
     let (mut force, mut next, mut now_s) = (Vec::with_capacity(steps as usize), 0u32, 0.0);
-    // A rounding less than the train: a pulse at its end belongs to no train.
-    let pulses = ((lasts_s / period_s) + 1e-9).floor() as u32;
+    // Every multiple of the period before the end; one at the end belongs to no train.
+    let pulses = (lasts_s / period_s - 1e-9).ceil() as u32;
     for step in 0..=steps {
         let to_s = step as f64 * GRID_S;
         while next < pulses && f64::from(next) * period_s <= to_s + 1e-12 {
@@ -65,7 +85,7 @@ pub fn response(constants: Constants, period_s: f64, lasts_s: f64) -> Option<Res
         now_s = now_s.max(to_s);
         force.push(muscle.force_n);
     }
-    Response::of(&force, GRID_S)
+    force
 }
 
 #[cfg(test)]

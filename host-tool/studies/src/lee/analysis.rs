@@ -5,7 +5,7 @@ use super::error::LeeError;
 use super::protocol::Session;
 use host_core::identify::{
     Agreement, Constants, Exponential, Fit, Fitted, ForceRecord, Response, Weighting, agreement,
-    averaged, response, simulated,
+    averaged, responses, simulated,
 };
 
 /// The period of the paper's 30 Hz, s: 166 steps of 0.2 ms (its table 7 follows from no
@@ -65,22 +65,17 @@ pub fn analysed(session: &Session, declared: &Declaration) -> Result<Analysed, L
             std::array::from_fn(|f| agrees(constants, gain(*ma, f), &records[f]));
         mean(&all)
     };
-    let times = |ma: &f64| {
-        std::array::from_fn(|f| {
-            let [a, rest @ ..] = constants;
-            let [k, tau_c, tau1, tau2] = rest;
-            let frequency = declared.trains.frequencies_hz[f];
-            response(
-                [a * gain(*ma, f), k, tau_c, tau1, tau2],
-                period_s(frequency),
-                1.0,
-            )
-        })
+    let times = |f: usize| {
+        let own = period_s(declared.trains.frequencies_hz[f]);
+        let gains: Vec<f64> = amplitudes.iter().map(|ma| gain(*ma, f)).collect();
+        responses(constants, (own, 1.0), &gains)
     };
+    let by_frequency = [times(0), times(1), times(2)];
+    let of_amplitude = |i: usize| by_frequency.each_ref().map(|it| it[i]);
     let measured = |records: &[ForceRecord; 3]| records.each_ref().map(t_rt_s);
     Ok(Analysed {
         agreements: both().map(agree).collect(),
-        responses: amplitudes.iter().map(times).collect(),
+        responses: (0..amplitudes.len()).map(of_amplitude).collect(),
         measured_t_rt_s: session.records.iter().map(measured).collect(),
         peaks_n,
         exponentials,

@@ -18,6 +18,7 @@ mod figures;
 mod foreign;
 mod outcome;
 mod paper;
+mod pools;
 mod protocol;
 mod quality;
 mod spread;

@@ -183,3 +183,11 @@ impl Study {
         sum
     }
 }
+
+/// Peak of the true model at the printed 1.5·I_MT and 30 Hz, N.
+pub(super) fn printed_peak_n(study: &Study, subject: usize) -> Option<f64> {
+    let truth = study.truths.get(subject)?;
+    let most_ma = study.declared.trains.reach * truth.printed_ma;
+    let constants = truth.constants(most_ma, study.declared.trains.width_us);
+    Some(response(constants, 1.0 / 30.0, 1.0)?.peak_n)
+}

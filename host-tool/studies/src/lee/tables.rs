@@ -39,6 +39,7 @@ impl Study {
             self.quality(parts, Which::Averaged),
             self.untold(),
             self.searched(parts),
+            self.pools(),
         ])
     }
 

@@ -1,0 +1,95 @@
+//! What recruitment would have to be for the print: pools with other feet.
+//!
+//! Peaks are in proportion to what is recruited, so this needs no noise and no train: which
+//! exponential goes through them, how well, and at which step a search by force ends.
+
+use super::quality::printed_peak_n;
+use super::spread::{cell, mean_sd};
+use super::study::Study;
+use super::{SUBJECTS, paper};
+use crate::laboratory::{Grid, Sheet};
+use hal_sim::body::bench::{Pool, wrist};
+use host_core::identify::{Exponential, agreement};
+
+/// Lowest thresholds and spreads that are tried, in parts of the printed I_MT; the bench has
+/// 0.8 and 0.25.
+const LOWEST: [f64; 5] = [0.3, 0.5, 0.65, 0.8, 0.95];
+const SPREADS: [f64; 2] = [0.25, 0.5];
+/// A search ends where a 40 ms mean exceeds this, N.
+const MOVES_N: f64 = 0.015;
+
+impl Study {
+    /// Ours: the same forces at the ends, other feet between nothing and I_MT.
+    pub(super) fn pools(&self) -> Sheet {
+        let mut rows = Vec::new();
+        for spread in SPREADS {
+            for lowest in LOWEST {
+                let all: Vec<[f64; 3]> = (0..SUBJECTS)
+                    .filter_map(|it| self.pool(it, (lowest, spread)))
+                    .collect();
+                let mean = |i: usize| {
+                    let own: Vec<f64> = all.iter().map(|it| it[i]).collect();
+                    mean_sd(&own).map(|it| it.0)
+                };
+                rows.push(vec![
+                    format!("{lowest} and {spread}"),
+                    all.len().to_string(),
+                    cell(mean(0), 3),
+                    cell(mean(1), 3),
+                    cell(mean(2), 2),
+                ]);
+            }
+        }
+        let [_, b, r2, ..] = paper::TABLE_3[1];
+        rows.push(vec![
+            "paper, 30 Hz".to_owned(),
+            "10".to_owned(),
+            b.to_string(),
+            r2.to_string(),
+            "1".to_owned(),
+        ]);
+        let heads = [
+            "lowest and spread, of I_MT",
+            "subjects",
+            "b (1/mA)",
+            "R²",
+            "found/print",
+        ];
+        let grid = Grid {
+            heads: heads.map(str::to_owned).into(),
+            rows,
+        };
+        let caption = "Means over subjects of pools that all go through table 2's ratios: where \
+                       fibres begin and how wide they spread, the exponential from the printed \
+                       I_MT to 1.5 times it, and where a search in steps of 0.5 mA for 0.015 N \
+                       ends over the printed I_MT. A foot far below makes the exponential fit \
+                       and the threshold miss; a foot close by the other way round.";
+        Sheet::table("Table E", "where fibres begin", caption.to_owned(), grid)
+    }
+
+    /// b, R² and found over printed I_MT of a subject.
+    fn pool(&self, subject: usize, (lowest, spread): (f64, f64)) -> Option<[f64; 3]> {
+        let (i_mt, forces) = wrist::PRINTED.get(subject)?;
+        let ratio: f64 = forces.iter().map(|[weak, strong]| weak / strong).product();
+        let most_ma = self.declared.trains.reach * i_mt;
+        let shape = (lowest * i_mt, spread * i_mt);
+        let pool = Pool::through(shape, (*i_mt, most_ma), ratio.cbrt()).ok()?;
+        let most_n = printed_peak_n(self, subject)?;
+        let peak_n = |ma: f64| most_n * pool.share(ma) / pool.share(most_ma);
+        let count = self.declared.trains.amplitudes;
+        let at = |i: usize| i_mt + (most_ma - i_mt) * i as f64 / (count - 1) as f64;
+        let points: Vec<(f64, f64)> = (0..count).map(at).map(|ma| (ma, peak_n(ma))).collect();
+        let own = Exponential::through(&points)?;
+        let estimated: Vec<f64> = points.iter().map(|(ma, _)| own.at(*ma)).collect();
+        let measured: Vec<f64> = points.iter().map(|(_, n)| *n).collect();
+        let search = &self.declared.search;
+        let steps = (search.most_ma / search.step_ma) as u32;
+        let found = (1..=steps).map(|step| f64::from(step) * search.step_ma);
+        let found_ma = found.into_iter().find(|ma| peak_n(*ma) > MOVES_N)?;
+        Some([
+            own.b_per_ma,
+            agreement(&estimated, &measured).r2,
+            found_ma / i_mt,
+        ])
+    }
+}
