@@ -17,6 +17,8 @@ mod hand_ended_cli;
 mod images;
 #[cfg(unix)]
 mod interruptions;
+#[cfg(unix)]
+mod lee_cli;
 mod live_frame;
 mod live_lines;
 mod muscle_cli;

@@ -8,6 +8,7 @@ mod declared;
 mod faults;
 mod laboratory;
 mod ladder_judge;
+mod lee;
 mod limit_cycle;
 mod put_out;
 mod same_wearer;

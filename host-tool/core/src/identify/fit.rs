@@ -97,6 +97,18 @@ impl Fit {
     /// # Errors
     /// E640, E641, E643 of any record; E644.
     pub fn of(self, records: &[ForceRecord]) -> Result<Fitted, IdentifyError> {
+        self.among(records, &START_SEEDS.map(start))
+    }
+
+    /// The same from one start, where another fit of these records has ended.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn near(self, records: &[ForceRecord], start: Constants) -> Result<Fitted, IdentifyError> {
+        self.among(records, &[start])
+    }
+
+    fn among(self, records: &[ForceRecord], all: &[Constants]) -> Result<Fitted, IdentifyError> {
         if records.is_empty() {
             let what = "there is none".to_owned();
             return Err(IdentifyError::TooShort { what });
@@ -106,9 +118,9 @@ impl Fit {
         }
         let mut best: Option<Problem<'_>> = None;
         let (mut agreeing, mut starts, mut why) = (0, 0, "no start".to_owned());
-        for seed in START_SEEDS {
+        for start in all {
             starts += 1;
-            let mut problem = Problem::new(records, self.weighting, start(seed));
+            let mut problem = Problem::new(records, self.weighting, *start);
             problem.scale();
             let solver = LevenbergMarquardt::new()
                 .with_ftol(TOLERANCE)

@@ -7,6 +7,9 @@ pub const BEGINS_N: f64 = 0.015;
 /// Grid of the paper's integration, s (§2.4): its times are whole multiples of it.
 const GRID_S: f64 = 2e-4;
 
+/// Looked at after a train for its peak, s.
+const AFTER_S: f64 = 0.1;
+
 /// Times are in s from when force exceeds [`BEGINS_N`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response {
@@ -65,9 +68,9 @@ pub fn responses(
     gains.iter().map(scaled).collect()
 }
 
-/// Force on the grid, N.
+/// Force on the grid, N, until the last pulse has acted: the peak may come after the train.
 fn course(constants: Constants, period_s: f64, lasts_s: f64) -> Vec<f64> {
-    let steps = (lasts_s / GRID_S).round() as u64;
+    let steps = ((lasts_s + AFTER_S) / GRID_S).round() as u64;
     let mut muscle = Sensitive::new(constants);
     let (mut force, mut next, mut now_s) = (Vec::with_capacity(steps as usize), 0u32, 0.0);
     // Every multiple of the period before the end; one at the end belongs to no train.

@@ -30,6 +30,11 @@ impl Alone {
         &self.wrist
     }
 
+    /// The same, to change its electrodes.
+    pub const fn wrist_mut(&mut self) -> &mut Wrist {
+        &mut self.wrist
+    }
+
     /// The same train, and the true force of each sample beside what is read.
     pub fn known(&mut self, train: &Train) -> (ForceRecord, Vec<f64>) {
         let first_us = self.now_us + train.before as u64 * SAMPLE_US;

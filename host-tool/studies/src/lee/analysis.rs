@@ -49,8 +49,10 @@ pub fn analysed(session: &Session, declared: &Declaration) -> Result<Analysed, L
         .collect();
     let exponentials: [_; 3] = std::array::from_fn(|f| exponential(&amplitudes, &peaks_n, f));
     let last = session.records.last().map_or(&[][..], |it| &it[..]);
-    let fit = |weighting| Fit { weighting }.of(last);
-    let fits = [fit(Weighting::Whitened)?, fit(Weighting::Averaged)?];
+    let fit = |weighting| Fit { weighting };
+    let best = fit(Weighting::Whitened).of(last)?;
+    let averaged_fit = fit(Weighting::Averaged).near(last, best.constants)?;
+    let fits = [best, averaged_fit];
     // The paper's own comparison goes on with its own estimate.
     let constants = fits[1].constants;
     let reference_ma = amplitudes.last().copied().unwrap_or_default();

@@ -10,12 +10,14 @@
 
 mod alone;
 mod analysis;
+mod claims;
 mod csv;
 mod declaration;
 mod device;
 mod error;
 mod figures;
 mod foreign;
+mod judged;
 mod outcome;
 mod paper;
 mod pools;
@@ -34,7 +36,7 @@ pub use device::OnDevice;
 pub use error::LeeError;
 pub use foreign::Mismatch;
 pub use outcome::Told;
-pub use protocol::{Amplitudes, Searched, Session, Stimulator};
+pub use protocol::{Amplitudes, Searched, Session, Stimulator, Train};
 pub use study::{Drawn, Part, Study, Unit};
 pub use truth::Truth;
 

@@ -3,11 +3,11 @@
 use super::analysis::Analysed;
 use super::declaration::DECLARED;
 use super::error::LeeError;
-use super::quality::{Which, drawn, printed};
+use super::quality::{Which, drawn};
 use super::spread::{mean_sd, regression, row};
 use super::study::{Part, Study};
 use super::{SUBJECTS, name, paper};
-use crate::laboratory::{Declared, Outcome, Row, Share};
+use crate::laboratory::{Declared, Outcome, Row};
 use host_core::identify::NAMES;
 use host_core::record::sha256;
 
@@ -42,7 +42,7 @@ impl Study {
     /// # Errors
     /// A subject whose course is shown cannot be.
     pub fn outcome(&self, parts: &[Part], told: Told) -> Result<Outcome, LeeError> {
-        let mut sheets = self.tables(parts)?;
+        let mut sheets = self.tables(parts);
         sheets.extend(self.figures(parts)?);
         let notes = [SIMULATED, MEANING, PRINTED, OWN]
             .map(str::to_owned)
@@ -144,23 +144,21 @@ impl Study {
 
     fn own_rows(&self, parts: &[Part]) -> Vec<Row> {
         let mut rows = Vec::new();
-        let off = self.t_rt_off_ms(parts);
         let one = |it: Option<f64>| it.into_iter().collect::<Vec<f64>>();
-        rows.push(row(
-            ("t-rt-off", "T_RT off table 7, rms, 8 subjects", "ms"),
-            None,
-            one(off.map(|it| it.0)),
-        ));
-        for (i, subject) in paper::APART.into_iter().enumerate() {
-            let (id, what) = (
-                format!("t-rt-off-{}", name(subject)),
-                format!("the same, {}", name(subject)),
-            );
+        for (off, of) in self.t_rt_off_ms(parts).iter().zip(["fitted", "true"]) {
+            let told = format!("T_RT off table 7, rms, {of}, 8 subjects");
             rows.push(row(
-                (&id, &what, "ms"),
+                (&format!("t-rt-off-{of}"), &told, "ms"),
                 None,
-                one(off.and_then(|it| it.1[i])),
+                one(off.usual),
             ));
+            for (subject, rms) in paper::APART.into_iter().zip(off.apart) {
+                let (id, what) = (
+                    format!("t-rt-off-{of}-{}", name(subject)),
+                    format!("the same, {}", name(subject)),
+                );
+                rows.push(row((&id, &what, "ms"), None, one(rms)));
+            }
         }
         let cells = self.cells(parts, Which::Whitened);
         for (i, name) in NAMES.iter().enumerate() {
@@ -203,146 +201,6 @@ impl Study {
         let all = drawn(parts).filter(|it| it.draw == draw);
         all.filter_map(|it| it.printed.as_ref().ok()).collect()
     }
-
-    fn shares(&self, parts: &[Part]) -> Vec<Share> {
-        let claims = &self.declared.claims;
-        let each: Vec<&Analysed> = (0..SUBJECTS).flat_map(|it| printed(parts, it)).collect();
-        let of_each =
-            |is: &dyn Fn(&Analysed) -> Option<bool>| counted(each.iter().map(|it| is(it)));
-        let of_draws = |is: &dyn Fn(&[&Analysed]) -> Option<bool>| {
-            counted((0..self.draws).map(|draw| is(&self.of_draw(parts, draw))))
-        };
-        let said = |id: &str, claim: &str, paper, count| {
-            Share::counted(id.to_owned(), claim.to_owned(), paper, count)
-        };
-        let mut all = vec![
-            said(
-                "rises-f",
-                "peak force rises with frequency",
-                Some(true),
-                of_each(&|it| Some(it.peaks_n.iter().all(|it| rise(it)))),
-            ),
-            said(
-                "rises-i",
-                "peak force rises with amplitude",
-                Some(true),
-                of_each(&|it| {
-                    Some(
-                        (0..3)
-                            .all(|f| rise(&it.peaks_n.iter().map(|it| it[f]).collect::<Vec<_>>())),
-                    )
-                }),
-            ),
-            said(
-                "r2",
-                &format!("mean R² of the exponential is above {}", claims.r2),
-                Some(true),
-                of_draws(&|all| above_r2(all, claims.r2)),
-            ),
-            said(
-                "t-rises",
-                "T_RT rises with frequency",
-                Some(true),
-                of_each(&|it| {
-                    let all: Option<Vec<f64>> = it
-                        .responses
-                        .last()?
-                        .iter()
-                        .map(|it| Some(it.as_ref()?.t_rt_s()))
-                        .collect();
-                    Some(rise(&all?))
-                }),
-            ),
-            said(
-                "t-flat",
-                "measured T_RT does not depend on amplitude",
-                Some(true),
-                of_each(&|it| flat(it, claims.flat)),
-            ),
-            said(
-                "nrmse-i5",
-                "the model's mean NRMSE at I5 is below 10 %",
-                Some(true),
-                of_draws(&|all| Some(mean_nrmse(all, 4)? < claims.nrmse_i5_percent)),
-            ),
-            said(
-                "nrmse",
-                "and at I1 to I4 at most 13.1 %",
-                Some(true),
-                of_draws(&|all| {
-                    let means: Option<Vec<f64>> = (0..4).map(|i| mean_nrmse(all, i)).collect();
-                    Some(means?.iter().all(|it| *it <= claims.nrmse_percent))
-                }),
-            ),
-        ];
-        all.extend(self.own_shares(parts));
-        all
-    }
-
-    fn own_shares(&self, parts: &[Part]) -> Vec<Share> {
-        let said = |id: &str, claim: &str, paper, count| {
-            Share::counted(id.to_owned(), claim.to_owned(), paper, count)
-        };
-        let step = self.declared.search.step_ma + 1e-9;
-        let near = drawn(parts).map(|it| {
-            let printed_ma = self.truths.get(it.subject)?.printed_ma;
-            Some((it.searched.i_mt_ma()? - printed_ma).abs() <= step)
-        });
-        let found = self.thresholds(drawn(parts));
-        let mut all = vec![
-            said(
-                "i-mt",
-                "I_MT found by force is the printed one ± 0.5 mA",
-                Some(true),
-                counted(near),
-            ),
-            said(
-                "detector-false",
-                "detector: threshold where no fibre answers",
-                None,
-                (found.without_force, found.of),
-            ),
-            said(
-                "detector-early",
-                "detector: below the true step",
-                None,
-                (found.early, found.of),
-            ),
-            said(
-                "detector-near",
-                "detector: within a step of the truth",
-                None,
-                (found.within, found.of),
-            ),
-            said(
-                "bare-false",
-                "bare 0.015 N rule: where no fibre answers",
-                None,
-                (found.bare_without_force, found.of),
-            ),
-            said(
-                "bare-near",
-                "bare 0.015 N rule: within a step",
-                None,
-                (found.bare_within, found.of),
-            ),
-        ];
-        for (which, told) in [
-            (Which::Whitened, "95 % interval covers"),
-            (Which::Averaged, "averaged fit's covers"),
-        ] {
-            let cells = self.cells(parts, which);
-            for (i, name) in NAMES.iter().enumerate() {
-                let sum = |of: fn(&super::quality::Cell) -> u32| {
-                    cells.iter().map(|it| u64::from(of(&it[i]))).sum::<u64>()
-                };
-                let count = (sum(|it| it.covers), sum(|it| it.of));
-                let id = format!("covers-{}-{name}", which as usize);
-                all.push(said(&id, &format!("{told} {name}"), None, count));
-            }
-        }
-        all
-    }
 }
 
 /// Measured and estimated peaks.
@@ -354,49 +212,6 @@ pub(super) fn estimated(it: &Analysed) -> Vec<(f64, f64)> {
         }
     }
     points
-}
-
-fn rise(all: &[f64]) -> bool {
-    all.windows(2).all(|it| it[1] > it[0])
-}
-
-fn mean_nrmse(all: &[&Analysed], i: usize) -> Option<f64> {
-    let own: Option<Vec<f64>> = all
-        .iter()
-        .map(|it| Some(it.agreements.get(i)?.nrmse_percent))
-        .collect();
-    Some(mean_sd(&own?)?.0)
-}
-
-fn above_r2(all: &[&Analysed], least: f64) -> Option<bool> {
-    let of = |f: usize| -> Option<f64> {
-        let own: Option<Vec<f64>> = all
-            .iter()
-            .map(|it| Some(it.exponentials[f]?.1.r2))
-            .collect();
-        Some(mean_sd(&own?)?.0)
-    };
-    let means: Option<Vec<f64>> = (0..3).map(of).collect();
-    Some(means?.iter().all(|it| *it > least))
-}
-
-/// Mean over frequencies of the change from I1 to I5.
-fn flat(it: &Analysed, part: f64) -> Option<bool> {
-    let (first, last) = (it.measured_t_rt_s.first()?, it.measured_t_rt_s.last()?);
-    let changes: Option<Vec<f64>> = first
-        .iter()
-        .zip(last)
-        .map(|(from, to)| Some((*to)? / (*from)? - 1.0))
-        .collect();
-    Some(mean_sd(&changes?)?.0.abs() < part)
-}
-
-fn counted(all: impl Iterator<Item = Option<bool>>) -> (u64, u64) {
-    let judged: Vec<bool> = all.flatten().collect();
-    (
-        judged.iter().filter(|it| **it).count() as u64,
-        judged.len() as u64,
-    )
 }
 
 /// What came to nothing, and why.

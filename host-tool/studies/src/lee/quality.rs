@@ -2,7 +2,6 @@
 //! no data of the kind can tell.
 
 use super::analysis::{Analysed, period_s};
-use super::error::LeeError;
 use super::study::{Drawn, Part, Study};
 use super::{SUBJECTS, paper};
 use host_core::identify::{Bound, ForceRecord, PARAMETERS, bound, response};
@@ -107,37 +106,52 @@ impl Study {
         (0..SUBJECTS).map(subject).collect()
     }
 
-    /// Root of the mean square by which T_RT of fitted models differs from table 7, ms:
-    /// without and of the subjects whose print has a mistake, whose medians over draws are
-    /// held against it. K06's is corrected.
-    pub(super) fn t_rt_off_ms(&self, parts: &[Part]) -> Option<(f64, [Option<f64>; 2])> {
-        let off = |subject: usize| -> Option<Vec<f64>> {
-            let own: Vec<&Analysed> = printed(parts, subject).collect();
-            let one = |f: usize| {
-                let all = own.iter().filter_map(|it| it.responses.last()?[f]);
-                let ours = super::spread::median(all.map(|it| 1e3 * it.t_rt_s()))?;
-                Some(ours - paper::TABLE_7[subject][f])
-            };
-            (0..3).map(one).collect()
+    /// Root of the mean square by which T_RT differs from table 7, ms: without, and of each
+    /// of, the subjects whose print has a mistake. Of fitted models (medians over draws) and
+    /// of the true constants; K06's τ2 is corrected in both.
+    pub(super) fn t_rt_off_ms(&self, parts: &[Part]) -> [TimesOff; 2] {
+        let fitted = |subject: usize, f: usize| {
+            let all = printed(parts, subject).filter_map(|it| it.responses.last()?[f]);
+            super::spread::median(all.map(|it| 1e3 * it.t_rt_s()))
         };
-        let rms = |all: &[f64]| {
-            (all.iter().map(|it| it * it).sum::<f64>() / all.len().max(1) as f64).sqrt()
-        };
-        let usual = (0..SUBJECTS).filter(|it| !paper::APART.contains(it));
-        let usual: Option<Vec<Vec<f64>>> = usual.map(off).collect();
-        let apart = paper::APART.map(|it| off(it).map(|all| rms(&all)));
-        Some((rms(&usual?.concat()), apart))
+        let truth = |subject: usize, f: usize| self.true_t_rt_ms(subject)[f];
+        [times_off(&fitted), times_off(&truth)]
     }
 
     /// T_RT of the true constants, ms, by frequency.
-    pub(super) fn true_t_rt_ms(&self, subject: usize) -> Result<[Option<f64>; 3], LeeError> {
+    pub(super) fn true_t_rt_ms(&self, subject: usize) -> [Option<f64>; 3] {
         let truth = &self.truths[subject];
         let most_ma = self.declared.trains.reach * truth.printed_ma;
         let constants = truth.constants(most_ma, self.declared.trains.width_us);
-        Ok(self.declared.trains.frequencies_hz.map(|hz| {
+        self.declared.trains.frequencies_hz.map(|hz| {
             let own = response(constants, period_s(hz), 1.0)?;
             Some(1e3 * own.t_rt_s())
-        }))
+        })
+    }
+}
+
+/// Off table 7, rms in ms: of eight subjects, of K06, of K08.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct TimesOff {
+    pub usual: Option<f64>,
+    pub apart: [Option<f64>; 2],
+}
+
+fn times_off(ours: &dyn Fn(usize, usize) -> Option<f64>) -> TimesOff {
+    let rms = |subjects: &[usize]| {
+        let all = subjects.iter().flat_map(|it| (0..3).map(move |f| (*it, f)));
+        let squares: Option<Vec<f64>> = all
+            .map(|(subject, f)| Some((ours(subject, f)? - paper::TABLE_7[subject][f]).powi(2)))
+            .collect();
+        let squares = squares?;
+        Some((squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
+    };
+    let usual: Vec<usize> = (0..SUBJECTS)
+        .filter(|it| !paper::APART.contains(it))
+        .collect();
+    TimesOff {
+        usual: rms(&usual),
+        apart: paper::APART.map(|it| rms(&[it])),
     }
 }
 

@@ -1,0 +1,204 @@
+//! In how many cases each of the paper's claims holds, and ours.
+
+use super::SUBJECTS;
+use super::analysis::Analysed;
+use super::quality::{Cell, Thresholds, Which, drawn, printed};
+use super::spread::mean_sd;
+use super::study::{Part, Study};
+use crate::laboratory::Share;
+use host_core::identify::NAMES;
+
+fn said(id: &str, claim: &str, paper: Option<bool>, count: (u64, u64)) -> Share {
+    Share::counted(id.to_owned(), claim.to_owned(), paper, count)
+}
+
+impl Study {
+    /// All, the paper's first.
+    pub(super) fn shares(&self, parts: &[Part]) -> Vec<Share> {
+        let mut all = self.of_each(parts);
+        all.extend(self.of_draws(parts));
+        all.push(self.printed_thresholds(parts));
+        all.extend(self.found_thresholds(parts));
+        all.extend(self.covered(parts));
+        all
+    }
+
+    /// Claims that every subject's replication decides.
+    fn of_each(&self, parts: &[Part]) -> Vec<Share> {
+        let each: Vec<&Analysed> = (0..SUBJECTS).flat_map(|it| printed(parts, it)).collect();
+        let count = |is: &dyn Fn(&Analysed) -> Option<bool>| counted(each.iter().map(|it| is(it)));
+        let by_amplitude = |it: &Analysed, f: usize| {
+            let own: Vec<f64> = it.peaks_n.iter().map(|it| it[f]).collect();
+            rise(&own)
+        };
+        let times = |it: &Analysed| {
+            let own = it.responses.last()?.iter();
+            own.map(|it| Some(it.as_ref()?.t_rt_s()))
+                .collect::<Option<Vec<f64>>>()
+        };
+        vec![
+            said(
+                "rises-f",
+                "peak force rises with frequency",
+                Some(true),
+                count(&|it| Some(it.peaks_n.iter().all(|it| rise(it)))),
+            ),
+            said(
+                "rises-i",
+                "peak force rises with amplitude",
+                Some(true),
+                count(&|it| Some((0..3).all(|f| by_amplitude(it, f)))),
+            ),
+            said(
+                "t-rises",
+                "T_RT rises with frequency",
+                Some(true),
+                count(&|it| Some(rise(&times(it)?))),
+            ),
+            said(
+                "t-flat",
+                "measured T_RT does not depend on amplitude",
+                Some(true),
+                count(&|it| flat(it, self.declared.claims.flat)),
+            ),
+        ]
+    }
+
+    /// Claims about means over subjects, which every replication of all decides.
+    fn of_draws(&self, parts: &[Part]) -> Vec<Share> {
+        let claims = &self.declared.claims;
+        let count = |is: &dyn Fn(&[&Analysed]) -> Option<bool>| {
+            counted((0..self.draws).map(|draw| is(&self.of_draw(parts, draw))))
+        };
+        let last = self.declared.trains.amplitudes - 1;
+        vec![
+            said(
+                "r2",
+                &format!("mean R² of the exponential is above {}", claims.r2),
+                Some(true),
+                count(&|all| above_r2(all, claims.r2)),
+            ),
+            said(
+                "nrmse-i5",
+                "the model's mean NRMSE at I5 is below 10 %",
+                Some(true),
+                count(&|all| Some(mean_nrmse(all, last)? < claims.nrmse_i5_percent)),
+            ),
+            said(
+                "nrmse",
+                "and at I1 to I4 at most 13.1 %",
+                Some(true),
+                count(&|all| {
+                    let means: Option<Vec<f64>> = (0..last).map(|i| mean_nrmse(all, i)).collect();
+                    Some(means?.iter().all(|it| *it <= claims.nrmse_percent))
+                }),
+            ),
+        ]
+    }
+
+    fn printed_thresholds(&self, parts: &[Part]) -> Share {
+        let step = self.declared.search.step_ma + 1e-9;
+        let near = drawn(parts).map(|it| {
+            let printed_ma = self.truths.get(it.subject)?.printed_ma;
+            Some((it.searched.i_mt_ma()? - printed_ma).abs() <= step)
+        });
+        let claim = "I_MT found by force is the printed one ± 0.5 mA";
+        said("i-mt", claim, Some(true), counted(near))
+    }
+
+    fn found_thresholds(&self, parts: &[Part]) -> Vec<Share> {
+        let found: Thresholds = self.thresholds(drawn(parts));
+        let rows = [
+            (
+                "detector-false",
+                "detector: threshold where no fibre answers",
+                found.without_force,
+            ),
+            (
+                "detector-early",
+                "detector: below the true step",
+                found.early,
+            ),
+            (
+                "detector-near",
+                "detector: within a step of the truth",
+                found.within,
+            ),
+            (
+                "bare-false",
+                "bare 0.015 N rule: where no fibre answers",
+                found.bare_without_force,
+            ),
+            (
+                "bare-near",
+                "bare 0.015 N rule: within a step",
+                found.bare_within,
+            ),
+        ];
+        rows.map(|(id, claim, holds)| said(id, claim, None, (holds, found.of)))
+            .into()
+    }
+
+    fn covered(&self, parts: &[Part]) -> Vec<Share> {
+        let mut all = Vec::new();
+        let fits = [
+            (Which::Whitened, "95 % interval covers"),
+            (Which::Averaged, "averaged fit's covers"),
+        ];
+        for (which, told) in fits {
+            let cells = self.cells(parts, which);
+            for (i, name) in NAMES.iter().enumerate() {
+                let sum = |of: fn(&Cell) -> u32| -> u64 {
+                    cells.iter().map(|it| u64::from(of(&it[i]))).sum()
+                };
+                let count = (sum(|it| it.covers), sum(|it| it.of));
+                let id = format!("covers-{}-{name}", which as usize);
+                all.push(said(&id, &format!("{told} {name}"), None, count));
+            }
+        }
+        all
+    }
+}
+
+fn rise(all: &[f64]) -> bool {
+    all.windows(2).all(|it| it[1] > it[0])
+}
+
+fn mean_nrmse(all: &[&Analysed], i: usize) -> Option<f64> {
+    let own: Option<Vec<f64>> = all
+        .iter()
+        .map(|it| Some(it.agreements.get(i)?.nrmse_percent))
+        .collect();
+    Some(mean_sd(&own?)?.0)
+}
+
+fn above_r2(all: &[&Analysed], least: f64) -> Option<bool> {
+    let of = |f: usize| -> Option<f64> {
+        let own: Option<Vec<f64>> = all
+            .iter()
+            .map(|it| Some(it.exponentials[f]?.1.r2))
+            .collect();
+        Some(mean_sd(&own?)?.0)
+    };
+    let means: Option<Vec<f64>> = (0..3).map(of).collect();
+    Some(means?.iter().all(|it| *it > least))
+}
+
+/// Mean over frequencies of the change from I1 to I5.
+fn flat(it: &Analysed, part: f64) -> Option<bool> {
+    let (first, last) = (it.measured_t_rt_s.first()?, it.measured_t_rt_s.last()?);
+    let changes: Option<Vec<f64>> = first
+        .iter()
+        .zip(last)
+        .map(|(from, to)| Some((*to)? / (*from)? - 1.0))
+        .collect();
+    Some(mean_sd(&changes?)?.0.abs() < part)
+}
+
+fn counted(all: impl Iterator<Item = Option<bool>>) -> (u64, u64) {
+    let judged: Vec<bool> = all.flatten().collect();
+    (
+        judged.iter().filter(|it| **it).count() as u64,
+        judged.len() as u64,
+    )
+}

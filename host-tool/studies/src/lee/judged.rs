@@ -1,0 +1,164 @@
+//! Tables A to D, ours: what the method is worth where the truth is known.
+
+use super::quality::{Which, own};
+use super::spread::{cell, mean_sd, median};
+use super::study::{Part, Study};
+use super::tables::grid;
+use super::{SUBJECTS, name, paper};
+use crate::laboratory::Sheet;
+use host_core::identify::{NAMES, PARAMETERS};
+
+impl Study {
+    /// Ours: coverage and bound.
+    pub(super) fn quality(&self, parts: &[Part], which: Which) -> Sheet {
+        let cells = self.cells(parts, which);
+        let mut rows = Vec::new();
+        for (subject, own) in cells.iter().enumerate() {
+            let mut row = vec![name(subject)];
+            for it in own {
+                let covers = 100.0 * f64::from(it.covers) / f64::from(it.of.max(1));
+                let over = cell(Some(it.over_bound).filter(|it| it.is_finite()), 2);
+                row.push(format!("{covers:.1} {over} {:.2}", 100.0 * it.least));
+            }
+            rows.push(row);
+        }
+        let mut row = vec!["all".to_owned()];
+        for i in 0..PARAMETERS {
+            let of: u32 = cells.iter().map(|it| it[i].of).sum();
+            let covers: u32 = cells.iter().map(|it| it[i].covers).sum();
+            let logarithms: Vec<f64> = cells
+                .iter()
+                .map(|it| it[i].over_bound.ln())
+                .filter(|it| it.is_finite())
+                .collect();
+            let geometric = mean_sd(&logarithms).map(|it| it.0.exp());
+            row.push(format!(
+                "{:.1} {}",
+                100.0 * f64::from(covers) / f64::from(of.max(1)),
+                cell(geometric, 2)
+            ));
+        }
+        rows.push(row);
+        let mut heads = vec![""];
+        heads.extend(NAMES);
+        let (number, what) = match which {
+            Which::Whitened => ("Table A", "samples, averaging undone"),
+            Which::Averaged => ("Table B", "averages, as the paper compares"),
+        };
+        let caption = "Coverage of 95 % intervals in %, variance over the Cramér-Rao bound, and \
+                       the bound's standard deviation in % of the constant; last row pooled, with \
+                       the geometric mean over subjects. Ours: the paper has no intervals.";
+        Sheet::table(number, what, caption.to_owned(), grid(&heads, rows))
+    }
+
+    /// Ours: what data of the kind can tell at best.
+    pub(super) fn untold(&self) -> Sheet {
+        let frequencies = self.declared.trains.frequencies_hz;
+        let cases: [(&str, &[u32], usize, bool); 5] = [
+            ("three trains with decay", &frequencies, 1_000, false),
+            ("40 Hz with decay", &frequencies[2..], 1_000, false),
+            ("40 Hz without decay", &frequencies[2..], 0, false),
+            ("three, residuals of table 4", &frequencies, 1_000, true),
+            (
+                "40 Hz, residuals of table 4",
+                &frequencies[2..],
+                1_000,
+                true,
+            ),
+        ];
+        let mut rows = Vec::new();
+        for (what, trains, decay, is_large) in cases {
+            let all: Vec<_> = (0..SUBJECTS)
+                .map(|subject| {
+                    // Residuals of that size, as correlated as the 40 ms average makes white noise.
+                    let residual_n =
+                        paper::TABLE_4[subject][6] * (host_core::identify::WINDOW as f64).sqrt();
+                    let noise_n = if is_large {
+                        residual_n
+                    } else {
+                        self.truths[subject].spec.sensor.noise_n
+                    };
+                    self.bound_of(subject, trains, decay, noise_n)
+                })
+                .collect();
+            let mut row = vec![what.to_owned()];
+            for i in 0..PARAMETERS {
+                let errors = all.iter().flatten().map(|it| 100.0 * it.errors()[i]);
+                let untold = all
+                    .iter()
+                    .flatten()
+                    .filter(|it| it.untold.contains(&NAMES[i]))
+                    .count();
+                row.push(format!("{} ({untold})", cell(median(errors), 1)));
+            }
+            rows.push(row);
+        }
+        let mut heads = vec!["% of it (untold)"];
+        heads.extend(NAMES);
+        let caption = "Least standard deviation that data of the kind allow (Cramér-Rao), median \
+                       over subjects, and in brackets in how many of ten the 95 % interval must \
+                       reach further than ±50 %: the constant that they cannot tell.";
+        Sheet::table(
+            "Table C",
+            "what data can tell",
+            caption.to_owned(),
+            grid(&heads, rows),
+        )
+    }
+
+    /// Ours: thresholds, and the haptic range that follows.
+    pub(super) fn searched(&self, parts: &[Part]) -> Sheet {
+        let mut rows = Vec::new();
+        for (subject, truth) in self.truths.iter().enumerate() {
+            let i_mt = median(own(parts, subject).filter_map(|it| it.searched.i_mt_ma()));
+            let bare = median(own(parts, subject).filter_map(|it| it.searched.bare_ma));
+            let found = self.thresholds(own(parts, subject));
+            let percent = |n: u64| format!("{:.1}", 100.0 * n as f64 / found.of.max(1) as f64);
+            let peak = |i: usize| {
+                let all = own(parts, subject)
+                    .filter_map(|it| Some(it.found.as_ref().ok()?.peaks_n.get(i)?[2]));
+                median(all)
+            };
+            let last = self.declared.trains.amplitudes - 1;
+            let range = i_mt.map_or_else(
+                || "-".to_owned(),
+                |it| format!("{it:.1}-{:.2}", self.declared.trains.reach * it),
+            );
+            let placement = median(own(parts, subject).map(|it| it.searched.placement_n));
+            rows.push(vec![
+                name(subject),
+                format!("{:.1}", truth.printed_ma),
+                format!("{:.1}", truth.i_mt_ma),
+                cell(i_mt, 1),
+                percent(found.within),
+                cell(bare, 1),
+                percent(found.bare_within),
+                range,
+                format!("{}-{}", cell(peak(0), 2), cell(peak(last), 1)),
+                cell(placement, 2),
+            ]);
+        }
+        let heads = [
+            "mA",
+            "print",
+            "true",
+            "ours",
+            "±1 %",
+            "bare",
+            "±1 %",
+            "range",
+            "N at 40 Hz",
+            "8 mA, N",
+        ];
+        let caption = "I_MT: printed; lowest step at which the noise-free 40 ms mean exceeds \
+                       0.015 N; by the detector (median) and how often within a step, %; the same \
+                       by the bare rule; haptic range from I_MT to 1.5·I_MT that follows, and the \
+                       peak force at its ends; force of the placement pulse.";
+        Sheet::table(
+            "Table D",
+            "motor thresholds",
+            caption.to_owned(),
+            grid(&heads, rows),
+        )
+    }
+}

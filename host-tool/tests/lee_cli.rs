@@ -1,0 +1,48 @@
+//! `flexor experiment lee`: what it leaves when it is cut short, and what it refuses.
+
+use crate::program::{flexor, folder, ran};
+use serde_json::Value;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+/// A signal in the midst: what was computed is whole and told, and the program says so.
+#[test]
+fn a_signal_leaves_what_was_computed() {
+    let folder = folder("lee_cut_short");
+    let words = ["experiment", "lee", "--draws", "500", "--out", "broken"];
+    let mut command = flexor(&folder, &words);
+    let command = command.stdout(Stdio::null()).stderr(Stdio::piped());
+    let program = command.spawn().unwrap();
+    std::thread::sleep(Duration::from_secs(4));
+    let id = program.id().to_string();
+    let sent = Command::new("kill").args(["-INT", &id]).status().unwrap();
+    assert!(sent.success());
+    let ended = program.wait_with_output().unwrap();
+    let error = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert_eq!(ended.status.code(), Some(130), "{error}");
+    let text = std::fs::read_to_string(folder.join("broken/result.json")).unwrap();
+    let result: Value = serde_json::from_str(&text).unwrap();
+    let cut_short = result["cut_short"].as_str().unwrap();
+    assert!(cut_short.starts_with("Cut short after"), "{cut_short}");
+    let rows = std::fs::read_to_string(folder.join("broken/draws.csv")).unwrap();
+    let fields: Vec<usize> = rows.lines().map(|row| row.matches(',').count()).collect();
+    assert!(rows.ends_with('\n') && fields.iter().all(|it| *it == fields[0]));
+}
+
+#[test]
+fn what_it_cannot_do_is_wrong_use() {
+    let folder = folder("lee_wrong");
+    for (words, wanted) in [
+        ("--draws 0", "--draws is 0, allowed is 1 to 1000"),
+        ("--device tcp:nowhere:1", "a bench is simulated"),
+        ("--wearer P", "do not belong to lee"),
+    ] {
+        let words: Vec<&str> = ["experiment", "lee"]
+            .into_iter()
+            .chain(words.split(' '))
+            .collect();
+        let (exit, _, error) = ran(&folder, &words);
+        assert_eq!(exit, Some(2), "{error}");
+        assert!(error.contains(wanted), "{wanted}: {error}");
+    }
+}
