@@ -6,7 +6,7 @@ use super::study::{Part, Study};
 use super::{SUBJECTS, name, paper};
 use crate::laboratory::{Grid, Sheet};
 use hal_sim::body::bench::wrist;
-use host_core::identify::{NAMES, PARAMETERS};
+use host_core::identify::PARAMETERS;
 
 /// From SI to what tables have.
 const SCALE: [f64; PARAMETERS] = [1.0, 1.0, 1e3, 1e3, 1e3];
