@@ -58,7 +58,10 @@ fn what_is_read_does_not_depend_on_the_steps_of_time() {
     let spec = WristSpec::subject(0).unwrap();
     for kind in Kind::ALL {
         let spec = with(spec, kind, 0.7);
-        let (fine, coarse) = (played(spec, (30, 12.0), 1_000), played(spec, (30, 12.0), 50_000));
+        let (fine, coarse) = (
+            played(spec, (30, 12.0), 1_000),
+            played(spec, (30, 12.0), 50_000),
+        );
         let every = |all: &[f64]| all.iter().skip(49).step_by(50).copied().collect::<Vec<_>>();
         assert_eq!((every(&fine.0), every(&fine.1)), coarse, "{kind:?}");
     }
@@ -79,7 +82,11 @@ fn departures_of_no_size_are_none_and_of_size_one_are_seen() {
         };
         let off = ours.iter().zip(theirs).map(|(a, b)| (a - b).abs());
         let off = off.fold(0.0, f64::max) / peak;
-        let least = if kind == Kind::SensorDrift { 0.001 } else { 0.02 };
+        let least = if kind == Kind::SensorDrift {
+            0.001
+        } else {
+            0.02
+        };
         assert!((least..1.0).contains(&off), "{kind:?}: {off}");
     }
     let nothing = with(spec, Kind::Sag, 1.5);
