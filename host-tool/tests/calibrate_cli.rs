@@ -183,14 +183,13 @@ struct Driven {
 
 impl Driven {
     fn start(folder: &Path) -> Self {
-        let words = [
-            "--json",
-            "calibrate",
-            "--electrodes",
-            "plan.toml",
-            "--out",
-            "w.toml",
-        ];
+        Self::start_on(folder, &[])
+    }
+
+    fn start_on(folder: &Path, more: &[&str]) -> Self {
+        let mut words = vec!["--json", "calibrate", "--electrodes", "plan.toml"];
+        words.extend(["--out", "w.toml"]);
+        words.extend(more);
         let mut command = flexor(folder, &words);
         command
             .stdin(Stdio::piped())

@@ -91,6 +91,9 @@ impl Found {
             known(self.minimum),
         );
         let wrong = match step {
+            Step::Placement | Step::Threshold if level == Level(0) => {
+                Some("nothing was given: raise it".to_owned())
+            }
             Step::Comfort if level <= threshold => Some(format!(
                 "the limit of {level} is not above the motor threshold of {threshold}; move the \
                  electrode, or leave it out"

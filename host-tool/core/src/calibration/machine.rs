@@ -1,5 +1,6 @@
 //! The procedure: orders and time in, actions out. It knows no device and no clock.
 
+mod replay;
 mod sight;
 
 use super::found::Value;
@@ -65,36 +66,6 @@ impl Machine {
             machine.replay(entry);
         }
         machine
-    }
-
-    fn replay(&mut self, entry: &Entry) {
-        let of = |channel: u8| {
-            let mut electrodes = self.plan.electrodes.iter();
-            electrodes.position(|it| it.channel == channel)
-        };
-        match entry {
-            Entry::Found {
-                channel,
-                step,
-                value,
-            } => {
-                if let Some(at) = of(*channel) {
-                    // What the journal says was taken before, in this order.
-                    let _ = self.found[at].take(*step, value);
-                }
-            }
-            Entry::TooMuch { channel, level } => {
-                if let Some(at) = of(*channel) {
-                    self.cap(at, *level);
-                }
-            }
-            Entry::Skipped { channel } => {
-                if let Some(at) = of(*channel) {
-                    self.found[at].is_skipped = true;
-                }
-            }
-            _ => {}
-        }
     }
 
     /// What is done first.
@@ -406,5 +377,7 @@ impl Machine {
             Step::Maximum => self.level = found.limit.unwrap_or_default(),
             Step::Points => self.level = found.maximum.unwrap_or_default(),
         }
+        // What was too much since is not reached by giving it again either.
+        self.level = self.level.min(self.top(at));
     }
 }

@@ -146,3 +146,21 @@ fn too_much_later_takes_back_what_was_set() {
         (Step::Maximum, limit.below(Level(500)))
     );
 }
+
+/// The threshold itself was too much: nothing as high comes again, and it can be left out.
+#[test]
+fn a_threshold_that_is_too_much_leaves_nothing_to_give() {
+    let (mut machine, t_us) = at(Step::Minimum);
+    let threshold = machine.found()[0].threshold.unwrap();
+    machine.order(t_us, &Order::Again).unwrap();
+    machine.order(t_us + 100_000, &Order::TooMuch).unwrap();
+    let later_us = t_us + 5_000_000;
+    machine.pass(later_us);
+    let view = machine.view(later_us);
+    assert_eq!((view.step, view.raise), (Step::Comfort, None));
+    assert!(view.again.is_none_or(|again| again < threshold), "{view:?}");
+    assert!(machine.order(later_us, &Order::Raise).is_err());
+    assert!(machine.order(later_us, &Order::Enough).is_err());
+    machine.order(later_us, &Order::Skip).unwrap();
+    assert!(machine.is_over());
+}

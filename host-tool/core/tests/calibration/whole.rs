@@ -4,7 +4,9 @@ use super::scene::*;
 use hal_sim::body::Array;
 use hal_sim::body::array::MOVEMENTS;
 use hal_sim::body::bench::SensorSpec;
-use host_core::calibration::{CalibrationError, Gone, OnDisk, Operator, Order, OrderError, View};
+use host_core::calibration::{
+    Auto, CalibrationError, Gone, OnDisk, Operator, Order, OrderError, View,
+};
 use host_core::wearer::{Evidence, Wearer};
 
 /// The instrument tells some 60 mN from its noise: the truth is the lowest step at which
@@ -53,6 +55,29 @@ fn ten_electrodes_are_found_in_a_quarter_of_an_hour() {
     assert_eq!(wearer.history.len(), 10);
     assert_eq!(wearer.evidence, Evidence::Simulated);
     assert!(wearer.limits.host_timeout_ms <= 40 && wearer.limits.fall_ms <= 50);
+}
+
+/// 200 searches on 20 arms: found below the first fibre is false.
+#[test]
+fn thresholds_are_seldom_false_and_mostly_within_a_step() {
+    let (mut all, mut is_false, mut is_near) = (0, 0, 0);
+    for seed in 1..=20 {
+        let order = plan_of(10);
+        let out = folder(&format!("seed{seed}")).join("w.toml");
+        let port = port_of(&order.0, seed, SensorSpec::default());
+        let (found, _, _) = calibrated(port, &order, &out, &OnDisk, &mut Auto);
+        let body = Array::new(seed, SensorSpec::default()).unwrap();
+        for (index, found) in found.unwrap().iter().enumerate() {
+            let threshold = found.threshold.unwrap().units();
+            let truth = true_threshold_ma(&body, index);
+            all += 1;
+            is_false += usize::from(threshold < body.points()[index].reaches[0].pool.lowest());
+            is_near += usize::from((threshold - truth).abs() <= 0.5);
+        }
+    }
+    println!("{all} searches: {is_false} false, {is_near} within a step");
+    assert!(is_false * 100 < all, "{is_false}");
+    assert!(is_near * 100 >= 95 * all, "{is_near}");
 }
 
 /// Orders one raise, then nothing any more.
@@ -104,13 +129,7 @@ fn a_sensor_that_saturates_or_hangs_upside_down_is_named() {
         let order = plan_of(2);
         let out = folder(name.trim()).join("w.toml");
         let port = port_of(&order.0, SEED, sensor);
-        let (result, _, port) = calibrated(
-            port,
-            &order,
-            &out,
-            &OnDisk,
-            &mut host_core::calibration::Auto,
-        );
+        let (result, _, port) = calibrated(port, &order, &out, &OnDisk, &mut Auto);
         let error = result.unwrap_err();
         assert!(error.to_string().starts_with(name), "{error}");
         assert!(matches!(

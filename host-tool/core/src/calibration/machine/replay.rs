@@ -1,0 +1,37 @@
+//! What a journal tells of what happened before.
+
+use super::Machine;
+use crate::calibration::Entry;
+
+impl Machine {
+    /// As if it happened again, but for the device.
+    pub(super) fn replay(&mut self, entry: &Entry) {
+        let of = |channel: u8| {
+            let mut electrodes = self.plan.electrodes.iter();
+            electrodes.position(|it| it.channel == channel)
+        };
+        match entry {
+            Entry::Found {
+                channel,
+                step,
+                value,
+            } => {
+                if let Some(at) = of(*channel) {
+                    // What the journal says was taken before, in this order.
+                    let _ = self.found[at].take(*step, value);
+                }
+            }
+            Entry::TooMuch { channel, level } => {
+                if let Some(at) = of(*channel) {
+                    self.cap(at, *level);
+                }
+            }
+            Entry::Skipped { channel } => {
+                if let Some(at) = of(*channel) {
+                    self.found[at].is_skipped = true;
+                }
+            }
+            _ => {}
+        }
+    }
+}
