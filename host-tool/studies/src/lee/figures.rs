@@ -90,26 +90,26 @@ impl Study {
     }
 
     fn figure_8(&self, parts: &[Part]) -> Sheet {
-        let mut points: Vec<[f64; 2]> = self
+        let points: Vec<[f64; 2]> = self
             .of_draw(parts, 0)
             .into_iter()
             .flat_map(estimated)
             .map(|(measured, estimated)| [measured, estimated])
             .collect();
-        points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let most = points.iter().flatten().copied().fold(1.0, f64::max);
+        // Each by itself: no line joins them.
+        let alone = points.iter().map(|it| marked(0, vec![*it], Vec::new()));
+        let slope = Curve::line(1, [[0.0, 0.0], [most, paper::FIGURE_8[0] * most]]);
+        let curves = alone.chain([slope]).collect();
         let plot = Plot {
             x: Along::even("measured peak (N)", [0.0, most]),
             y: Along::even("estimated peak (N)", [0.0, most]),
-            curves: vec![
-                marked(0, points, Vec::new()),
-                Curve::line(1, [[0.0, 0.0], [most, paper::FIGURE_8[0] * most]]),
-            ],
+            curves,
             ..Plot::default()
         };
         let plots = Plots {
             beside: 1,
-            series: vec!["ours, in order".to_owned(), "the paper's slope".to_owned()],
+            series: vec!["ours".to_owned(), "the paper's slope".to_owned()],
             plots: vec![plot],
         };
         let caption = "All amplitudes and frequencies of the first replication; the paper's slope \
@@ -144,7 +144,8 @@ impl Study {
             };
             let measured = thin(averaged(&record.from_rest()));
             let model = thin(averaged(&simulated(constants, &model).0));
-            let most = measured.iter().map(|it| it[1]).fold(0.1, f64::max);
+            let both = measured.iter().chain(&model);
+            let most = both.map(|it| it[1]).fold(0.1, f64::max);
             Plot {
                 title: format!("I{}, {} Hz", i + 1, self.declared.trains.frequencies_hz[f]),
                 x: Along::even("time (s)", [0.0, 2.5]),
@@ -315,6 +316,6 @@ impl Study {
                        percentile) of the model fitted at I5, against the size of the departure; \
                        size 0 is the model's own structure. Lines across: the paper's 8.06 % at \
                        I5 and 10.8 to 13.1 % at I1 to I4. What a size of 1 is: docs/identify.md.";
-        Sheet::figure("Figure B", "other structures", caption.to_owned(), plots)
+        Sheet::figure("Figure A", "other structures", caption.to_owned(), plots)
     }
 }

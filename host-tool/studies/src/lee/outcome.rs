@@ -23,7 +23,7 @@ const PRINTED: &str = "Tables 2 to 7 are of trains at the printed amplitudes. At
                        printed I_MT (assumed), so a search by force finds less than is printed.";
 const OWN: &str = "Coverage, bound and thresholds are ours: the paper has no truth to compare with. \
                    A bench of the model's own structure proves the arithmetic, nothing of muscles; \
-                   figure B says how fits of other structures agree.";
+                   figure A says how fits of other structures agree.";
 
 /// What the command knows of the run.
 #[derive(Clone, Debug)]
