@@ -68,7 +68,7 @@ pub(super) fn inverse(information: &Square) -> Option<Square> {
 pub fn untold(covariance: &Square) -> Vec<&'static str> {
     let is_untold = |i: &usize| {
         let half = HALF_95 * covariance[(*i, *i)].max(0.0).sqrt();
-        !(half <= UNTOLD)
+        half.is_nan() || half > UNTOLD
     };
     let all = (0..PARAMETERS).filter(is_untold);
     all.filter_map(|i| NAMES.get(i).copied()).collect()

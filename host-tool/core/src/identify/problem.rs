@@ -175,10 +175,9 @@ impl<'a> Problem<'a> {
                 .map(|parameter| own.iter().map(|it| it[parameter]).collect::<Vec<f64>>())
                 .map(|column| spread(&column, samples))
                 .collect();
-            for row in 0..samples {
-                let own = SVector::<f64, PARAMETERS>::from_fn(|i, _| columns[i][row]);
-                meat += own * own.transpose();
-            }
+            let rows =
+                (0..samples).map(|row| SVector::<f64, PARAMETERS>::from_fn(|i, _| columns[i][row]));
+            rows.for_each(|own| meat += own * own.transpose());
             trace += count as f64 / super::WINDOW as f64;
             for direction in &straight.0 {
                 trace -= spread(direction, samples)

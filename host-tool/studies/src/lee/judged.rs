@@ -6,7 +6,13 @@ use super::study::{Part, Study};
 use super::tables::grid;
 use super::{SUBJECTS, name, paper};
 use crate::laboratory::Sheet;
-use host_core::identify::{NAMES, PARAMETERS};
+use host_core::identify::{NAMES, PARAMETERS, WINDOW};
+
+/// White noise of a sample that the 40 ms average makes as large, and as correlated, as
+/// table 4's residuals, N.
+fn residual_n(subject: usize) -> f64 {
+    paper::TABLE_4[subject][6] * (WINDOW as f64).sqrt()
+}
 
 impl Study {
     /// Ours: coverage and bound.
@@ -68,18 +74,12 @@ impl Study {
         ];
         let mut rows = Vec::new();
         for (what, trains, decay, is_large) in cases {
+            let noise_n = |subject: usize| match is_large {
+                true => residual_n(subject),
+                false => self.truths[subject].spec.sensor.noise_n,
+            };
             let all: Vec<_> = (0..SUBJECTS)
-                .map(|subject| {
-                    // Residuals of that size, as correlated as the 40 ms average makes white noise.
-                    let residual_n =
-                        paper::TABLE_4[subject][6] * (host_core::identify::WINDOW as f64).sqrt();
-                    let noise_n = if is_large {
-                        residual_n
-                    } else {
-                        self.truths[subject].spec.sensor.noise_n
-                    };
-                    self.bound_of(subject, trains, decay, noise_n)
-                })
+                .map(|it| self.bound_of(it, trains, decay, noise_n(it)))
                 .collect();
             let mut row = vec![what.to_owned()];
             for i in 0..PARAMETERS {
@@ -138,18 +138,8 @@ impl Study {
                 cell(placement, 2),
             ]);
         }
-        let heads = [
-            "mA",
-            "print",
-            "true",
-            "ours",
-            "±1 %",
-            "bare",
-            "±1 %",
-            "range",
-            "N at 40 Hz",
-            "8 mA, N",
-        ];
+        let heads = "mA,print,true,ours,±1 %,bare,±1 %,range,N at 40 Hz,8 mA/N";
+        let heads: Vec<&str> = heads.split(',').collect();
         let caption = "I_MT: printed; lowest step at which the noise-free 40 ms mean exceeds \
                        0.015 N; by the detector (median) and how often within a step, %; the same \
                        by the bare rule; haptic range from I_MT to 1.5·I_MT that follows, and the \

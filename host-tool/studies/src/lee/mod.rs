@@ -26,6 +26,7 @@ mod quality;
 mod spread;
 mod study;
 mod tables;
+mod trends;
 mod truth;
 mod wearer;
 

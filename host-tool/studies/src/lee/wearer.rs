@@ -49,6 +49,33 @@ impl Study {
     }
 
     fn wearer(&self, drawn: &Drawn) -> Option<Wearer> {
+        let electrode = self.electrode(drawn)?;
+        let source = format!(
+            "flexor experiment lee, seed {}, draw {}",
+            self.seed, drawn.draw
+        );
+        let mut wearer = Wearer::new(&name(drawn.subject), Evidence::Simulated, &source);
+        wearer.note = Some(
+            "A bench whose parameters are Lee 2020's tables: no person. Threshold by force, limit \
+             1.5 times it, constants at the limit with 95 % intervals."
+                .to_owned(),
+        );
+        wearer.limits.return_area_mm2 = 2_500;
+        wearer.limits.host_timeout_ms = 40;
+        wearer.limits.fall_ms = 50;
+        wearer.electrodes.push(electrode);
+        wearer.history.push(History {
+            at: "simulated".to_owned(),
+            by: "flexor experiment lee".to_owned(),
+            what: "threshold searched, fifteen trains, constants fitted".to_owned(),
+            device: None,
+            firmware: None,
+            seed: Some(self.seed),
+        });
+        Some(wearer)
+    }
+
+    fn electrode(&self, drawn: &Drawn) -> Option<Electrode> {
         let found = drawn.found.as_ref().ok()?;
         let i_mt_ma = drawn.searched.i_mt_ma()?;
         let i_pt_ma = found.amplitudes.last().copied()?;
@@ -63,7 +90,7 @@ impl Study {
             high: six_digits(SCALE[i] * it.high),
         };
         let hz = trains.frequencies_hz.map(f64::from);
-        let electrode = Electrode {
+        Some(Electrode {
             channel: 1,
             place: "wrist extensors of a simulated forearm on a bench".to_owned(),
             area_mm2: 2_500,
@@ -91,29 +118,6 @@ impl Study {
                 fatigue: None,
             }),
             intervals: fit.estimates().iter().enumerate().map(interval).collect(),
-        };
-        let source = format!(
-            "flexor experiment lee, seed {}, draw {}",
-            self.seed, drawn.draw
-        );
-        let mut wearer = Wearer::new(&name(drawn.subject), Evidence::Simulated, &source);
-        wearer.note = Some(
-            "A bench whose parameters are Lee 2020's tables: no person. Threshold by force, limit \
-             1.5 times it, constants at the limit with 95 % intervals."
-                .to_owned(),
-        );
-        wearer.limits.return_area_mm2 = 2_500;
-        wearer.limits.host_timeout_ms = 40;
-        wearer.limits.fall_ms = 50;
-        wearer.electrodes.push(electrode);
-        wearer.history.push(History {
-            at: "simulated".to_owned(),
-            by: "flexor experiment lee".to_owned(),
-            what: "threshold searched, fifteen trains, constants fitted".to_owned(),
-            device: None,
-            firmware: None,
-            seed: Some(self.seed),
-        });
-        Some(wearer)
+        })
     }
 }

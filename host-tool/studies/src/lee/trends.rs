@@ -1,0 +1,144 @@
+//! Figure 11, and ours of other structures: what changes with what.
+
+use super::analysis::Analysed;
+use super::figures::{frequencies, marked};
+use super::quality::printed;
+use super::spread::{at, mean_sd};
+use super::study::{Part, Study};
+use super::{SUBJECTS, paper};
+use crate::laboratory::{Along, Band, Curve, Plot, Plots, Sheet};
+use hal_sim::body::bench::Kind;
+
+/// Mean and standard deviation, ms.
+fn spread(own: &[f64]) -> (f64, f64) {
+    mean_sd(own).unwrap_or((f64::NAN, 0.0))
+}
+
+/// Places from 0 on.
+fn places() -> impl Iterator<Item = f64> {
+    (0..).map(f64::from)
+}
+
+/// T_RT over places, each with its standard deviation.
+fn times(title: &str, x: Along, own: &[(f64, f64)], paper: Vec<[f64; 2]>) -> Plot {
+    let points = places().zip(own).map(|(x, it)| [x, it.0]);
+    let ranges = own.iter().map(|(mean, sd)| [mean - sd, mean + sd]);
+    Plot {
+        title: title.to_owned(),
+        x,
+        y: Along::even("T_RT (ms)", [150.0, 420.0]),
+        curves: vec![marked(0, points.collect(), ranges.collect())],
+        paper,
+        ..Plot::default()
+    }
+}
+
+impl Study {
+    pub(super) fn figure_11(&self, parts: &[Part]) -> Sheet {
+        let all: Vec<&Analysed> = (0..SUBJECTS).flat_map(|it| printed(parts, it)).collect();
+        let by_frequency = |f: usize| {
+            let own = all.iter().filter_map(|it| it.responses.last()?[f]);
+            spread(&own.map(|it| 1e3 * it.t_rt_s()).collect::<Vec<_>>())
+        };
+        let by_amplitude = |i: usize| {
+            let own = all.iter().filter_map(|it| it.measured_t_rt_s.get(i));
+            let own = own.flatten().flatten();
+            spread(&own.map(|it| 1e3 * it).collect::<Vec<_>>())
+        };
+        let count = self.declared.trains.amplitudes;
+        let left: Vec<(f64, f64)> = (0..3).map(by_frequency).collect();
+        let right: Vec<(f64, f64)> = (0..count).map(by_amplitude).collect();
+        let means = (0..3).map(|f| paper::TABLE_7.iter().map(|it| it[f]).sum::<f64>() / 10.0);
+        let means = places().zip(means).map(|(x, it)| [x, it]).collect();
+        let amplitudes = (1..=count).map(|i| format!("I{i}"));
+        let plots = Plots {
+            beside: 2,
+            series: vec!["ours".to_owned()],
+            plots: vec![
+                times("by frequency", Along::of("", frequencies()), &left, means),
+                times(
+                    "by amplitude",
+                    Along::of("", amplitudes),
+                    &right,
+                    Vec::new(),
+                ),
+            ],
+        };
+        let caption = "Mean ± standard deviation over subjects: left of the fitted model, with \
+                       table 7's means; right of the measured force, which the 40 ms average and \
+                       noise reach too.";
+        Sheet::figure("Figure 11", "response time", caption.to_owned(), plots)
+    }
+
+    /// NRMSE against the size of a departure.
+    pub(super) fn mismatches(&self, parts: &[Part]) -> Sheet {
+        let plots = Plots {
+            beside: 4,
+            series: vec!["I5".to_owned(), "I1 to I4".to_owned()],
+            plots: Kind::ALL.map(|kind| self.mismatch_of(parts, kind)).into(),
+        };
+        let caption = "Bodies of another structure: mean NRMSE over subjects (bars: 10th to 90th \
+                       percentile) of the model fitted at I5, against the size of the departure; \
+                       size 0 is the model's own structure. Lines across: the paper's 8.06 % at \
+                       I5 and 10.8 to 13.1 % at I1 to I4. What a size of 1 is: docs/identify.md.";
+        Sheet::figure("Figure A", "other structures", caption.to_owned(), plots)
+    }
+
+    fn mismatch_of(&self, parts: &[Part], kind: Kind) -> Plot {
+        let last = self.declared.trains.amplitudes - 1;
+        let band = |series, low, middle, high| Band {
+            series,
+            low,
+            middle,
+            high,
+        };
+        Plot {
+            title: kind.name().to_owned(),
+            x: Along::even("size", [0.0, 1.0]),
+            y: Along::even("NRMSE (%)", [0.0, 30.0]),
+            bands: vec![
+                band(0, paper::NRMSE_I5, paper::NRMSE_I5, paper::NRMSE_I5),
+                band(1, 10.8, 12.0, 13.1),
+            ],
+            curves: vec![
+                self.grows(parts, kind, (0, last, last + 1)),
+                self.grows(parts, kind, (1, 0, last)),
+            ],
+            ..Plot::default()
+        }
+    }
+
+    /// Mean NRMSE at the amplitudes from..to by size, the model's own structure first.
+    fn grows(
+        &self,
+        parts: &[Part],
+        kind: Kind,
+        (series, from, to): (usize, usize, usize),
+    ) -> Curve {
+        let own = (0..SUBJECTS).flat_map(|it| printed(parts, it));
+        let own = own.flat_map(|it| it.agreements.get(from..to).unwrap_or_default());
+        let mut all = vec![(0.0, own.map(|it| it.nrmse_percent).collect::<Vec<f64>>())];
+        for size in &self.declared.foreign.sizes {
+            let foreign = parts.iter().filter_map(|it| match it {
+                Part::Foreign(Ok(it)) => Some(it),
+                _ => None,
+            });
+            let is = |foreign: hal_sim::body::bench::Foreign| {
+                foreign.kind == kind && foreign.size == *size
+            };
+            let foreign = foreign.filter(|it| is(it.foreign));
+            let numbers = foreign.flat_map(|it| it.nrmse_percent.get(from..to).unwrap_or_default());
+            all.push((*size, numbers.copied().collect()));
+        }
+        let (mut points, mut ranges) = (Vec::new(), Vec::new());
+        for (size, numbers) in all {
+            let Some((mean, _)) = mean_sd(&numbers) else {
+                continue;
+            };
+            let end = |part| at(numbers.iter().copied(), part).unwrap_or(mean);
+            points.push([size, mean]);
+            ranges.push([end(0.1), end(0.9)]);
+        }
+        marked(series, points, ranges)
+    }
+}
