@@ -101,7 +101,7 @@ fn force_rises_from_nothing_below_the_printed_threshold() {
         let (i_mt, forces) = hal_sim::body::bench::wrist::PRINTED[subject];
         let ratio: f64 = forces.iter().map(|[least, most]| least / most).product();
         assert!((spec.recruited(i_mt, 400.0) / ratio.cbrt() - 1.0).abs() < 1e-6);
-        assert_eq!(spec.recruited(0.8 * i_mt, 400.0), 0.0);
+        assert_eq!(spec.recruited(0.799 * i_mt, 400.0), 0.0);
         let foot = spec.recruited(0.81 * i_mt, 400.0);
         assert!(foot > 0.0 && foot < 0.05, "K{subject}: {foot}");
         // A shorter pulse of the same current recruits less.
