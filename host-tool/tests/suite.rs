@@ -26,6 +26,7 @@ mod muscle_cli;
 mod places;
 mod program;
 #[cfg(unix)]
+mod ramps_cli;
 mod record_again;
 #[cfg(unix)]
 mod record_damage;

@@ -98,12 +98,7 @@ pub fn recorded(
     pulses: &[Pulse],
     (protocol, judged): (&Protocol, &Judged),
 ) -> Course {
-    let lever_m = arm.spec().cell.lever_m;
-    let sign = if test.stimulation == Stimulation::Biceps {
-        -1.0
-    } else {
-        1.0
-    };
+    let (lever_m, sign) = (arm.spec().cell.lever_m, sign(test.stimulation));
     let mut average = Average::over(judged.average_ms);
     let mut answers: Vec<Answer> = (arm.parts()).map(|it| Answer::none(it.0)).collect();
     let (mut moments, mut zero) = (Vec::new(), (0.0, 0.0));
@@ -144,6 +139,14 @@ pub fn recorded(
         test,
         moments,
         answers,
+    }
+}
+
+/// Of a torque in the direction in which the cell holds.
+const fn sign(stimulation: Stimulation) -> f64 {
+    match stimulation {
+        Stimulation::Biceps => -1.0,
+        _ => 1.0,
     }
 }
 

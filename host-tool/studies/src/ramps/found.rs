@@ -62,7 +62,7 @@ pub struct Found {
     pub measured: Vec<Measured>,
     /// The records of those who are shown.
     pub courses: Vec<Course>,
-    /// The pair on the triceps and that on the biceps, of those who are shown.
+    /// The pair on the triceps; and that on the biceps, of those who are shown.
     pub strength_duration: Vec<StrengthDurationFound>,
     /// The two pulses beyond the device's limits.
     pub beyond: [Held; 2],
@@ -92,7 +92,8 @@ impl Measured {
 }
 
 impl Found {
-    /// Of person `index` of `seed` under these pulses; `is_shown`: with records and thresholds.
+    /// Of person `index` of `seed` under these pulses; `is_shown`: with records and the
+    /// thresholds of both pairs.
     ///
     /// # Errors
     /// E690, E691: a declaration or a bench that cannot be.
@@ -114,7 +115,8 @@ impl Found {
             }
         }
         let mut strength_duration = Vec::new();
-        for pair in [TRICEPS, BICEPS].into_iter().filter(|_| is_shown) {
+        let pairs = [TRICEPS, BICEPS].into_iter();
+        for pair in pairs.take(if is_shown { 2 } else { 1 }) {
             let thresholds = person.thresholds(declared, pair)?;
             let fitted = fitted(&thresholds, declared.strength_duration.step_ma);
             strength_duration.push(StrengthDurationFound { thresholds, fitted });
@@ -140,6 +142,14 @@ impl Found {
                 Stimulation::Width(_) => !of_current,
                 Stimulation::Biceps => false,
             })
+    }
+
+    /// Chronaxie of the triceps as the bench found it with its interval, and the true one, µs.
+    #[must_use]
+    pub fn chronaxies_us(&self) -> Option<(f64, [f64; 2], f64)> {
+        let fitted = self.strength_duration.first()?.fitted?;
+        let truth = self.person.muscles.first()?.strength.chronaxie_us;
+        Some((fitted.chronaxie_us, fitted.chronaxie_within, truth))
     }
 
     /// The test of this stimulation at this angle.

@@ -16,17 +16,21 @@ pub const PAPER_US: [u64; 2] = [1_220, 1_300];
 const TIMES: u64 = 20;
 /// From one to the next, µs: another phase of everything that repeats each time.
 const EVERY_US: u64 = 500_137;
-/// The train that is triggered, and the one that waits for its next slot, Hz.
-const RATES_HZ: [u32; 2] = [50, 200];
+/// Rate of the train that is triggered, Hz.
+const TRIGGERED_HZ: u32 = 50;
+/// Rate of a train that runs, Hz, and from which current it goes to 20 mA, mA.
+pub const COMMANDS: [(u32, u32); 3] = [(50, 0), (200, 0), (200, 1)];
+/// The train has gone to 20 mA, mA.
+const GONE_MA: f64 = 10.0;
 
 /// From what to the first edge: least and greatest of [`TIMES`], µs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Latency {
     /// From an edge at the trigger input.
     pub trigger_us: [u64; 2],
-    /// From a setpoint's last byte leaving the host, at 50 and at 200 Hz: the train runs
-    /// silently, and its next slot is waited for.
-    pub command_us: [[u64; 2]; 2],
+    /// From a setpoint's last byte leaving the host to the first pulse of its current: of
+    /// each of the [`COMMANDS`].
+    pub command_us: [[u64; 2]; 3],
 }
 
 /// A session of one channel.
@@ -47,13 +51,11 @@ fn session(rate_hz: u32, is_triggered: bool) -> String {
     )
 }
 
-/// 0 or 20 mA.
-fn wanted(is_on: bool) -> Request {
+/// This current, mA.
+fn wanted(ma: u32) -> Request {
     Request::Amplitudes {
         mask: 1,
-        values: [Amplitude::new(if is_on { 20_000 } else { 0 })]
-            .into_iter()
-            .collect(),
+        values: [Amplitude::new(1_000 * ma)].into_iter().collect(),
         widths: Default::default(), // the train's own
     }
 }
@@ -65,8 +67,7 @@ struct Opened {
 }
 
 impl Opened {
-    fn new(device: &DeviceName, text: &str, is_on: bool) -> Result<Self, RampsError> {
-        let failed = |why: String| RampsError::Device("latency".to_owned(), why);
+    fn new(device: &DeviceName, text: &str, ma: u32) -> Result<Self, RampsError> {
         let session = Session::parse("latency.toml", text).map_err(|e| failed(e.to_string()))?;
         let mut port = device.open(&session, 1)?;
         let heard = Heard::default();
@@ -79,26 +80,26 @@ impl Opened {
             client.request(request).map_err(told)?;
         }
         client.arm().map_err(told)?;
-        client.request(wanted(is_on)).map_err(told)?;
+        client.request(wanted(ma)).map_err(told)?;
         client.start().map_err(told)?;
         Ok(Self { client, heard })
     }
 
     /// Says that it is there until `until_us`, with this wish.
-    fn hold(&mut self, until_us: u64, is_on: bool) -> Result<(), String> {
+    fn hold(&mut self, until_us: u64, ma: u32) -> Result<(), String> {
         while self.client.port().now_us() + 40_000 < until_us {
             let next_us = self.client.port().now_us() + 20_000;
-            self.client.post(wanted(is_on)).map_err(|e| e.to_string())?;
+            self.client.post(wanted(ma)).map_err(|e| e.to_string())?;
             listen(&mut self.client, next_us)?;
         }
         listen(&mut self.client, until_us)
     }
 
-    /// From `from_us` to the first pulse with a current after it.
-    fn to_first(&self, from_us: u64) -> Option<u64> {
+    /// From `from_us` to the first pulse after it of at least so much.
+    fn to_first(&self, from_us: u64, least_ma: f64) -> Option<u64> {
+        let is = |drive| matches!(drive, Drive::Milliamps(ma) if ma >= least_ma);
         let mut later = all(&self.heard).into_iter().filter(|it| it.t_us >= from_us);
-        let first = later.find(|it| it.drive != Drive::Milliamps(0.0))?;
-        Some(first.t_us - from_us)
+        Some(later.find(|it| is(it.drive))?.t_us - from_us)
     }
 }
 
@@ -114,38 +115,55 @@ fn ends(all: impl IntoIterator<Item = Option<u64>>) -> Option<[u64; 2]> {
 /// # Errors
 /// The device is not there; E692: it does not play.
 pub fn latency(device: &DeviceName) -> Result<Latency, RampsError> {
-    let failed = |why: String| RampsError::Device("latency".to_owned(), why);
-    let silent = || failed("a pulse did not come".to_owned());
-    let mut opened = Opened::new(device, &session(RATES_HZ[0], true), true)?;
-    let mut triggered = Vec::new();
+    let [first, second, third] = COMMANDS;
+    Ok(Latency {
+        trigger_us: triggered(device)?,
+        command_us: [
+            commanded(device, first)?,
+            commanded(device, second)?,
+            commanded(device, third)?,
+        ],
+    })
+}
+
+fn failed(why: String) -> RampsError {
+    RampsError::Device("latency".to_owned(), why)
+}
+
+fn silent() -> RampsError {
+    failed("a pulse did not come".to_owned())
+}
+
+/// From an edge at the trigger input to the first edge of the train, silent or not.
+fn triggered(device: &DeviceName) -> Result<[u64; 2], RampsError> {
+    let mut opened = Opened::new(device, &session(TRIGGERED_HZ, true), 20)?;
+    let mut found = Vec::new();
     for _ in 0..TIMES {
         let at_us = opened.client.port().now_us() + EVERY_US;
-        opened.hold(at_us - 10_000, true).map_err(failed)?;
+        opened.hold(at_us - 10_000, 20).map_err(failed)?;
         if let Some(world) = opened.client.port().world() {
             world.trigger(at_us);
         }
-        opened.hold(at_us + 250_000, true).map_err(failed)?;
-        triggered.push(opened.to_first(at_us));
+        opened.hold(at_us + 250_000, 20).map_err(failed)?;
+        found.push(opened.to_first(at_us, 0.0));
     }
-    let trigger_us = ends(triggered).ok_or_else(silent)?;
-    let command = |rate_hz: u32| {
-        let mut opened = Opened::new(device, &session(rate_hz, false), false)?;
-        let mut found = Vec::new();
-        for _ in 0..TIMES {
-            let at_us = opened.client.port().now_us() + EVERY_US;
-            opened.hold(at_us, false).map_err(failed)?;
-            let sent_us = opened.client.port().now_us();
-            opened.hold(sent_us + 250_000, true).map_err(failed)?;
-            found.push(opened.to_first(sent_us));
-            let off_us = opened.client.port().now_us() + 100_000;
-            opened.hold(off_us, false).map_err(failed)?;
-        }
-        ends(found).ok_or_else(silent)
-    };
-    Ok(Latency {
-        trigger_us,
-        command_us: [command(RATES_HZ[0])?, command(RATES_HZ[1])?],
-    })
+    ends(found).ok_or_else(silent)
+}
+
+/// From a setpoint to the first pulse that has it.
+fn commanded(device: &DeviceName, (rate_hz, from_ma): (u32, u32)) -> Result<[u64; 2], RampsError> {
+    let mut opened = Opened::new(device, &session(rate_hz, false), from_ma)?;
+    let mut found = Vec::new();
+    for _ in 0..TIMES {
+        let at_us = opened.client.port().now_us() + EVERY_US;
+        opened.hold(at_us, from_ma).map_err(failed)?;
+        let sent_us = opened.client.port().now_us();
+        opened.hold(sent_us + 250_000, 20).map_err(failed)?;
+        found.push(opened.to_first(sent_us, GONE_MA));
+        let off_us = opened.client.port().now_us() + 100_000;
+        opened.hold(off_us, from_ma).map_err(failed)?;
+    }
+    ends(found).ok_or_else(silent)
 }
 
 impl Latency {
@@ -153,16 +171,20 @@ impl Latency {
     #[must_use]
     pub fn in_words(&self, device: &DeviceName) -> String {
         let [least, most] = self.trigger_us;
-        let [[slow_least, slow_most], [fast_least, fast_most]] = self.command_us;
+        let commands = COMMANDS.into_iter().zip(self.command_us);
+        let commands = commands.map(|((rate_hz, from_ma), [least, most])| {
+            format!("{least} to {most} µs at {rate_hz} Hz from {from_ma} mA")
+        });
         format!(
             "Latency on --device {}, of {TIMES} each: from an edge at the trigger input to the \
              first edge of its train {least} to {most} µs, by design 1000; from the host's \
-             setpoint to the first pulse of a train that waits for it {slow_least} to {slow_most} \
-             µs at 50 Hz and {fast_least} to {fast_most} µs at 200 Hz, most of it the wait for the \
-             train's next slot. The paper: {} to {} µs from a reference pulse, set by the same \
-             program that sent the command, to the first pulse: with its USB, serial line and \
-             stimulator in it. The wire of a simulator takes no time, the chip's USB does.",
+             setpoint of 20 mA to the first pulse that has it {}. That is the wait for the \
+             running train's next slot, and from 0 mA a slot more, which is silent because an \
+             amplitude rises from nothing. The paper: {} to {} µs from a reference pulse, set by \
+             the same program that sent the command, to the first pulse: with its USB, serial \
+             line and stimulator in it. The wire of a simulator takes no time, the chip's USB does.",
             device.typed(),
+            commands.collect::<Vec<_>>().join(", "),
             PAPER_US[0],
             PAPER_US[1]
         )

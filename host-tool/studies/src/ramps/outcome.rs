@@ -63,7 +63,7 @@ impl Study {
             conditions: Vec::new(),
             rows: self.rows(all)?,
             shares: (shares(declared, all)?.into_iter())
-                .chain([self.significant(all)])
+                .chain([self.significant(all), self.covered(all)])
                 .collect(),
             decides: decided(declared, all)?,
             sheets: self.sheets(all)?,

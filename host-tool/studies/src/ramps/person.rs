@@ -5,7 +5,7 @@ use super::error::RampsError;
 use hal_sim::body::bench::arms::{MUSCLES, Muscle, Source};
 use hal_sim::body::bench::elbow::{FORCE_FREQUENCY_HZ, strongest_n};
 use hal_sim::body::bench::{Holds, IsometricSpec, Pool, SensorSpec, Stimulated, StrengthDuration};
-use hal_sim::body::muscle::SUBJECTS;
+use hal_sim::body::muscle::{Parameters, SUBJECTS};
 use hal_sim::random;
 
 /// Widths at which thresholds are drawn, µs (harris-wall's).
@@ -70,48 +70,12 @@ impl Person {
     /// E690 and E691: a range is missing, or draws what cannot be.
     pub fn drawn(declared: &Declared, seed: u64, index: u64) -> Result<Self, RampsError> {
         let drawn = declared.drawn(seed, index);
-        let of = |field| declared.value(&drawn, field);
+        let of = |field: &str| declared.value(&drawn, field);
         let stream = random::word(random::word(seed, index), u64::MAX);
-        let near_mm = of("near_mm")?;
-        let falloff = of("falloff")?;
-        let left = |mm: f64| (near_mm / mm).min(1.0).powf(falloff);
-        let chronaxies = (of("chronaxie_us")?, of("chronaxie_apart")?);
         let subject = of("subject")? as usize; // from 0, below 10
         let dynamics = SUBJECTS[subject % SUBJECTS.len()].normalised_at(FORCE_FREQUENCY_HZ);
-        let triceps_ma = of("threshold_ma")?;
-        let mut muscles = Vec::new();
-        for muscle in MUSCLES {
-            let (lowest_ma, reference_us) = match muscle {
-                Muscle::Biceps => (of("biceps_threshold_ma")?, BICEPS_US),
-                Muscle::Brachialis | Muscle::Deltoid => (of("others")? * triceps_ma, TRICEPS_US),
-                _ => (triceps_ma, TRICEPS_US),
-            };
-            let reached = match muscle {
-                Muscle::TricepsLong | Muscle::TricepsLateral => [1.0, left(of("biceps_mm")?)],
-                Muscle::TricepsMedial => [left(of("medial_mm")?), left(of("biceps_mm")?)],
-                Muscle::Biceps => [left(of("biceps_mm")?), 1.0],
-                Muscle::Brachialis => [left(of("brachialis_mm")?), left(of("under_biceps_mm")?)],
-                Muscle::Deltoid => [left(of("deltoid_mm")?); 2],
-            };
-            let middle_ma = of("middle")? * lowest_ma;
-            let (person_us, apart) = chronaxies;
-            let deviate = random::standard_normal(random::word(stream, CHRONAXIES), own(muscle));
-            muscles.push(Stimulated {
-                muscle,
-                force_n: of("strength")? * of("reached")? * strongest_n(muscle),
-                pool: Pool::new(lowest_ma, middle_ma, 0.5 * (middle_ma - lowest_ma))?,
-                strength: StrengthDuration {
-                    chronaxie_us: person_us * (apart * deviate).exp(),
-                    reference_us,
-                },
-                reached,
-                length_at_90: match muscle {
-                    Muscle::Biceps => of("biceps_at_90")?,
-                    _ => of("long_head_at_90")?,
-                },
-                dynamics,
-            });
-        }
+        let muscle = |muscle| stimulated(&of, muscle, stream, dynamics);
+        let muscles = MUSCLES.into_iter().map(muscle).collect::<Result<_, _>>()?;
         Ok(Self {
             index,
             source: match of("arms")? < 1.0 {
@@ -190,6 +154,56 @@ impl Person {
         };
         self.muscles.iter().map(one).collect()
     }
+}
+
+/// A muscle of the person of whom `of` was drawn.
+fn stimulated(
+    of: &dyn Fn(&str) -> Result<f64, RampsError>,
+    muscle: Muscle,
+    stream: u64,
+    dynamics: Parameters,
+) -> Result<Stimulated, RampsError> {
+    let triceps_ma = of("threshold_ma")?;
+    let (lowest_ma, reference_us) = match muscle {
+        Muscle::Biceps => (of("biceps_threshold_ma")?, BICEPS_US),
+        Muscle::Brachialis | Muscle::Deltoid => (of("others")? * triceps_ma, TRICEPS_US),
+        _ => (triceps_ma, TRICEPS_US),
+    };
+    let middle_ma = of("middle")? * lowest_ma;
+    let deviate = random::standard_normal(random::word(stream, CHRONAXIES), own(muscle));
+    Ok(Stimulated {
+        muscle,
+        force_n: of("strength")? * of("reached")? * strongest_n(muscle),
+        pool: Pool::new(lowest_ma, middle_ma, 0.5 * (middle_ma - lowest_ma))?,
+        strength: StrengthDuration {
+            chronaxie_us: of("chronaxie_us")? * (of("chronaxie_apart")? * deviate).exp(),
+            reference_us,
+        },
+        reached: reached(of, muscle)?,
+        length_at_90: match muscle {
+            Muscle::Biceps => of("biceps_at_90")?,
+            _ => of("long_head_at_90")?,
+        },
+        dynamics,
+    })
+}
+
+/// Part of each pair's current that reaches a muscle.
+fn reached(
+    of: &dyn Fn(&str) -> Result<f64, RampsError>,
+    muscle: Muscle,
+) -> Result<[f64; 2], RampsError> {
+    let (near_mm, falloff) = (of("near_mm")?, of("falloff")?);
+    let left = |field: &str| -> Result<f64, RampsError> {
+        Ok((near_mm / of(field)?).min(1.0).powf(falloff))
+    };
+    Ok(match muscle {
+        Muscle::TricepsLong | Muscle::TricepsLateral => [1.0, left("biceps_mm")?],
+        Muscle::TricepsMedial => [left("medial_mm")?, left("biceps_mm")?],
+        Muscle::Biceps => [left("biceps_mm")?, 1.0],
+        Muscle::Brachialis => [left("brachialis_mm")?, left("under_biceps_mm")?],
+        Muscle::Deltoid => [left("deltoid_mm")?; 2],
+    })
 }
 
 /// What an angle beyond the sources is told as.

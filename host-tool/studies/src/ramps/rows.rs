@@ -46,6 +46,10 @@ impl Study {
             "%",
             parts.map(|it| 1e2 * it).collect(),
         ));
+        let found = all.iter().filter_map(Found::chronaxies_us);
+        let parts = found.map(|(found, _, truth)| 1e2 * (found / truth - 1.0));
+        let says = "chronaxie found against the true one".to_owned();
+        rows.push(row("chronaxie".to_owned(), says, "%", parts.collect()));
         for (nth, id) in ["beyond-first", "beyond-second"].into_iter().enumerate() {
             let beyond = self.declared.beyond;
             let pulse = [beyond.first, beyond.second][nth];
@@ -142,11 +146,29 @@ impl Study {
             tested.iter().filter(|it| **it).count() as u64,
             tested.len() as u64,
         );
-        let says = "a study of two participants finds ±15° significant (p < 0.05)";
+        let says = "a study of two finds ±15° significant (p < 0.05)";
         Share::counted(
             "angle-significant".to_owned(),
             says.to_owned(),
             Some(false),
+            counts,
+        )
+    }
+
+    /// In whom the interval of the chronaxie has the true one: should be 95 %.
+    pub(super) fn covered(&self, all: &[Found]) -> Share {
+        let found = all.iter().filter_map(Found::chronaxies_us);
+        let within = found.map(|(_, [low, high], truth)| low <= truth && truth <= high);
+        let within: Vec<bool> = within.collect();
+        let counts = (
+            within.iter().filter(|it| **it).count() as u64,
+            within.len() as u64,
+        );
+        let says = "the chronaxie's 95 % interval has the true one";
+        Share::counted(
+            "chronaxie-covered".to_owned(),
+            says.to_owned(),
+            None,
             counts,
         )
     }

@@ -111,7 +111,7 @@ impl Stimulation {
         let count = micros(protocol.ramp_s) / period_us;
         let pulse = |nth: u64| {
             let (current_ma, width_us) = self.at(protocol, 1e-6 * (nth * period_us) as f64);
-            let current_ma = (1e3 * current_ma).round() * 1e-3;
+            let current_ma = (1e3 * current_ma).round() / 1e3;
             let width_us = width_us.round() as u32;
             let is_one = current_ma > 0.0 && width_us >= LEAST_WIDTH_US;
             is_one.then_some(Pulse {

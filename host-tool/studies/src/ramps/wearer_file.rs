@@ -35,15 +35,7 @@ impl Study {
             &source,
         );
         wearer.note = Some(note(declared));
-        wearer.limits = WearerSpec {
-            max_current_ua: 80_000,
-            max_charge_nc: 5_000,
-            max_rms_ua: 10_000,
-            rise_ms: 1,
-            fall_ms: 50,
-            host_timeout_ms: 100,
-            ..WearerSpec::default()
-        };
+        wearer.limits = limits();
         let of_triceps = (1, "triceps brachii", "elbow extension");
         let of_biceps = (2, "biceps brachii", "elbow flexion");
         let limits = [protocol.current_ramp_ma, protocol.biceps.current_ma];
@@ -58,7 +50,7 @@ impl Study {
         ];
         let torque = |stimulation| {
             let measured = found.at(stimulation, middle_deg)?;
-            Some((1e2 * measured.peak_nm).round() * 1e-2)
+            Some((1e2 * measured.peak_nm).round() / 1e2)
         };
         wearer.elbow = Some(Elbow {
             triceps: 1,
@@ -66,15 +58,32 @@ impl Study {
             triceps_nm: torque(Stimulation::Current(TRICEPS_US)),
             biceps_nm: torque(Stimulation::Biceps),
         });
-        wearer.history = vec![History {
+        wearer.history = vec![self.history()];
+        Some(wearer)
+    }
+
+    fn history(&self) -> History {
+        History {
             at: "simulated time".to_owned(),
             by: format!("flexor experiment {NAME}"),
             what: "thresholds against pulse width, current and width ramps".to_owned(),
             device: Some(format!("{} simulator", self.device.typed())),
             firmware: None,
             seed: i64::try_from(self.seed).ok().map(i64::unsigned_abs),
-        }];
-        Some(wearer)
+        }
+    }
+}
+
+/// As the wall's sessions have always had them.
+fn limits() -> WearerSpec {
+    WearerSpec {
+        max_current_ua: 80_000,
+        max_charge_nc: 5_000,
+        max_rms_ua: 10_000,
+        rise_ms: 1,
+        fall_ms: 50,
+        host_timeout_ms: 100,
+        ..WearerSpec::default()
     }
 }
 
@@ -105,7 +114,7 @@ fn electrode(
     let upper = declared.strength_duration.upper.iter();
     let upper = upper.map(|&(width_us, ma)| (width_us as u16, milli(ma)));
     let interval = |of, [low, high]: [f64; 2]| Interval { of, low, high };
-    let tenth = |ends: [f64; 2]| ends.map(|it| (10.0 * it).round() * 0.1);
+    let tenth = |ends: [f64; 2]| ends.map(|it| (10.0 * it).round() / 10.0);
     Some(Electrode {
         channel,
         place: place.to_owned(),
@@ -133,7 +142,7 @@ fn electrode(
         intervals: vec![
             interval(
                 "rheobase",
-                fitted.rheobase_within.map(|it| (1e3 * it).round() * 1e-3),
+                fitted.rheobase_within.map(|it| (1e3 * it).round() / 1e3),
             ),
             interval("chronaxie_us", tenth(fitted.chronaxie_within)),
         ],

@@ -1,0 +1,81 @@
+//! `flexor experiment harris-ramps`, and the wall for one wearer: what they tell, write and
+//! refuse.
+
+use crate::program::{folder, ran};
+use serde_json::Value;
+
+const FEW: [&str; 4] = ["experiment", "harris-ramps", "--draws", "3"];
+const RESULT: [&str; 5] = [
+    "result.json",
+    "result.html",
+    "draws.csv",
+    "harris-1.toml",
+    "harris-2.toml",
+];
+
+#[test]
+fn ramps_are_told_and_written() {
+    let folder = folder("harris_ramps");
+    let (exit, people, _) = ran(&folder, &FEW);
+    assert_eq!(exit, Some(0), "{people}");
+    for line in people.lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+    assert!(people.contains("Angles: what ±15° do"), "{people}");
+    assert!(
+        people.contains("1000 to 1000 µs, by design 1000"),
+        "{people}"
+    );
+    for out in ["one", "two"] {
+        let (exit, told, _) = ran(&folder, &[&["--json"], &FEW[..], &["--out", out]].concat());
+        assert_eq!(exit, Some(0), "{told}");
+        let told: Value = serde_json::from_str(&told).unwrap();
+        let result = &told["result"];
+        assert_eq!(result["simulated"], true);
+        assert_eq!(result["declared"]["as_declared"], false);
+        assert_eq!(result["sheets"].as_array().unwrap().len(), 7);
+    }
+    for file in RESULT {
+        let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
+        assert!(read("one") == read("two"), "{file}");
+    }
+    // 19 tests of each of three.
+    let rows = std::fs::read_to_string(folder.join("one/draws.csv")).unwrap();
+    assert_eq!(rows.lines().count(), 1 + 3 * 19);
+    let (exit, told, _) = ran(&folder, &["report", "one"]);
+    assert_eq!(exit, Some(0), "{told}");
+}
+
+#[test]
+fn what_cannot_be_asked_is_wrong_use() {
+    let folder = folder("harris_ramps_refused");
+    for (args, why) in [
+        (&["--draws", "1"][..], "allowed is 2 to"),
+        (&["--wearer", "P"], "draws its persons"),
+        (&["--device", "tcp:127.0.0.1:1"], "native, chip, qemu"),
+    ] {
+        let (exit, _, told) = ran(&folder, &[&FEW[..2], args].concat());
+        assert_eq!(exit, Some(2), "{told}");
+        assert!(told.contains(why), "{told}");
+    }
+}
+
+/// The wall of a wearer that the study wrote, a shipped one, and one without an elbow.
+#[test]
+fn the_wall_reads_a_wearer() {
+    let folder = folder("harris_wall_worn");
+    let (exit, told, _) = ran(&folder, &[&FEW[..], &["--out", "ramps"]].concat());
+    assert_eq!(exit, Some(0), "{told}");
+    let wall = ["experiment", "harris-wall", "--draws", "0", "--wearer"];
+    for (wearer, out) in [("ramps/harris-2.toml", "own"), ("harris-1.toml", "shipped")] {
+        let (exit, _, told) = ran(&folder, &[&wall[..], &[wearer, "--out", out]].concat());
+        assert_eq!(exit, Some(0), "{told}");
+        let result = std::fs::read_to_string(folder.join(out).join("result.json")).unwrap();
+        let result: Value = serde_json::from_str(&result).unwrap();
+        let title = result["title"].as_str().unwrap();
+        assert!(title.contains("(wearer harris-"), "{title}");
+    }
+    let (exit, _, told) = ran(&folder, &[&wall[..], &["K01"]].concat());
+    assert_eq!(exit, Some(1), "{told}");
+    assert!(told.contains("E694 K01"), "{told}");
+}
