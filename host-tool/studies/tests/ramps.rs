@@ -129,11 +129,12 @@ fn the_angle_does_what_the_sources_say() {
     assert!((percent(rankin, 105.0) - 1.9).abs() < 0.5);
     assert!((percent(other, 75.0) + 6.7).abs() < 0.2);
     assert!((percent(other, 105.0) - 7.9).abs() < 0.2);
-    // Together they are the product, as every head has the same arm there.
+    // Together they are the product, as every head has the same arm there, but for how
+    // heads share the torque of the length alone.
     let (length, both) = (on(None, true), on(Some(Source::MuscleArms), true));
     for deg in [75.0, 105.0] {
         let product = (1.0 + 1e-2 * percent(other, deg)) * (1.0 + 1e-2 * percent(length, deg));
-        assert!((1.0 + 1e-2 * percent(both, deg) - product).abs() < 1e-9);
+        assert!((1.0 + 1e-2 * percent(both, deg) - product).abs() < 1e-3);
     }
     assert_eq!(percent(rankin, 90.0), 0.0);
 }
@@ -257,17 +258,12 @@ fn neighbours_answer_by_their_distance() {
 #[test]
 fn the_shipped_participants_are_the_studys() {
     let study = Study::asked((None, None), DeviceName::Native).unwrap();
-    let protocol = &study.declared().protocol;
-    let stimulations = Test::all(protocol).into_iter().map(|it| it.stimulation);
-    let pulses = stimulations.map(|it| (it, it.meant(protocol)));
-    let pulses: Vec<_> = pulses.collect();
+    let (pulses, _) = study.put_out().unwrap();
     for (place, name) in ["harris-1", "harris-2"].into_iter().enumerate() {
         let found = study.part(place as u64, &pulses).unwrap();
         let wearer = study.wearer(place, &found).unwrap();
         let shipped = host_core::wearer::shipped(name).unwrap();
-        assert_eq!(
-            host_core::wearer::Wearer::parse(name, shipped).unwrap(),
-            wearer
-        );
+        let shipped = host_core::wearer::Wearer::parse(name, shipped).unwrap();
+        assert_eq!(shipped.to_toml(), wearer.to_toml());
     }
 }
