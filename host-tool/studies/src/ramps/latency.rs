@@ -15,7 +15,7 @@ pub const PAPER_US: [u64; 2] = [1_220, 1_300];
 /// How often it is tried.
 const TIMES: u64 = 20;
 /// From one to the next, µs: another phase of everything that repeats each time.
-const EVERY_US: u64 = 500_137;
+const EVERY_US: u64 = 500_787;
 /// Rate of the train that is triggered, Hz.
 const TRIGGERED_HZ: u32 = 50;
 /// Rate of a train that runs, Hz, and from which current it goes to 20 mA, mA.
