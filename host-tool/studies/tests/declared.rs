@@ -262,7 +262,7 @@ fn other() -> String {
     let text = shipped("harris-1").unwrap();
     let text = text.replace("name = \"harris-1\"", "name = \"X-1\"");
     let text = text.replace(
-        "motor_threshold = 25\nlimit = 80\nminimum = 20\nmaximum = 80",
+        "motor_threshold = 37.5\nlimit = 80\nminimum = 20\nmaximum = 80",
         "motor_threshold = 12\nlimit = 50",
     );
     text.replace("triceps = 1\n", "triceps = 1\ntriceps_nm = 3.5\n")

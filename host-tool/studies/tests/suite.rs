@@ -22,4 +22,3 @@ mod thresholds_found;
 mod tracking_causes;
 mod two_points;
 mod two_points_cells;
-mod worn_wall;

@@ -12,6 +12,9 @@ use host_core::wearer::{Elbow, Electrode, Evidence, History, Interval, StrengthD
 /// Width at which the triceps' threshold stands in the file, µs: the wall's.
 const TRICEPS_US: u32 = 35;
 
+/// Where a pre-wall begins on the triceps, mA: assumed, as the wall's sessions have it.
+const PRE_WALL_MA: f64 = 20.0;
+
 impl Study {
     /// Participant `place` (from 0) as `harris-N.toml`: thresholds of both pairs with their
     /// law, limits as the paper has them, torques at these. Nothing of a person whose
@@ -34,7 +37,6 @@ impl Study {
             Evidence::Simulated,
             &source,
         );
-        wearer.note = Some(note(declared));
         wearer.limits = limits();
         let of_triceps = (1, "triceps brachii", "elbow extension");
         let of_biceps = (2, "biceps brachii", "elbow flexion");
@@ -48,16 +50,16 @@ impl Study {
                 biceps,
             )?,
         ];
-        let torque = |stimulation| {
-            let measured = found.at(stimulation, middle_deg)?;
-            Some((1e2 * measured.peak_nm).round() / 1e2)
-        };
+        // Where all of a muscle pulls, and how much, no bench of limited currents finds.
         wearer.elbow = Some(Elbow {
             triceps: 1,
             biceps: 2,
-            triceps_nm: torque(Stimulation::Current(TRICEPS_US)),
-            biceps_nm: torque(Stimulation::Biceps),
+            triceps_nm: None,
+            biceps_nm: None,
         });
+        let torque = |stimulation| found.at(stimulation, middle_deg).map(|it| it.peak_nm);
+        let [extends, flexes] = [Stimulation::Current(TRICEPS_US), Stimulation::Biceps].map(torque);
+        wearer.note = Some(note(declared, extends?, flexes?));
         wearer.history = vec![self.history()];
         Some(wearer)
     }
@@ -87,15 +89,16 @@ fn limits() -> WearerSpec {
     }
 }
 
-fn note(declared: &Declared) -> String {
+fn note(declared: &Declared, extends_nm: f64, flexes_nm: f64) -> String {
     let upper = declared.strength_duration.upper_most_ma;
     format!(
         "Printed are {upper} mA at most at 35 us on the triceps, and 40 mA at 25 us on the biceps: \
-         they are the limits here. Thresholds, their law and the torques at these limits (of the \
-         elbow, not of all fibres) were found on a simulated elbow of assumed parameters. The \
-         pulse rate of 50 Hz is assumed. The curve's upper points are the largest pulses of \
-         section 3.3. The rise from zero is as short as the device allows: the paper's stimulator \
-         has none."
+         they are the limits here. Thresholds and their law were found on a simulated elbow of \
+         assumed parameters, which at these limits extends with {extends_nm:.2} and flexes with \
+         {flexes_nm:.2} N m. The 20 mA at which a pre-wall begins (noticeable, with no force or \
+         little) and the pulse rate of 50 Hz are assumed. The curve's upper points are the \
+         largest pulses of section 3.3. The rise from zero is as short as the device allows: the \
+         paper's stimulator has none."
     )
 }
 
@@ -126,8 +129,8 @@ fn electrode(
         holds_hz: [declared.protocol.frequency_hz; 2],
         motor_threshold: threshold,
         limit: milli(limit_ma),
-        minimum: None,
-        maximum: None,
+        minimum: is_triceps.then(|| milli(PRE_WALL_MA)),
+        maximum: is_triceps.then(|| milli(limit_ma)),
         moves: vec![moves.to_owned()],
         strength_duration: Some(StrengthDuration {
             rheobase: milli(fitted.rheobase_ma),
