@@ -11,7 +11,7 @@ const CURVES: [&str; 4] = [
     "contraction, measured",
     "contraction, fitted",
     "recommended maximum, assumed",
-    "true threshold",
+    "lowest fibre's threshold",
 ];
 /// Points of a drawn law.
 const POINTS: u32 = 60;
@@ -56,17 +56,18 @@ impl Study {
                 plots.push(panel(found, row, deg, top_nm));
             }
         }
-        let series = ["lowest", "middle", "highest"].map(str::to_owned);
+        let series = (0..3).map(|place| {
+            let held = rows.iter().filter_map(|row| row.get(place));
+            let held: Vec<String> = held.map(|it| it.held_at()).collect();
+            held.join(" above, ") + if rows.len() > 1 { " below" } else { "" }
+        });
         Sheet::figure(
             number,
             "torque at the elbow over ramps",
-            format!(
-                "{caption} Colours: the lowest, middle and highest {}.",
-                fixed(rows)
-            ),
+            caption.to_owned(),
             Plots {
                 beside: self.declared.protocol.angles_deg.len(),
-                series: series.to_vec(),
+                series: series.collect(),
                 plots,
             },
         )
@@ -125,14 +126,6 @@ impl Study {
             curves,
             ..Plot::default()
         })
-    }
-}
-
-/// What each trace is held at.
-fn fixed(rows: &[&[Stimulation]]) -> &'static str {
-    match rows.len() {
-        1 => "width",
-        _ => "current (above) and width (below)",
     }
 }
 

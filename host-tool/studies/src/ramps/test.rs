@@ -92,6 +92,16 @@ impl Stimulation {
         }
     }
 
+    /// What is held, with its unit.
+    #[must_use]
+    pub fn held_at(self) -> String {
+        match self {
+            Self::Current(width_us) => format!("{width_us} µs"),
+            Self::Width(current_ma) => format!("{current_ma} mA"),
+            Self::Biceps => String::new(),
+        }
+    }
+
     /// What is ramped, and its unit.
     #[must_use]
     pub const fn axis(self) -> &'static str {
