@@ -61,7 +61,7 @@ impl Bench<'_> {
         let period_ms = (1e3 / self.declared.protocol.frequency_hz).round() as u64;
         let mut sum = 0.0;
         for _ in 0..ms {
-            if let Some((ma, width_us)) = pulse.filter(|_| self.now_ms % period_ms == 0) {
+            if let Some((ma, width_us)) = pulse.filter(|_| self.now_ms.is_multiple_of(period_ms)) {
                 self.arm.pulse(&Pulse {
                     t_us: self.now_ms * 1_000,
                     channel: self.channel,
