@@ -11,6 +11,7 @@ mod timing;
 
 use super::conduct::Conducted;
 use super::error::LaboratoryError;
+use super::quoted::quoted;
 use super::result::{Outcome, Shown};
 use figures::{beside, measures, multiples, shares};
 pub use headline::headline;
@@ -147,16 +148,6 @@ fn facts(outcome: &Outcome) -> String {
     };
     let source = escape(&outcome.declared.source);
     format!("{source} · seed {} · {drawn}{who}", outcome.seed)
-}
-
-/// `word` as a shell takes it for one.
-#[must_use]
-pub fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "._-/:+,@%".contains(c);
-    match !word.is_empty() && word.chars().all(is_plain) {
-        true => word.to_owned(),
-        false => format!("'{}'", word.replace('\'', "'\\''")),
-    }
 }
 
 /// A figure with a caption in HTML; nothing for an empty one.

@@ -7,7 +7,7 @@ use super::decides::{Decided, decided};
 use super::declaration::Declaration;
 use super::draw::{point_in_words, points};
 use super::experiment::{Experiment, Measured};
-use super::page::quoted;
+use super::quoted::quoted;
 use super::sheet::Sheet;
 use host_core::statistics::quantile_of;
 use serde::{Deserialize, Serialize};
@@ -80,6 +80,19 @@ pub struct Declared {
     pub draws: u64,
     /// Whether seed, draws and wearer are the declaration's own.
     pub as_declared: bool,
+}
+
+/// What a terminal takes to have an experiment on another wearer again, but for its seed.
+fn command(experiment: &Experiment, draws: u64, device: &str) -> Option<String> {
+    let (asked, file) = (quoted(&experiment.asked), experiment.worn.as_deref()?);
+    let device = match device {
+        "native" => String::new(),
+        device => format!(" --device {device}"),
+    };
+    let file = quoted(file);
+    Some(format!(
+        "experiment {asked} --wearer {file}{device} --draws {draws}"
+    ))
 }
 
 /// A measure in a condition.
@@ -166,6 +179,7 @@ impl Outcome {
         outcome.declared.draws = 0;
         outcome.declared.as_declared = false;
         outcome.declared.device = Some(device.to_owned());
+        outcome.declared.command = command(experiment, 0, device);
         for share in &mut outcome.shares {
             (share.low, share.high) = (None, None);
         }
@@ -218,10 +232,7 @@ impl Outcome {
             simulated,
             cut_short: None,
             declared: Declared {
-                command: experiment.worn.as_deref().map(|file| {
-                    let (asked, file) = (quoted(&experiment.asked), quoted(file));
-                    format!("experiment {asked} --wearer {file} --draws {draws}")
-                }),
+                command: command(experiment, draws, "native"),
                 asked: experiment.asked.clone(),
                 device: None,
                 sha256: experiment.hashes.iter().cloned().collect(),
