@@ -3,13 +3,16 @@
 //! `session` reads what to do, `run` does it through `link`, `choice` tries which
 //! models will do; `record` and `analysis` keep and judge it, `report` draws it
 //! with `plot`, numbers written by `number`. `wearer` is who is stimulated: thresholds,
-//! limits and muscles, from a file, which `calibration` finds with an operator.
-//! `statistics` is what analyses of experiments share, `identify` makes a muscle's numbers
-//! of measured force.
+//! limits and muscles, from a file, which `calibration` finds with an operator; `fields`
+//! holds such files and sessions against what they may say, `disk` replaces files as a
+//! whole. `statistics` is what analyses of experiments share, `identify` makes a muscle's
+//! numbers of measured force.
 
 pub mod analysis;
 pub mod calibration;
 pub mod choice;
+pub mod disk;
+pub mod fields;
 pub mod identify;
 pub mod link;
 mod number;

@@ -169,7 +169,7 @@ fn what_cannot_be_written_leaves_what_was() {
     let mut more = wearer.clone();
     more.note = Some("more".into());
     let refused = more.write(&path).unwrap_err().to_string();
-    assert!(refused.starts_with("E582"), "{refused}");
+    assert!(refused.starts_with("E664"), "{refused}");
     assert_eq!(std::fs::read(&path).unwrap(), before);
     std::fs::remove_dir(dir.join("K-05.toml.partial")).unwrap();
     // What no reader would take is not written either.

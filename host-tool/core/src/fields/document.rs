@@ -5,11 +5,8 @@ use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::Arc;
 
-use toml::de::DeTable;
-
-use super::error::{MOST, Place, Problem, SessionError};
-use super::field::Section;
-use super::table::Table;
+use super::error::{Place, Problem};
+use super::refused::SessionError;
 use super::visible::{blanked, visible};
 
 /// What a message quotes at most of a value, characters.
@@ -32,44 +29,6 @@ impl Document {
             text: blanked(text).into(),
             told: RefCell::default(),
             doubts: RefCell::default(),
-        }
-    }
-
-    /// Holds a text against the fields of `section`, and gives it to `read`, which makes
-    /// of it what it is, or tells what is wrong; of a text that is no TOML nothing is read.
-    ///
-    /// # Errors
-    /// Everything that is wrong, once.
-    pub(crate) fn parse<T>(
-        name: &str,
-        text: &str,
-        section: &'static Section,
-        read: impl FnOnce(&Self, &Table<'_>) -> Option<T>,
-    ) -> Result<T, SessionError> {
-        let doc = Self::new(name, text);
-        let (root, broken) = DeTable::parse_recoverable(text);
-        let mut is_broken = false;
-        let line = |at: usize| text.get(..at).map(|before| before.matches('\n').count());
-        let mut told = None;
-        for e in broken.iter().take(MOST) {
-            let span = e.span().unwrap_or(0..0);
-            // A second table or field takes nothing from the first.
-            is_broken |= !e.message().contains("duplicate key");
-            // What follows on the line is a consequence.
-            if told.replace(line(span.start)) != Some(line(span.start)) {
-                let reason = e.message().into();
-                let place = Place {
-                    span,
-                    ..Place::default()
-                };
-                doc.say(Problem::Syntax { reason }, place);
-            }
-        }
-        let it = (!is_broken).then(|| read(&doc, &Table::root(&doc, &root, section)));
-        match (doc.finish(), it.flatten()) {
-            (Some(e), _) => Err(e),
-            (None, Some(it)) => Ok(it),
-            (None, None) => unreachable!("a file is read, or something is told"),
         }
     }
 

@@ -3,8 +3,6 @@
 use std::fmt;
 use std::ops::Range;
 
-pub use super::refused::SessionError;
-
 /// As many mistakes are told one by one.
 pub(crate) const MOST: usize = 200;
 

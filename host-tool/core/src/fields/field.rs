@@ -269,3 +269,16 @@ pub(crate) fn channel() -> Kind {
 
 /// Channels count from 1 in files.
 pub(crate) const CHANNEL: Number = Number::within("", 0, 1, firmware::pulse::CHANNELS as i64);
+
+/// Longest text of a field, characters; of the notes.
+pub const LONGEST: usize = 200;
+pub(crate) const LONGEST_NOTES: usize = 4000;
+
+/// Rungs that there were: they cost more than the better one that stands for them.
+const DROPPED: [&str; 2] = ["static", "lag"];
+/// What a word that there was has become, where it is one of `words`.
+pub(super) fn instead(given: &str, words: &[&'static str]) -> Option<&'static str> {
+    let is_dropped = DROPPED.contains(&given);
+    let mut words = words.iter().copied();
+    words.find(|word| is_dropped && *word == "calcium-force")
+}

@@ -1,8 +1,9 @@
 //! How a run ended: in `summary.json` from its first moment on.
 
 use super::damage::Counted;
-use super::disk::{FileSystem, replace};
+use super::disk::replace;
 use super::{RecordError, Run};
+use crate::disk::FileSystem;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

@@ -2,9 +2,10 @@
 //! `samples.csv` and `edges.csv`.
 
 use super::damage::{self, Held};
-use super::disk::{FileSystem, write_json};
+use super::disk::write_json;
 use super::recorder::Recorder;
 use super::{DeviceKind, FORMAT, RecordError, Run, Trial, ending, read_edges, read_samples};
+use crate::disk::FileSystem;
 use crate::session::KEPT_AS;
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::{Path, PathBuf};

@@ -19,12 +19,14 @@ mod place;
 mod provenance;
 mod recorder;
 mod table;
+mod worn;
 
+pub use crate::disk::{Disk, FileSystem};
 pub use channel::ChannelInfo;
 pub use columns::{Column, EDGES, Each, SAMPLES};
 pub use damage::Held;
 pub use difference::{Difference, compare_rows};
-pub use disk::{Disk, FileSystem, replace_file, trial_folder};
+pub use disk::{replace_file, trial_folder};
 pub use document::document;
 pub use ending::{Completeness, Ending, write_summary};
 pub use error::RecordError;
@@ -34,6 +36,7 @@ pub use place::{Place, may_write};
 pub use provenance::{ClockFit, Declared, HostFacts, Plan, Program};
 pub use recorder::Recorder;
 pub use table::{read_edges, read_samples, write_edges, write_samples};
+pub use worn::TrialWearer;
 
 use crate::session::Study;
 use serde::{Deserialize, Serialize};
@@ -231,23 +234,6 @@ pub struct Trial {
     /// What the electrode check of arming read, in the order it did.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub electrode_check: Vec<ElectrodeReading>,
-}
-
-/// Whose thresholds and limits a trial kept, and where these are from.
-#[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-pub struct TrialWearer {
-    /// The file, as the session names it.
-    pub file: String,
-    /// The pseudonym.
-    pub name: String,
-    /// "printed", "simulated", "measured" or "assumed": where its numbers are from. What
-    /// stimulated is another matter.
-    pub evidence: String,
-    /// The file's SHA-256, 64 hexadecimal digits.
-    pub sha256: String,
-    /// Its text.
-    #[serde(skip)]
-    pub text: String,
 }
 
 /// What the electrode check of arming read of a channel.

@@ -1,9 +1,10 @@
 //! Keeps a trial on disk while it runs.
 
-use super::disk::{Disk, FileSystem, replace, trial_folder, write_json};
+use super::disk::{replace, trial_folder, write_json};
 use super::{
     ClockFit, Edge, ElectrodeReading, Identity, RecordError, Sample, Trial, columns, table,
 };
+use crate::disk::{Disk, FileSystem};
 use crate::session::KEPT_AS;
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -10,7 +10,7 @@ use super::channel::Channel;
 use super::fields::PARTICIPANTS;
 use super::hand::read_hand;
 use super::sites::read_sites;
-use super::table::Table;
+use crate::fields::table::Table;
 
 /// The simulated wearer of a session.
 #[derive(Clone, PartialEq, Debug)]

@@ -5,30 +5,11 @@ use firmware::muscle::Recruitment;
 use firmware::safety::{ChannelSpec, StageSpec};
 use firmware::units::Amplitude;
 
-use super::decimal::in_units;
-use super::error::Problem;
 use super::muscle::Muscle;
-use super::table::Table;
-
-/// What a channel's amplitudes are.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Unit {
-    /// Milliamperes, on a current-controlled stage.
-    Milliampere,
-    /// Volts, on a voltage-controlled stage.
-    Volt,
-}
-
-impl Unit {
-    /// "mA" or "V".
-    #[must_use]
-    pub const fn symbol(self) -> &'static str {
-        match self {
-            Self::Milliampere => "mA",
-            Self::Volt => "V",
-        }
-    }
-}
+use crate::fields::decimal::in_units;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
+use crate::wearer::Unit;
 
 /// One channel of a session.
 #[derive(Clone, PartialEq, Debug)]

@@ -1,19 +1,19 @@
-//! `[wearer]` and `[[channel]]`: limits, output stages, trains, muscles.
+//! `[[channel]]`: output stages, trains, muscles.
 
 use firmware::control::ForceSpec;
 use firmware::device::Draft;
 use firmware::pulse::{CHANNELS, Shape, TrainSpec, Trigger};
-use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::safety::{ChannelSpec, StageSpec};
 use firmware::units::Amplitude;
 
 use super::channel::Channel;
-use super::error::Problem;
 use super::fields::{SHAPES, TRIGGERS};
 use super::hold::read_hold;
 use super::muscle::read_muscle;
-use super::table::Table;
 use super::verdict::{tell_channel, tell_muscle};
 use super::worn::{Person, tell_force};
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
 use crate::wearer::Electrode;
 
 /// The channels of a file: those that can be read, and which others it has.
@@ -129,27 +129,6 @@ pub(super) fn amplitude_or(
         t.say(name, Problem::MissingField {});
     }
     known
-}
-
-/// The limits that a table of them says, with the device's own for what it leaves out.
-pub(crate) fn limits_of(t: &Table<'_>) -> WearerSpec {
-    WearerSpec {
-        max_current_ua: t.whole("max_current_ma"),
-        max_charge_nc: t.whole("max_charge_uc"),
-        max_rms_ua: t.whole("max_rms_ma"),
-        rise_ms: t.whole("rise_ms"),
-        fall_ms: t.whole("fall_ms"),
-        host_timeout_ms: t.whole("host_timeout_ms"),
-        max_sum_ua: t.whole("max_sum_ma"),
-        max_sum_rms_ua: t.whole("max_sum_rms_ma"),
-        return_area_mm2: t.whole("return_area_mm2"),
-        hand_stop_required: t.flag("hand_stop_required"),
-        rise_bursts: t.whole("rise_bursts"),
-        max_session_s: t.whole("max_session_s"),
-        max_dose_mc: t.whole("max_dose_mc"),
-        max_step_ua: t.whole("max_step_ma"),
-        max_step_ua_per_s: t.whole("max_step_ma_per_s"),
-    }
 }
 
 /// Reads one `[[channel]]` into `draft`, and tells what that says of it. Of one that the

@@ -8,10 +8,10 @@ use firmware::control::super_twisting::{Paper, Recommended, Twist};
 use firmware::control::{HoldPolicy, LawSpec, PointSpec, ResponseSpec, SensorSource, WearerModel};
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 
-use super::decimal::in_units;
-use super::field::Need::{Optional, Or, OrFile, OrTold, OrWord, Required};
-use super::field::{Kind, Need, Section, UNIT, channel, f, list, n, nb, one_of};
 use super::law::LAWS;
+use crate::fields::decimal::in_units;
+use crate::fields::field::Need::{Optional, Or, OrFile, OrTold, OrWord, Required};
+use crate::fields::field::{Kind, Need, Section, UNIT, channel, f, list, n, nb, one_of};
 
 /// What a wall stops, by name.
 pub(super) const SIDES: [(&str, Side); 2] =

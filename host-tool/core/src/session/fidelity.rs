@@ -1,8 +1,8 @@
 //! `[fidelity]`: what a session tolerates.
 
 use super::Session;
-use super::error::Problem;
-use super::table::Table;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
 use firmware::control::LawSpec;
 use std::fmt;
 

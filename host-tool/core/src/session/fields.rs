@@ -4,17 +4,19 @@
 
 use std::sync::LazyLock;
 
-use firmware::muscle::{CalciumForceSpec, FatigueSpec, RecruitmentSpec, Rung};
+use firmware::muscle::{CalciumForceSpec, RecruitmentSpec, Rung};
 use firmware::pulse::{CHANNELS, MAX_GROUPS, Partner, Shape, TrainSpec, Trigger};
 use firmware::range::Range;
-use firmware::safety::{ChannelSpec, ListedPulse, MAX_LISTED, StageSpec, WearerSpec};
+use firmware::safety::{ChannelSpec, ListedPulse, MAX_LISTED, StageSpec};
 use hal_sim::body::wearer::Participant;
 use hal_sim::body::{ElbowSpec, FingerSpec};
 
 use super::control_fields::{amplitude, hold, joint, wall};
-use super::field::Need::{Optional, Or, OrFile, OrTold, OrWord, Required};
-use super::field::{CHANNEL, Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
 use super::hand_fields::{hand_fields, point_channels};
+use crate::fields::field::Need::{Optional, Or, OrFile, OrTold, OrWord, Required};
+use crate::fields::field::{CHANNEL, Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
+use crate::fields::field::{LONGEST, LONGEST_NOTES};
+use crate::wearer::{fatigue, limits};
 
 /// The whole file.
 pub(super) static FILE: LazyLock<Section> = LazyLock::new(file);
@@ -35,14 +37,6 @@ pub(super) const RUNGS: [(&str, Rung); 3] = [
     ("calcium-force", Rung::CalciumForce),
     ("calcium-force-fatigue", Rung::CalciumForceFatigue),
 ];
-/// Rungs that there were: they cost more than the better one that stands for them.
-const DROPPED: [&str; 2] = ["static", "lag"];
-/// What a word that there was has become, where it is one of `words`.
-pub(super) fn instead(given: &str, words: &[&'static str]) -> Option<&'static str> {
-    let is_dropped = DROPPED.contains(&given);
-    let mut words = words.iter().copied();
-    words.find(|word| is_dropped && *word == "calcium-force")
-}
 /// What a silent member of a group is, by name.
 pub(super) const PARTNERS: [(&str, Partner); 2] = [
     ("conducted", Partner::Conducted),
@@ -57,9 +51,6 @@ pub(super) const PARTICIPANTS: [(&str, Participant); 3] = [
 
 /// Longest session, µs: a day.
 pub(super) const DAY_US: i64 = 86_400_000_000;
-/// Longest text of a field, characters; of the notes.
-pub const LONGEST: usize = 200;
-pub(crate) const LONGEST_NOTES: usize = 4000;
 /// Edges of a trigger are at least this far apart, µs: a train starts 1000 µs after
 /// its edge.
 pub(super) const TRIGGER_LEAST_US: i64 = 1_000;
@@ -120,29 +111,6 @@ fn wearer() -> Section {
     ];
     all.extend(limits());
     all
-}
-
-#[rustfmt::skip]
-pub(crate) fn limits() -> Section {
-    type W = WearerSpec;
-    let d = W::default();
-    vec![
-        f("max_current_ma", n("mA", 3, W::MAX_CURRENT_UA), Or(d.max_current_ua.into()), "largest current"),
-        f("max_charge_uc", n("µC", 3, W::MAX_CHARGE_NC), Or(d.max_charge_nc.into()), "largest charge of one phase"),
-        f("max_rms_ma", n("mA", 3, W::MAX_RMS_UA), Or(d.max_rms_ua.into()), "largest rms current of a channel"),
-        f("rise_ms", n("ms", 0, W::RISE_MS), Or(d.rise_ms.into()), "rise of an amplitude from zero"),
-        f("fall_ms", n("ms", 0, W::FALL_MS), Or(d.fall_ms.into()), "fall when stimulation ends"),
-        f("host_timeout_ms", n("ms", 0, W::HOST_TIMEOUT_MS), Or(d.host_timeout_ms.into()), "host silence that ends stimulation"),
-        f("max_sum_ma", n("mA", 3, W::MAX_SUM_UA), Or(d.max_sum_ua.into()), "largest sum of all channels over the common return at any microsecond"),
-        f("max_sum_rms_ma", n("mA", 3, W::MAX_SUM_RMS_UA), Or(d.max_sum_rms_ua.into()), "largest rms current of all channels together"),
-        f("return_area_mm2", n("mm²", 0, W::RETURN_AREA_MM2), Or(d.return_area_mm2.into()), "area of the common return, under which 2 mA/cm² rms hold"),
-        f("hand_stop_required", Kind::Flag, OrWord("false"), "arming needs the hand-held stop closed, which stops when it opens; the arm key alone does not do"),
-        f("rise_bursts", n("", 0, W::RISE_BURSTS), Or(d.rise_bursts.into()), "fewest bursts of that rise"),
-        f("max_session_s", n("s", 0, W::MAX_SESSION_S), Or(d.max_session_s.into()), "longest stimulation since power came up"),
-        f("max_dose_mc", n("mC", 0, W::MAX_DOSE_MC), Or(d.max_dose_mc.into()), "largest charge through a channel since power came up, one phase a pulse"),
-        f("max_step_ma", n("mA", 3, W::MAX_STEP_UA), Or(d.max_step_ua.into()), "largest rise from burst to burst of an amplitude that is not zero"),
-        f("max_step_ma_per_s", n("mA", 3, W::MAX_STEP_UA_PER_S), Or(d.max_step_ua_per_s.into()), "the same within a second"),
-    ]
 }
 
 #[rustfmt::skip]
@@ -212,18 +180,6 @@ fn muscle() -> Section {
         f("report", Kind::Flag, OrWord("true"), "whether anybody reads the predicted force; without that, `\"auto\"` heeds only what the force steers"),
         f("fatigue", Kind::Table(fatigue()), Optional, "how it tires; `\"calcium-force-fatigue\"` needs it"),
         f("changes", list(changes, 0, None, "changes"), Optional, "`{ at_s, model }`: other models, each from its time on, with the next setpoint; times rise"),
-    ]
-}
-
-#[rustfmt::skip]
-pub(crate) fn fatigue() -> Section {
-    type F = FatigueSpec;
-    let q = F::QUADRICEPS;
-    vec![
-        f("alpha_a_per_s2", n("s⁻²", 3, F::ALPHA_A_MILLI_PER_S2), Or(q.alpha_a_milli_per_s2.into()), "what force takes from A"),
-        f("alpha_k_per_n_s", n("N⁻¹s⁻¹", 9, F::ALPHA_K_NANO_PER_N_S), OrTold("0.0572 / A in N/s".into()), "what it adds to K"),
-        f("alpha_tau1_per_n", n("N⁻¹", 9, F::ALPHA_TAU1_NANO_PER_N), OrTold("0.0632 / A in N/s".into()), "what it adds to τ1"),
-        f("tau_fat_s", n("s", 3, F::TAU_FAT_MS), Or(q.tau_fat_ms.into()), "recovery"),
     ]
 }
 

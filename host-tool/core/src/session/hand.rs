@@ -4,12 +4,13 @@ use hal_sim::body::hand::FittedHand;
 use hal_sim::body::hand::field::{Pad, Shape};
 use hal_sim::body::hand::spec::{ROUND_M, SMALL_M};
 
-use super::channel::{Channel, Unit};
-use super::decimal::written;
-use super::error::Problem;
+use super::channel::Channel;
 use super::hand_fields::{CHANNELS, ELECTRODES, Electrodes, QUANTITIES, RULES, nominal};
 use super::sites::read_sites;
-use super::table::Table;
+use crate::fields::decimal::written;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
+use crate::wearer::Unit;
 
 /// Pads are said in mm.
 const MILLI: i32 = -3;

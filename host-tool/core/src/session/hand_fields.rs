@@ -4,9 +4,9 @@
 use hal_sim::body::hand::spec::{A, B, E, HandSpec, RETURN};
 use hal_sim::body::hand::{FittedHand, Rule};
 
-use super::decimal::written;
-use super::field::Need::{Or, OrTold, OrWord, Required};
-use super::field::{Field, Kind, Need, Number, channel, f, one_of};
+use crate::fields::decimal::written;
+use crate::fields::field::Need::{Or, OrTold, OrWord, Required};
+use crate::fields::field::{Field, Kind, Need, Number, channel, f, one_of};
 
 /// What of the field charges a nerve, by name.
 pub(super) const RULES: [(&str, Rule); 3] = [

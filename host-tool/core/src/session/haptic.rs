@@ -4,8 +4,8 @@
 use firmware::units::Amplitude;
 
 use super::channels::Channels;
-use super::table::Table;
 use super::worn::Person;
+use crate::fields::table::Table;
 
 /// Tells every amplitude of the file `root` that is neither 0 nor in the haptic range of
 /// its channel. A wall's amplitude rises from 0 with penetration: there the most alone

@@ -4,7 +4,7 @@
 use firmware::control::{HoldPolicy, SensorSource};
 
 use super::control_fields::STALE_AFTER_MS;
-use super::table::Table;
+use crate::fields::table::Table;
 
 /// Reads what to do between and after setpoints.
 pub(super) fn read_hold(t: &Table<'_>) -> HoldPolicy {

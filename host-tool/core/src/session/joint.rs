@@ -5,7 +5,7 @@ use firmware::control::{JointSpec, LawSpec, PointSpec, ResponseSpec, WearerModel
 use super::channels::{Channels, amplitude_or};
 use super::hold::{read_hold, read_sensor, read_stale};
 use super::law::{LAWS, LawName};
-use super::table::Table;
+use crate::fields::table::Table;
 
 /// Reads `[joint]`; its points name channels of the file.
 pub(super) fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<JointSpec> {

@@ -3,8 +3,8 @@
 use firmware::control::{Joint, JointSpec, LawSpec, SpecError, WearerModel};
 use firmware::range::OutOfRange;
 
-use super::decimal::{between, in_units};
-use super::error::{Problem, SessionError};
+use crate::fields::decimal::{between, in_units};
+use crate::fields::{Problem, SessionError};
 
 pub(super) const LAWS: [(&str, LawName); 3] = [
     ("recommended", LawName::Recommended),

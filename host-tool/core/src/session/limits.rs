@@ -6,9 +6,10 @@ use firmware::pulse::CHANNELS;
 use firmware::safety::{self, ChannelSpec, SetupError, SumError, Sums, WearerSpec};
 
 use super::channel::Channel;
-use super::decimal::in_units;
-use super::error::{Problem, SumBound};
-use super::table::Table;
+use crate::fields::decimal::in_units;
+use crate::fields::error::{Problem, SumBound};
+use crate::fields::table::Table;
+use crate::wearer;
 
 /// A wearer who allows whatever any may.
 pub(super) fn anyone() -> WearerSpec {
@@ -40,43 +41,12 @@ fn played(channel: &Channel, wearer: &WearerSpec) -> Option<safety::Channel> {
 
 /// Which of its own limits a channel is beyond, and by how much.
 pub(super) fn beyond(channel: &Channel, e: SetupError) -> Option<Problem> {
-    let spec = &channel.spec;
-    let milli = |value: u32| in_units(value.into(), 3);
-    let stage = spec.stage.validate().ok()?;
-    let current_ua = stage.current(spec.limit).get();
-    let limit = format!("{} ({} mA)", channel.display(spec.limit), milli(current_ua));
     // Whatever the wearer and the electrode allow.
+    let milli = |value: u32| in_units(value.into(), 3);
     let ma = || {
         played(channel, &anyone()).map_or_else(|| "more than 50".into(), |it| milli(it.rms().get()))
     };
-    Some(match e {
-        SetupError::Current { max } => Problem::CurrentLimit {
-            limit,
-            max_ma: milli(max.get()),
-            by: match max == stage.max_current() {
-                true => "the most that its kind of stage gives",
-                false => "`wearer.max_current_ma`",
-            },
-        },
-        SetupError::Charge { max_nc } => Problem::ChargeLimit {
-            limit,
-            // µA · µs = pC.
-            uc: in_units(i64::from(current_ua) * i64::from(spec.train.width_us), 6),
-            max_uc: milli(max_nc),
-        },
-        SetupError::Rms { max } => Problem::RmsLimit {
-            limit,
-            ma: ma(),
-            max_ma: milli(max.get()),
-        },
-        SetupError::Density { max } => Problem::DensityLimit {
-            limit,
-            ma: ma(),
-            area_mm2: spec.area_mm2,
-            max_ma: milli(max.get()),
-        },
-        _ => return None,
-    })
+    wearer::beyond(&channel.spec, channel.unit(), ma, e)
 }
 
 /// Tells what channels together put through the common return, at the last one of the

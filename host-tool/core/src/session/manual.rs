@@ -1,8 +1,7 @@
-//! The tables of docs/sessions.md, made of the declared fields.
+//! The tables of docs/sessions.md.
 
-use super::decimal::in_units;
-use super::field::{Field, Kind, Need, Number, Section, When};
 use super::fields::FILE;
+use crate::fields::manual_of;
 
 /// The fields of the table at `path`, as a table of Markdown; nothing if there is no
 /// such table. A part of a path is a field's name, with `=` and a word where several
@@ -10,110 +9,4 @@ use super::fields::FILE;
 #[must_use]
 pub fn manual(path: &str) -> Option<String> {
     manual_of(&FILE, path)
-}
-
-/// The same of a file of these fields.
-pub(crate) fn manual_of(file: &'static Section, path: &str) -> Option<String> {
-    let section = section(file, path)?;
-    let mut text = String::from("| field | unit, range | default | meaning |\n|---|---|---|---|\n");
-    for field in section {
-        let (what, need) = (what(field), need(field));
-        text += &format!(
-            "| `{}` | {what} | {need} | {} |\n",
-            field.name, field.meaning
-        );
-    }
-    Some(text)
-}
-
-fn section(file: &'static Section, path: &str) -> Option<&'static Section> {
-    let mut names = path.split('.').filter(|name| !name.is_empty());
-    names.try_fold(file, |section, part| {
-        let (name, word) = part
-            .split_once('=')
-            .map_or((part, None), |(n, w)| (n, Some(w)));
-        let is = |field: &&Field| match field.when {
-            Some(When::Is(_, words)) if word.is_some() => words.contains(&word.unwrap_or_default()),
-            _ => true,
-        };
-        let mut same = section.iter().filter(|field| field.name == name);
-        match &same.find(is)?.kind {
-            Kind::Table(section) | Kind::Tables(section, _) => Some(section),
-            _ => None,
-        }
-    })
-}
-
-/// "mA, 0.1–100".
-fn what(field: &Field) -> String {
-    match &field.kind {
-        Kind::Text(None) => "text".into(),
-        Kind::Text(Some(most)) => format!("1–{most} characters"),
-        Kind::Texts(most) => format!("list of 1–{most} characters"),
-        Kind::Flag => "true, false".into(),
-        Kind::Choice(words) => {
-            let quoted: Vec<String> = words.iter().map(|word| format!("`\"{word}\"`")).collect();
-            quoted.join(", ")
-        }
-        Kind::Whole(number) | Kind::Real(number) => range(number),
-        Kind::Wholes(number, _) => format!("list of {}", range(number)),
-        Kind::Pairs(number, count, _) => format!("{count} pairs of {}", range(number)),
-        Kind::Table(_) => "table".into(),
-        Kind::Tables(_, count) => count.allowed(),
-    }
-}
-
-fn range(number: &Number) -> String {
-    let told = number.range.map(|(min, max)| {
-        let told = |value| grouped(&in_units(value, number.places));
-        match told(min).starts_with('−') {
-            true => format!("{} to {}", told(min), told(max)),
-            false => format!("{}–{}", told(min), told(max)),
-        }
-    });
-    let parts = [
-        Some(number.unit.to_owned()),
-        told,
-        Some(number.bound.to_owned()),
-    ];
-    let parts: Vec<String> = parts
-        .into_iter()
-        .flatten()
-        .filter(|p| !p.is_empty())
-        .collect();
-    parts.join(", ")
-}
-
-/// A number for people: "86 400", "−180".
-fn grouped(number: &str) -> String {
-    let (whole, fraction) = number
-        .split_once('.')
-        .map_or((number, None), |(w, f)| (w, Some(f)));
-    let digits = whole.trim_start_matches('-');
-    let mut text = String::from(if digits == whole { "" } else { "−" });
-    for (place, digit) in digits.chars().enumerate() {
-        let left = digits.len() - place;
-        if place > 0 && left % 3 == 0 && digits.len() > 4 {
-            text.push(' ');
-        }
-        text.push(digit);
-    }
-    fraction.map_or(text.clone(), |fraction| format!("{text}.{fraction}"))
-}
-
-fn need(field: &Field) -> String {
-    let need = match &field.need {
-        Need::Required => "required".into(),
-        Need::OrFile => "the wearer file's".into(),
-        Need::Optional => "none".into(),
-        Need::Or(value) => grouped(&in_units(*value, field.places())),
-        Need::OrWord(word @ ("true" | "false")) => (*word).into(),
-        Need::OrWord(word) => format!("`\"{word}\"`"),
-        Need::OrTold(told) => told.clone(),
-    };
-    match field.when {
-        None => need,
-        Some(When::Is(_, words)) => format!("{need}, {}", words.join(", ")),
-        Some(When::Without(other)) => format!("{need} without `{other}`"),
-    }
 }

@@ -8,15 +8,11 @@
 //! device for it. The files in `host-tool/sessions/` show the format.
 
 mod body;
-pub(crate) mod channel;
-pub(crate) mod channels;
+mod channel;
+mod channels;
 mod control_fields;
-pub(crate) mod decimal;
-pub(crate) mod document;
-pub(crate) mod error;
 mod fidelity;
-pub(crate) mod field;
-pub(crate) mod fields;
+mod fields;
 mod hand;
 mod hand_fields;
 mod haptic;
@@ -25,21 +21,17 @@ mod joint;
 mod law;
 mod limits;
 mod manual;
-pub(crate) mod muscle;
-mod refused;
+mod muscle;
 mod schema;
 mod setpoints;
 mod setup;
 mod sites;
 mod study;
-pub(crate) mod table;
 mod trigger;
-pub(crate) mod verdict;
-mod visible;
+mod verdict;
 mod wall;
 mod worn;
 
-use std::io::Read;
 use std::path::Path;
 
 use firmware::control::{JointSpec, SensorSource};
@@ -49,26 +41,25 @@ use firmware::pulse::GroupSpec;
 use firmware::safety::WearerSpec;
 use hal_sim::body::FingerSpec;
 
+use crate::fields::document::Document;
+use crate::fields::table::Table;
+pub use crate::fields::{LONGEST as LONGEST_TEXT, Problem, SessionError, visible};
+use crate::fields::{parse, text_of};
+
+pub use crate::wearer::Unit;
 pub use body::BodySpec;
-pub use channel::{Channel, Unit};
-use document::Document;
-pub use error::{Problem, SessionError};
+pub use channel::Channel;
 pub use fidelity::Share;
-pub use fields::LONGEST as LONGEST_TEXT;
 use fields::{DAY_US, FILE};
 pub use hand::{UnnamedHand, hand_body};
 pub use law::LawName;
 pub use manual::manual;
-pub(crate) use manual::manual_of;
 pub use muscle::{Model, Muscle, rung_name};
 pub use schema::schema;
-pub(crate) use schema::schema_of;
 use setpoints::read_setpoints;
 pub use setpoints::{Bounds, Course, ForceCourse, Setpoint, Setpoints};
 pub use study::{Electrode, Study};
-use table::Table;
 pub use trigger::SimulatedTrigger;
-pub use visible::visible;
 use worn::Person;
 pub use worn::{KEPT_AS, WearerTexts, Worn, no_wearer, shipped_text};
 
@@ -125,9 +116,6 @@ const TRY_US: u64 = 60_000_000;
 /// Telemetry period, ms.
 const TELEMETRY_MS: u16 = 10;
 
-/// The longest session file read: what never ends must not fill the memory.
-const LARGEST_BYTES: u64 = 1 << 20;
-
 impl Session {
     /// Reads and checks a session file.
     ///
@@ -176,7 +164,7 @@ impl Session {
         text: &str,
         texts: WearerTexts<'_>,
     ) -> Result<Self, SessionError> {
-        Document::parse(name, text, &FILE, |doc, t| Self::read(doc, t, texts))
+        parse(name, text, &FILE, |doc, t| Self::read(doc, t, texts))
     }
 
     /// Reads what can be read; nothing, or not a true session, if anything is told.
@@ -302,25 +290,6 @@ impl Session {
     pub fn channel(&self, index: u8) -> Option<&Channel> {
         self.channels.iter().find(|c| c.index() == index)
     }
-}
-
-/// The text of a session or wearer file, or why there is none.
-pub(crate) fn text_of(path: &Path) -> Result<String, String> {
-    let name = path.display().to_string();
-    let unreadable = |why: &dyn std::fmt::Display| format!("{name}: {why}");
-    // Opening a pipe waits for somebody who writes.
-    let is = path.metadata().map_err(|e| unreadable(&e))?;
-    if !is.is_file() && !is.is_dir() {
-        return Err(unreadable(&"no regular file"));
-    }
-    let file = std::fs::File::open(path).map_err(|e| unreadable(&e))?;
-    let mut text = String::new();
-    let mut some = file.take(LARGEST_BYTES + 1);
-    some.read_to_string(&mut text).map_err(|e| unreadable(&e))?;
-    if text.len() as u64 > LARGEST_BYTES {
-        return Err(unreadable(&"more than 1 MiB; no such file is that long"));
-    }
-    Ok(text)
 }
 
 /// Reads `[measure]`.

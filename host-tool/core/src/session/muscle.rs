@@ -4,10 +4,10 @@
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::units::Amplitude;
 
-use super::error::Problem;
 use super::fields::RUNGS;
-use super::table::Table;
-use crate::wearer::Electrode;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
+use crate::wearer::{Electrode, read_fatigue};
 
 /// The muscle under a channel.
 #[derive(Clone, PartialEq, Debug)]
@@ -154,17 +154,6 @@ pub(super) fn read_muscle(
         auto,
         changes: changes?,
     })
-}
-
-/// Reads `fatigue`; what is left out is the quadriceps', scaled to A.
-pub(crate) fn read_fatigue(t: &Table<'_>, a_mn_per_s: u32) -> FatigueSpec {
-    let scaled = FatigueSpec::scaled_to(a_mn_per_s);
-    FatigueSpec {
-        alpha_a_milli_per_s2: t.whole("alpha_a_per_s2"),
-        alpha_k_nano_per_n_s: t.whole_or("alpha_k_per_n_s", scaled.alpha_k_nano_per_n_s),
-        alpha_tau1_nano_per_n: t.whole_or("alpha_tau1_per_n", scaled.alpha_tau1_nano_per_n),
-        tau_fat_ms: t.whole("tau_fat_s"),
-    }
 }
 
 /// Reads `changes`, in rising order and within the session.

@@ -9,14 +9,14 @@ use firmware::pulse::{GroupSpec, Partner};
 use firmware::safety::{SetupError, WearerSpec};
 
 use super::channels::Channels;
-use super::error::Problem;
 use super::fields::PARTNERS;
 use super::joint::read_joint;
 use super::limits::{tell_sum, tell_times};
-use super::table::Table;
 use super::verdict::{tell, tell_group};
 use super::wall::read_wall;
 use super::worn::Person;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
 
 /// The part of a file that configures the device, as far as it could be read.
 pub(super) struct SetupSpec {

@@ -1,7 +1,7 @@
 //! Where a body's electrodes are: channels that the file names, used or not.
 
-use super::error::Problem;
-use super::table::Table;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
 
 /// Channels, from 0, that the file names, whether or not the session uses them; each
 /// another.

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::channels::Channels;
-use super::error::Problem;
-use super::table::Table;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
 
 /// What a person must tell, for a publication. Nothing of it decides anything.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]

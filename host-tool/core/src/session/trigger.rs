@@ -2,9 +2,9 @@
 //! real one and ignores them.
 
 use super::channels::Channels;
-use super::error::Problem;
 use super::fields::{TRIGGER_FIRST_US, TRIGGER_LEAST_US};
-use super::table::Table;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
 
 /// When edges come on a simulated trigger input, µs from the start.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -12,11 +12,11 @@ use firmware::range::{OutOfRange, Range};
 use firmware::safety::SetupError;
 
 use super::channel::Channel;
-use super::decimal::{between, in_units};
-use super::error::Problem;
 use super::law::never_tried;
 use super::limits::beyond;
-use super::table::Table;
+use crate::fields::decimal::{between, in_units};
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
 
 /// The longest τc, which a train may leave less of.
 const TAU_C_US: Range = CalciumForceSpec::TAU_C_US;

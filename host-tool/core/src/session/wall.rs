@@ -6,7 +6,7 @@ use firmware::units::Amplitude;
 use super::channels::{Channels, amplitude_or};
 use super::control_fields::SIDES;
 use super::hold::{read_sensor, read_stale};
-use super::table::Table;
+use crate::fields::table::Table;
 
 /// Reads `[wall]`; it names channels of the file. Amplitudes that it does not say are the
 /// wearer file's: the pre-wall begins at the least that is used, and goes to the wall's.

@@ -12,14 +12,13 @@ use firmware::pulse::TrainSpec;
 use firmware::safety::{StageSpec, WearerSpec};
 use firmware::units::Amplitude;
 
-use super::channel::Unit;
-use super::channels::limits_of;
-use super::decimal::in_units;
-use super::document::Document;
-use super::error::{Problem, SessionError};
 use super::limits::anyone;
-use super::table::Table;
-use crate::wearer::{Electrode, Unfit, Wearer, shipped};
+use crate::fields::decimal::in_units;
+use crate::fields::document::Document;
+use crate::fields::table::Table;
+use crate::fields::{Problem, SessionError};
+use crate::wearer::Unit;
+use crate::wearer::{Electrode, Unfit, Wearer, limits_of, shipped};
 
 /// The wearer file that a session names, as it was when the session was read.
 #[derive(Clone, PartialEq, Debug)]

@@ -1,6 +1,6 @@
 //! One electrode of a wearer: where it is, what it moves from when on, and how hard.
 
-use crate::session::Unit;
+use super::unit::Unit;
 use firmware::muscle::{CalciumForceSpec, FatigueSpec};
 use firmware::units::Amplitude;
 

@@ -8,10 +8,12 @@ use firmware::safety::{ChannelSpec, StageSpec};
 use serde_json::Value;
 
 use super::Evidence;
-use crate::session::field::Need::{Optional, Or, OrTold, Required};
-use crate::session::field::{Field, Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
-use crate::session::fields::{LONGEST, LONGEST_NOTES, fatigue, limits};
-use crate::session::{manual_of, schema_of};
+use super::limits::limits;
+use super::tiring::fatigue;
+use crate::fields::field::Need::{Optional, Or, OrTold, Required};
+use crate::fields::field::{Field, Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
+use crate::fields::field::{LONGEST, LONGEST_NOTES};
+use crate::fields::{manual_of, schema_of};
 
 /// The whole file.
 pub(super) static FILE: LazyLock<Section> = LazyLock::new(file);

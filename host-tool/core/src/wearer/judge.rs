@@ -1,16 +1,16 @@
 //! What of an electrode contradicts itself or the wearer's limits.
 
-use firmware::device::Draft;
+use firmware::device::{Draft, Rule};
 use firmware::muscle::{MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::TrainSpec;
-use firmware::safety::{ChannelSpec, StageSpec};
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
 
-use super::Electrode;
-use crate::session::Unit;
-use crate::session::channel::Channel;
-use crate::session::error::Problem;
-use crate::session::table::Table;
-use crate::session::verdict::{tell_channel, tell_muscle};
+use super::electrode::Electrode;
+use super::limits::beyond;
+use super::unit::Unit;
+use crate::fields::decimal::in_units;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
 
 /// Tells which of an electrode's amplitudes and widths do not rise.
 pub(super) fn tell_order(t: &Table<'_>, it: &Electrode) {
@@ -62,23 +62,40 @@ pub(super) fn tell_order(t: &Table<'_>, it: &Electrode) {
 /// Tells what of an electrode at its limit is beyond the wearer's limits, and what of its
 /// muscle no device takes.
 pub(super) fn tell_limits(t: &Table<'_>, it: &Electrode, draft: &mut Draft) {
-    let channel = it.channel_at(it.width_us, it.holds_hz[1]);
-    let index = channel.index();
-    if let Err(mistake) = draft.set_channel(index, channel.spec) {
-        tell_channel(t, &channel, mistake);
+    let spec = it.channel_spec();
+    let index = it.channel.saturating_sub(1); // 1–10
+    match draft.set_channel(index, spec).map_err(|e| (e, e.rule)) {
+        Ok(()) => {}
+        Err((mistake, Rule::Setup(e))) => match beyond(&spec, it.unit, || rms_ma(&spec), e) {
+            Some(problem) => t.say("limit", problem),
+            None => t.refuse(mistake),
+        },
+        Err((mistake, _)) => t.refuse(mistake),
     }
     if let (Some(m), Some(spec)) = (t.table("muscle"), it.muscle_spec())
         && m.is_sound()
         && it.motor_threshold < it.limit
         && let Err(mistake) = draft.set_muscle(index, spec)
     {
-        tell_muscle(m, t, mistake);
+        m.refuse(mistake);
     }
 }
 
+/// What a channel at its limit comes to, whoever wears it, mA rms for people.
+fn rms_ma(spec: &ChannelSpec) -> String {
+    let widest = ChannelSpec {
+        area_mm2: ChannelSpec::AREA_MM2.max.cast_unsigned(),
+        ..*spec
+    };
+    let anyone = WearerSpec::default().validate().ok();
+    let channel = anyone.and_then(|anyone| widest.validate(&anyone).ok());
+    let milli = |ua: u32| in_units(ua.into(), 3);
+    channel.map_or_else(|| "more than 50".into(), |it| milli(it.rms().get()))
+}
+
 impl Electrode {
-    /// A channel of biphasic pulses that may reach its limit.
-    fn channel_at(&self, width_us: u16, hz: f64) -> Channel {
+    /// A channel of biphasic pulses that may reach its limit, at the greatest rate.
+    fn channel_spec(&self) -> ChannelSpec {
         let stage = match self.unit {
             Unit::Milliampere => StageSpec::Current {
                 full_scale_ua: StageSpec::FULL_SCALE_UA.max.cast_unsigned(),
@@ -88,19 +105,14 @@ impl Electrode {
                 load_ohm: self.load_ohm,
             },
         };
-        let period_us = (1e6 / hz).round() as u32; // saturates
-        let train = TrainSpec::biphasic(width_us, 0, period_us);
-        Channel {
-            number: self.channel,
-            name: self.place.clone(),
-            spec: ChannelSpec {
-                train,
-                stage,
-                limit: self.limit,
-                area_mm2: self.area_mm2,
-            },
-            muscle: None,
-            force: None,
+        let [_, fastest_hz] = self.holds_hz;
+        let period_us = (1e6 / fastest_hz).round() as u32; // saturates
+        let train = TrainSpec::biphasic(self.width_us, 0, period_us);
+        ChannelSpec {
+            train,
+            stage,
+            limit: self.limit,
+            area_mm2: self.area_mm2,
         }
     }
 

@@ -10,18 +10,24 @@
 mod electrode;
 mod fields;
 mod judge;
+mod limits;
 mod read;
 mod shipped;
 mod store;
+mod tiring;
+mod unit;
 mod write;
 
 pub use electrode::{Electrode, Interval, Muscle, StrengthDuration, Unfit};
 pub use fields::{INTERVALS_OF, manual, schema};
+pub(crate) use limits::{beyond, limits, limits_of};
 pub use read::is_one;
 pub use shipped::{SHIPPED, shipped};
 pub use store::{StoreError, append};
+pub(crate) use tiring::{fatigue, read_fatigue};
+pub use unit::Unit;
 
-use crate::session::{SessionError, Unit};
+use crate::fields::SessionError;
 use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
 use std::path::Path;

@@ -12,16 +12,16 @@ use toml::de::{DeTable, DeValue};
 
 use super::fields::{EVIDENCE, FILE, INTERVALS_OF};
 use super::judge::{tell_limits, tell_order};
+use super::limits::limits_of;
+use super::tiring::read_fatigue;
+use super::unit::Unit;
 use super::{
     DriftCheck, Elbow, Electrode, Evidence, Forearm, History, Interval, Muscle, SCHEMA,
     StrengthDuration, Wearer,
 };
-use crate::session::channels::limits_of;
-use crate::session::document::Document;
-use crate::session::error::{Place, Problem};
-use crate::session::muscle::read_fatigue;
-use crate::session::table::Table;
-use crate::session::{SessionError, Unit, text_of, visible};
+use crate::fields::error::{Place, Problem};
+use crate::fields::table::Table;
+use crate::fields::{SessionError, parse as parse_file, text_of, visible};
 
 /// The text of a wearer file.
 ///
@@ -57,7 +57,7 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Wearer, SessionError> {
                 place,
             ))
         }
-        None => Document::parse(name, text, &FILE, |_, t| read(t)),
+        None => parse_file(name, text, &FILE, |_, t| read(t)),
     }
 }
 

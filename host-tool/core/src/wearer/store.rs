@@ -2,16 +2,16 @@
 
 use super::write::appendix;
 use super::{DriftCheck, History, Wearer};
-use crate::record::{RecordError, replace_file};
-use crate::session::SessionError;
+use crate::disk::{FileSystem, replace};
+use crate::fields::SessionError;
 use std::path::{Path, PathBuf};
 
 /// Why a wearer file was not written; the old one is as it was.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The disk, or the file system.
-    #[error(transparent)]
-    Disk(#[from] RecordError),
+    /// The disk is full, or the file system refused otherwise.
+    #[error("E664 cannot write {0}: {1}; make room there or give another name; the old file stays")]
+    Disk(PathBuf, std::io::Error),
     /// What is there is no wearer file of this program.
     #[error("{0}; it stays as it was: mend it, or give another name")]
     Unreadable(String),
@@ -71,7 +71,8 @@ impl Wearer {
         if back != *self {
             return Err(wrong("it reads back as another".into()));
         }
-        Ok(replace_file(path, text.as_bytes())?)
+        let written = replace(&FileSystem, path, text.as_bytes());
+        written.map_err(|why| StoreError::Disk(path.to_owned(), why))
     }
 }
 

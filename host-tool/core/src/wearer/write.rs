@@ -1,10 +1,10 @@
 //! Writes a wearer file: what the reader makes the same wearer of again.
 
+use super::unit::Unit;
 use super::{
     DriftCheck, Elbow, Electrode, Forearm, History, Muscle, SCHEMA, StrengthDuration, Wearer,
 };
-use crate::session::Unit;
-use crate::session::decimal::{in_units, written};
+use crate::fields::decimal::{in_units, written};
 use firmware::muscle::FatigueSpec;
 use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;

@@ -9,8 +9,7 @@ use toml::de::{DeTable, DeValue};
 use super::super::decimal::{Decimal, in_units};
 use super::super::document::Document;
 use super::super::error::{Place, Problem};
-use super::super::field::{Field, Kind, Need, Number, Section, When};
-use super::super::fields::instead;
+use super::super::field::{Field, Kind, Need, Number, Section, When, instead};
 use super::{Entry, Table, Value};
 
 impl<'a> Table<'a> {

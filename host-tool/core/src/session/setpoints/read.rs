@@ -7,12 +7,12 @@ use firmware::units::{Amplitude, Angle, Micros};
 
 use super::super::channel::Channel;
 use super::super::channels::Channels;
-use super::super::decimal::in_units;
-use super::super::error::Problem;
 use super::super::fields::DAY_US;
 use super::super::setup::SetupSpec;
-use super::super::table::Table;
 use super::{Bounds, Course, ForceCourse, Setpoints, StimulusCourse, to_centi};
+use crate::fields::decimal::in_units;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
 
 /// Reads `[setpoints]` and checks what it asks for against the setup.
 pub(in super::super) fn read_setpoints(

@@ -1,0 +1,72 @@
+//! A file as a whole: its text from disk, and held against its fields.
+
+use std::io::Read;
+use std::path::Path;
+
+use toml::de::DeTable;
+
+use super::document::Document;
+use super::error::{MOST, Place, Problem};
+use super::field::Section;
+use super::refused::SessionError;
+use super::table::Table;
+
+/// The longest file read: what never ends must not fill the memory.
+const LARGEST_BYTES: u64 = 1 << 20;
+
+/// Holds a text against the fields of `section`, and gives it to `read`, which makes
+/// of it what it is, or tells what is wrong; of a text that is no TOML nothing is read.
+///
+/// # Errors
+/// Everything that is wrong, once.
+pub(crate) fn parse<T>(
+    name: &str,
+    text: &str,
+    section: &'static Section,
+    read: impl FnOnce(&Document, &Table<'_>) -> Option<T>,
+) -> Result<T, SessionError> {
+    let doc = Document::new(name, text);
+    let (root, broken) = DeTable::parse_recoverable(text);
+    let mut is_broken = false;
+    let line = |at: usize| text.get(..at).map(|before| before.matches('\n').count());
+    let mut told = None;
+    for e in broken.iter().take(MOST) {
+        let span = e.span().unwrap_or(0..0);
+        // A second table or field takes nothing from the first.
+        is_broken |= !e.message().contains("duplicate key");
+        // What follows on the line is a consequence.
+        if told.replace(line(span.start)) != Some(line(span.start)) {
+            let reason = e.message().into();
+            let place = Place {
+                span,
+                ..Place::default()
+            };
+            doc.say(Problem::Syntax { reason }, place);
+        }
+    }
+    let it = (!is_broken).then(|| read(&doc, &Table::root(&doc, &root, section)));
+    match (doc.finish(), it.flatten()) {
+        (Some(e), _) => Err(e),
+        (None, Some(it)) => Ok(it),
+        (None, None) => unreachable!("a file is read, or something is told"),
+    }
+}
+
+/// The text of a session or wearer file, or why there is none.
+pub(crate) fn text_of(path: &Path) -> Result<String, String> {
+    let name = path.display().to_string();
+    let unreadable = |why: &dyn std::fmt::Display| format!("{name}: {why}");
+    // Opening a pipe waits for somebody who writes.
+    let is = path.metadata().map_err(|e| unreadable(&e))?;
+    if !is.is_file() && !is.is_dir() {
+        return Err(unreadable(&"no regular file"));
+    }
+    let file = std::fs::File::open(path).map_err(|e| unreadable(&e))?;
+    let mut text = String::new();
+    let mut some = file.take(LARGEST_BYTES + 1);
+    some.read_to_string(&mut text).map_err(|e| unreadable(&e))?;
+    if text.len() as u64 > LARGEST_BYTES {
+        return Err(unreadable(&"more than 1 MiB; no such file is that long"));
+    }
+    Ok(text)
+}

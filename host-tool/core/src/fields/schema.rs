@@ -1,0 +1,138 @@
+//! The JSON schema of a file, made of its declared fields: for editors, and for whoever
+//! writes files by program. It knows what a field may be by itself; what fields mean
+//! together only the reader knows.
+
+use serde_json::{Map, Value, json};
+
+use super::field::{Field, Kind, Need, Number, Section, When};
+
+/// The schema of a file of these fields.
+pub(crate) fn schema_of(title: &str, section: &Section) -> Value {
+    let mut all = table(section);
+    all["$schema"] = "http://json-schema.org/draft-07/schema#".into();
+    all["title"] = title.into();
+    all
+}
+
+fn table(section: &Section) -> Value {
+    let mut properties = Map::new();
+    let mut required = Vec::new();
+    let mut rules = Vec::new();
+    for field in section {
+        let alone = section.iter().filter(|f| f.name == field.name).count() == 1;
+        let own = field_schema(field);
+        // Of several declarations the rules choose.
+        properties.insert(
+            field.name.into(),
+            if alone { own.clone() } else { json!({}) },
+        );
+        let must = match field.need {
+            Need::Required => json!({ "required": [field.name] }),
+            _ => json!({}),
+        };
+        let never = json!({ "properties": { field.name: false } });
+        match field.when {
+            None if matches!(field.need, Need::Required) => required.push(field.name),
+            None => {}
+            Some(When::Without(other)) => {
+                let given = json!({ "required": [other] });
+                rules.push(json!({ "if": given, "then": never, "else": must }));
+            }
+            Some(When::Is(tag, words)) => {
+                let given = is_one_of(section, tag, words);
+                let mut then = must;
+                if !alone {
+                    then["properties"] = json!({ field.name: own });
+                }
+                let rule = json!({ "if": given, "then": then });
+                rules.push(if alone {
+                    with(rule, "else", never)
+                } else {
+                    rule
+                });
+            }
+        }
+    }
+    let mut all = json!({
+        "type": "object",
+        "additionalProperties": false,
+        "properties": properties,
+    });
+    if !required.is_empty() {
+        all["required"] = required.into();
+    }
+    if !rules.is_empty() {
+        all["allOf"] = rules.into();
+    }
+    all
+}
+
+/// That a choice is one of `words`; if it is left out, that its default is.
+fn is_one_of(section: &Section, tag: &str, words: &[&str]) -> Value {
+    let given = json!({ "properties": { tag: { "enum": words } } });
+    let declared = section.iter().find(|f| f.name == tag).map(|f| &f.need);
+    match declared {
+        Some(Need::OrWord(word)) if words.contains(word) => given,
+        _ => with(given, "required", json!([tag])),
+    }
+}
+
+fn with(mut value: Value, key: &str, part: Value) -> Value {
+    value[key] = part;
+    value
+}
+
+fn field_schema(field: &Field) -> Value {
+    let own = match &field.kind {
+        Kind::Text(None) => json!({ "type": "string" }),
+        Kind::Text(Some(most)) => {
+            json!({ "type": "string", "pattern": "\\S", "maxLength": most })
+        }
+        Kind::Texts(most) => {
+            let each = json!({ "type": "string", "pattern": "\\S", "maxLength": most });
+            json!({ "type": "array", "items": each })
+        }
+        Kind::Flag => json!({ "type": "boolean" }),
+        Kind::Choice(words) => json!({ "enum": words }),
+        Kind::Whole(number) | Kind::Real(number) => range(number),
+        Kind::Wholes(number, _) => json!({ "type": "array", "items": range(number) }),
+        Kind::Pairs(number, count, _) => {
+            let list = |items: Value, count: usize| json!({ "type": "array", "items": items, "minItems": count, "maxItems": count });
+            list(list(range(number), 2), *count)
+        }
+        Kind::Table(section) => table(section),
+        Kind::Tables(section, count) => {
+            let list = json!({ "type": "array", "items": table(section), "minItems": count.least });
+            match count.most {
+                Some(most) => with(list, "maxItems", most.into()),
+                None => list,
+            }
+        }
+    };
+    let own = match &field.need {
+        Need::Or(value) => with(own, "default", units(*value, field.places())),
+        Need::OrWord(word) if matches!(field.kind, Kind::Choice(_)) => {
+            with(own, "default", json!(word))
+        }
+        _ => own,
+    };
+    with(own, "description", field.description().into())
+}
+
+fn range(number: &Number) -> Value {
+    let mut own = json!({ "type": "number" });
+    if let Some((min, max)) = number.range {
+        own["minimum"] = units(min, number.places);
+        own["maximum"] = units(max, number.places);
+    }
+    own
+}
+
+/// A number of 10^−`places`, whole where it can be.
+fn units(value: i64, places: i32) -> Value {
+    let steps = 10_i64.pow(places.unsigned_abs());
+    match value % steps {
+        0 => (value / steps).into(),
+        _ => (value as f64 / steps as f64).into(),
+    }
+}

@@ -1,0 +1,102 @@
+//! What a device may do to a wearer: `[limits]` of a wearer file, `[wearer]` of a session.
+
+use firmware::safety::{ChannelSpec, SetupError, WearerSpec};
+
+use super::unit::Unit;
+use crate::fields::decimal::in_units;
+use crate::fields::error::Problem;
+use crate::fields::field::Need::{Or, OrWord};
+use crate::fields::field::{Kind, Section, f, n};
+use crate::fields::table::Table;
+
+/// Its fields.
+#[rustfmt::skip]
+pub(crate) fn limits() -> Section {
+    type W = WearerSpec;
+    let d = W::default();
+    vec![
+        f("max_current_ma", n("mA", 3, W::MAX_CURRENT_UA), Or(d.max_current_ua.into()), "largest current"),
+        f("max_charge_uc", n("µC", 3, W::MAX_CHARGE_NC), Or(d.max_charge_nc.into()), "largest charge of one phase"),
+        f("max_rms_ma", n("mA", 3, W::MAX_RMS_UA), Or(d.max_rms_ua.into()), "largest rms current of a channel"),
+        f("rise_ms", n("ms", 0, W::RISE_MS), Or(d.rise_ms.into()), "rise of an amplitude from zero"),
+        f("fall_ms", n("ms", 0, W::FALL_MS), Or(d.fall_ms.into()), "fall when stimulation ends"),
+        f("host_timeout_ms", n("ms", 0, W::HOST_TIMEOUT_MS), Or(d.host_timeout_ms.into()), "host silence that ends stimulation"),
+        f("max_sum_ma", n("mA", 3, W::MAX_SUM_UA), Or(d.max_sum_ua.into()), "largest sum of all channels over the common return at any microsecond"),
+        f("max_sum_rms_ma", n("mA", 3, W::MAX_SUM_RMS_UA), Or(d.max_sum_rms_ua.into()), "largest rms current of all channels together"),
+        f("return_area_mm2", n("mm²", 0, W::RETURN_AREA_MM2), Or(d.return_area_mm2.into()), "area of the common return, under which 2 mA/cm² rms hold"),
+        f("hand_stop_required", Kind::Flag, OrWord("false"), "arming needs the hand-held stop closed, which stops when it opens; the arm key alone does not do"),
+        f("rise_bursts", n("", 0, W::RISE_BURSTS), Or(d.rise_bursts.into()), "fewest bursts of that rise"),
+        f("max_session_s", n("s", 0, W::MAX_SESSION_S), Or(d.max_session_s.into()), "longest stimulation since power came up"),
+        f("max_dose_mc", n("mC", 0, W::MAX_DOSE_MC), Or(d.max_dose_mc.into()), "largest charge through a channel since power came up, one phase a pulse"),
+        f("max_step_ma", n("mA", 3, W::MAX_STEP_UA), Or(d.max_step_ua.into()), "largest rise from burst to burst of an amplitude that is not zero"),
+        f("max_step_ma_per_s", n("mA", 3, W::MAX_STEP_UA_PER_S), Or(d.max_step_ua_per_s.into()), "the same within a second"),
+    ]
+}
+
+/// The limits that a table of them says, with the device's own for what it leaves out.
+pub(crate) fn limits_of(t: &Table<'_>) -> WearerSpec {
+    WearerSpec {
+        max_current_ua: t.whole("max_current_ma"),
+        max_charge_nc: t.whole("max_charge_uc"),
+        max_rms_ua: t.whole("max_rms_ma"),
+        rise_ms: t.whole("rise_ms"),
+        fall_ms: t.whole("fall_ms"),
+        host_timeout_ms: t.whole("host_timeout_ms"),
+        max_sum_ua: t.whole("max_sum_ma"),
+        max_sum_rms_ua: t.whole("max_sum_rms_ma"),
+        return_area_mm2: t.whole("return_area_mm2"),
+        hand_stop_required: t.flag("hand_stop_required"),
+        rise_bursts: t.whole("rise_bursts"),
+        max_session_s: t.whole("max_session_s"),
+        max_dose_mc: t.whole("max_dose_mc"),
+        max_step_ua: t.whole("max_step_ma"),
+        max_step_ua_per_s: t.whole("max_step_ma_per_s"),
+    }
+}
+
+/// Which of its own limits a channel is beyond, and by how much; `ma` is what its train
+/// comes to, rms, for people.
+pub(crate) fn beyond(
+    spec: &ChannelSpec,
+    unit: Unit,
+    ma: impl Fn() -> String,
+    e: SetupError,
+) -> Option<Problem> {
+    let milli = |value: u32| in_units(value.into(), 3);
+    let stage = spec.stage.validate().ok()?;
+    let current_ua = stage.current(spec.limit).get();
+    let limit = format!(
+        "{} {} ({} mA)",
+        milli(spec.limit.get()),
+        unit.symbol(),
+        milli(current_ua)
+    );
+    Some(match e {
+        SetupError::Current { max } => Problem::CurrentLimit {
+            limit,
+            max_ma: milli(max.get()),
+            by: match max == stage.max_current() {
+                true => "the most that its kind of stage gives",
+                false => "`wearer.max_current_ma`",
+            },
+        },
+        SetupError::Charge { max_nc } => Problem::ChargeLimit {
+            limit,
+            // µA · µs = pC.
+            uc: in_units(i64::from(current_ua) * i64::from(spec.train.width_us), 6),
+            max_uc: milli(max_nc),
+        },
+        SetupError::Rms { max } => Problem::RmsLimit {
+            limit,
+            ma: ma(),
+            max_ma: milli(max.get()),
+        },
+        SetupError::Density { max } => Problem::DensityLimit {
+            limit,
+            ma: ma(),
+            area_mm2: spec.area_mm2,
+            max_ma: milli(max.get()),
+        },
+        _ => return None,
+    })
+}
