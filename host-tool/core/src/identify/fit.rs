@@ -1,13 +1,12 @@
 //! The five constants from records, each with its 95 % interval.
 
 use super::error::IdentifyError;
-use super::information::{inverse, untold};
+use super::information::{inverse, rows, untold};
 use super::model::{Constants, PARAMETERS};
-use super::problem::Problem;
+use super::problem::{Problem, Weighting};
 use super::record::ForceRecord;
 use hal_sim::random::Random;
 use levenberg_marquardt::LevenbergMarquardt;
-use nalgebra::SMatrix;
 
 /// Seeds of the starts, tried in this order until [`AGREE`] of them end alike.
 pub const START_SEEDS: [u64; 6] = [1, 2, 3, 4, 5, 6];
@@ -22,18 +21,6 @@ const HALF_95: f64 = 1.959_963_984_540_054;
 const STARTS: [[f64; 2]; 4] = [[0.01, 0.6], [8e-3, 40e-3], [4e-3, 100e-3], [20e-3, 300e-3]];
 /// Tolerance of the solver.
 const TOLERANCE: f64 = 1e-10;
-
-/// What is compared.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Weighting {
-    /// The samples themselves. White noise that a moving average made correlated is white
-    /// again when the average is undone: this is generalised least squares of the averaged
-    /// record, and as good as any estimator can be.
-    Whitened,
-    /// Averages against the averaged model, each as heavy as another: the paper's (equation
-    /// 7), but through the filter. Its intervals know of the correlation (a sandwich).
-    Averaged,
-}
 
 /// A constant with its interval, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -184,10 +171,4 @@ fn start(seed: u64) -> Constants {
     let mut random = Random::new(seed);
     let [k, tau_c, tau1, tau2] = STARTS.map(|[low, high]| random.log_between(low, high));
     [100.0, k, tau_c, tau1, tau2]
-}
-
-pub(super) fn rows(
-    matrix: &SMatrix<f64, PARAMETERS, PARAMETERS>,
-) -> [[f64; PARAMETERS]; PARAMETERS] {
-    std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)]))
 }

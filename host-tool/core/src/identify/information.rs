@@ -1,8 +1,7 @@
 //! What data can tell at best: Fisher's information and the bound that follows from it.
 
-use super::fit::{Weighting, rows};
 use super::model::{Constants, NAMES, PARAMETERS};
-use super::problem::Problem;
+use super::problem::{Problem, Weighting};
 use super::record::ForceRecord;
 use nalgebra::SMatrix;
 
@@ -72,4 +71,10 @@ pub fn untold(covariance: &Square) -> Vec<&'static str> {
     };
     let all = (0..PARAMETERS).filter(is_untold);
     all.filter_map(|i| NAMES.get(i).copied()).collect()
+}
+
+pub(super) fn rows(
+    matrix: &SMatrix<f64, PARAMETERS, PARAMETERS>,
+) -> [[f64; PARAMETERS]; PARAMETERS] {
+    std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)]))
 }

@@ -4,12 +4,23 @@
 //! straight in a record is taken out of it and of the model alike.
 
 use super::average::{averaged, spread};
-use super::fit::Weighting;
 use super::model::{Constants, PARAMETERS, simulated};
 use super::record::ForceRecord;
 use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;
 use nalgebra::{DVector, Dyn, OMatrix, SMatrix, SVector, U5};
+
+/// What is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weighting {
+    /// The samples themselves. White noise that a moving average made correlated is white
+    /// again when the average is undone: this is generalised least squares of the averaged
+    /// record, and as good as any estimator can be.
+    Whitened,
+    /// Averages against the averaged model, each as heavy as another: the paper's (equation
+    /// 7), but through the filter. Its intervals know of the correlation (a sandwich).
+    Averaged,
+}
 
 /// Straight lines of a record: two directions of length 1, at right angles.
 #[derive(Debug, Clone)]
