@@ -6,8 +6,10 @@
 mod digits;
 mod keys;
 mod sight;
+mod terminal;
 mod view;
 
 pub use keys::order as calibration_order;
-pub use sight::{Behind, Sight, sit};
+pub use sight::{Behind, Sight};
+pub use terminal::sit;
 pub use view::draw as draw_calibration;
