@@ -2,7 +2,7 @@
 
 use super::declaration::Declaration;
 use super::error::LeeError;
-use super::protocol::Session;
+use super::protocol::{Session, peak_n};
 use host_core::identify::{
     Agreement, Constants, Exponential, Fit, Fitted, ForceRecord, Response, Weighting, agreement,
     averaged, responses, simulated,
@@ -30,12 +30,6 @@ pub struct Analysed {
     pub responses: Vec<[Option<Response>; 3]>,
     /// T_RT of what was measured, by amplitude and frequency, s.
     pub measured_t_rt_s: Vec<[Option<f64>; 3]>,
-}
-
-/// Greatest 40 ms mean above rest, N.
-pub(super) fn peak_n(record: &ForceRecord) -> f64 {
-    let all = averaged(&record.from_rest());
-    all.into_iter().fold(0.0, f64::max)
 }
 
 /// # Errors

@@ -2,7 +2,7 @@
 
 use super::declaration::Declaration;
 use super::error::LeeError;
-use host_core::identify::{ForceRecord, Found, bare_rule, in_order};
+use host_core::identify::{ForceRecord, Found, averaged, bare_rule, in_order};
 
 /// Rest before a train that is fitted, and all of its record, samples of 1 ms.
 const BEFORE: usize = 500;
@@ -130,8 +130,14 @@ pub fn search(by: &mut dyn Stimulator, declared: &Declaration) -> Result<Searche
     Ok(Searched {
         found,
         bare_ma,
-        placement_n: super::analysis::peak_n(&placement),
+        placement_n: peak_n(&placement),
     })
+}
+
+/// Greatest 40 ms mean above rest, N.
+pub(super) fn peak_n(record: &ForceRecord) -> f64 {
+    let all = averaged(&record.from_rest());
+    all.into_iter().fold(0.0, f64::max)
 }
 
 /// Step 4.
