@@ -12,6 +12,7 @@ mod session_errors;
 mod session_files;
 mod session_hand;
 mod session_schema;
+mod session_values;
 mod session_wearer;
 mod statistics;
 mod statistics_refused;
