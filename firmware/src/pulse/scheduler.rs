@@ -3,56 +3,21 @@
 use super::plan::{Change, Levels, State, WindowPlan};
 use super::{CHANNELS, Group, MAX_GROUPS, Partner, TRIGGER_DELAY_US, Train, Trigger, WINDOW_US};
 use crate::seal::{Seal, Turn};
-use crate::units::{DacCode, Micros, us};
-use core::num::{NonZeroU16, NonZeroU32};
+use crate::units::{Micros, us};
 use heapless::Vec;
 
 mod agenda;
+mod isolated;
 mod lane;
 mod memory;
+mod supply;
 #[cfg(test)]
 mod tests;
 
 use agenda::Agenda;
+use isolated::{advance_together, dues, earliest};
 use lane::{Lane, Phase};
-
-/// What the scheduler asks before it pulses. `safety` answers; a refusal means
-/// silence, never a smaller pulse.
-pub trait Supply {
-    /// What a whole burst on `channel` that starts at `at` is.
-    fn burst(&mut self, channel: u8, at: Micros) -> Burst;
-    /// Whether a pulse may still start that has its last edge at `end`.
-    fn may_pulse(&mut self, channel: u8, end: Micros) -> bool;
-}
-
-/// A burst as its supply wants it: amplitude and width together, for all its pulses.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Burst {
-    /// Of each pulse; none leaves the burst out.
-    pub code: Option<DacCode>,
-    /// Width of each phase, µs, at most the train's largest; none is the train's own.
-    pub width_us: Option<NonZeroU16>,
-    /// From this burst to the next, µs, played or left out; none is the period.
-    pub next_us: Option<NonZeroU32>,
-}
-
-impl Burst {
-    /// No pulse.
-    pub const SILENT: Self = Self {
-        code: None,
-        width_us: None,
-        next_us: None,
-    };
-
-    /// Of this amplitude and the train's own width.
-    #[must_use]
-    pub const fn of(code: DacCode) -> Self {
-        Self {
-            code: Some(code),
-            ..Self::SILENT
-        }
-    }
-}
+pub use supply::{Burst, Supply};
 
 /// The middle of a phase.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -417,63 +382,6 @@ fn with_groups(picture: Picture, groups: &[Group]) -> Levels {
         }
     }
     levels
-}
-
-/// Takes the members of an isolated group through the window, earliest edge
-/// first, and settles after each which groundings it interrupts or resumes.
-fn advance_together(
-    lanes: &mut [Option<Lane>; CHANNELS],
-    members: u16,
-    agenda: &mut Agenda,
-    supply: &mut impl Supply,
-    plan: &mut WindowPlan,
-) -> Result<(), RenderError> {
-    while let Some(now) = earliest(dues(lanes, members))
-        && let Some(slot) = agenda.slot(now)
-    {
-        let mut pulsing = 0;
-        for channel in bits(members.into()) {
-            if let Some(Some(lane)) = lanes.get_mut(channel) {
-                if lane.due == Some(now) {
-                    let old = lane.shows;
-                    // channel < 10 fits u8.
-                    lane.edge(channel as u8, now, supply, plan)?;
-                    agenda.enter(slot, old.0 ^ lane.shows.0);
-                }
-                pulsing |= lane.shows.pulsing();
-            }
-        }
-        for channel in bits(members.into()) {
-            if let Some(Some(lane)) = lanes.get_mut(channel) {
-                let old = lane.shows;
-                lane.update_grounding(now, pulsing != 0);
-                agenda.enter(slot, old.0 ^ lane.shows.0);
-            }
-        }
-    }
-    Ok(())
-}
-
-/// The next edges of those lanes that have one.
-fn dues(lanes: &[Option<Lane>; CHANNELS], members: u16) -> impl Iterator<Item = Micros> {
-    let lanes = lanes.iter().enumerate();
-    lanes.filter_map(move |(channel, lane)| {
-        let due = lane.as_ref()?.due?;
-        (members & 1 << channel != 0).then_some(due)
-    })
-}
-
-/// The first of `times`, which lie within half the clock's range.
-fn earliest(times: impl Iterator<Item = Micros>) -> Option<Micros> {
-    times.fold(None, |first, at| earlier(first, Some(at)))
-}
-
-/// The first of two times, if any.
-fn earlier(a: Option<Micros>, b: Option<Micros>) -> Option<Micros> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some(if b.is_before(a) { b } else { a }),
-        _ => a.or(b),
-    }
 }
 
 /// Positions of the bits of `mask`, lowest first.

@@ -1,6 +1,9 @@
 //! One channel's train under way: phases of a pulse, pulses of a burst, bursts.
 
+mod changes;
 mod seals;
+#[cfg(test)]
+mod tests;
 
 use super::{Agenda, Picture, RenderError, Supply};
 use crate::pulse::Train;
@@ -332,34 +335,6 @@ impl Lane {
         Ok(())
     }
 
-    /// Width of a phase of the burst under way, or of the latest, µs.
-    pub(super) fn width_us(&self) -> u16 {
-        let [first, ..] = &self.stretches;
-        first.map_or(0, |first| first.length_us.get())
-    }
-
-    /// The pulses of the burst that begins have phases of this width, or of the train's
-    /// own.
-    #[inline]
-    fn set_width(&mut self, width_us: Option<NonZeroU16>) {
-        let width_us = width_us.map_or(self.train.spec().width_us, NonZeroU16::get);
-        if width_us != self.width_us() {
-            self.change_width(width_us);
-        }
-    }
-
-    #[inline(never)]
-    fn change_width(&mut self, width_us: u16) {
-        let Some(width_us) = NonZeroU16::new(width_us) else {
-            return; // a train's own is 10 µs or more
-        };
-        let [first, _, second] = &mut self.stretches;
-        for phase in [first, second].into_iter().flatten() {
-            phase.length_us = width_us;
-        }
-        self.seal_train();
-    }
-
     /// After a pulse, played or left out: on to the next of the burst, the
     /// next burst, or the end of the train.
     #[inline(never)]
@@ -387,109 +362,5 @@ impl Lane {
         self.since_burst_us = interval_us;
         self.burst_start += us(interval_us);
         self.due = Some(self.burst_start);
-    }
-
-    /// Plays on with another period. A burst that has not begun is moved to that
-    /// period from the one before it, but not before `earliest`. Returns whether
-    /// it was.
-    pub(super) fn set_period(&mut self, period_us: u32, earliest: Micros) -> bool {
-        if period_us == self.period_us || !self.is_sealed() {
-            return false; // an unsealed one is found with its next edge
-        }
-        let moved = self.move_to_period(period_us, earliest);
-        self.seal();
-        moved
-    }
-
-    fn move_to_period(&mut self, period_us: u32, earliest: Micros) -> bool {
-        self.period_us = period_us;
-        if self.since_burst_us == 0
-            || self.phase != Phase::Rest
-            || self.pulse != 0
-            || self.due.is_none()
-        {
-            return false;
-        }
-        let before = self.burst_start - us(self.since_burst_us);
-        let next = before + us(period_us);
-        self.burst_start = if next.is_before(earliest) {
-            earliest
-        } else {
-            next
-        };
-        self.since_burst_us = self.burst_start.elapsed_since(before);
-        self.due = Some(self.burst_start);
-        true
-    }
-}
-
-#[cfg(test)]
-impl Lane {
-    /// One way after the other in which a bit of a lane can change; `None` after the
-    /// last.
-    pub(super) fn flip(&mut self, way: usize) -> Option<&'static str> {
-        let stretch = |stretch: &mut Option<Stretch>, bit: u16| {
-            let length = &mut stretch.as_mut().unwrap().length_us;
-            *length = NonZeroU16::new(length.get() ^ bit).unwrap();
-        };
-        Some(match way {
-            0 => {
-                stretch(&mut self.stretches[0], 1 << 9);
-                "length of the first phase"
-            }
-            1 => {
-                stretch(&mut self.stretches[2], 1);
-                "length of the second phase"
-            }
-            2 => {
-                self.stretches[2].as_mut().unwrap().shows.0 ^= 0b11;
-                "lines of the second phase"
-            }
-            3 => {
-                self.stretches[1].as_mut().unwrap().shows.0 ^= 0b100;
-                "another channel's line in the gap"
-            }
-            4 => {
-                self.period_us ^= 1 << 12;
-                "period"
-            }
-            5 => {
-                self.due = self.due.map(|due| due + us(16));
-                "next edge"
-            }
-            6 => {
-                self.burst_start += us(1 << 8);
-                "start of the burst"
-            }
-            7 => {
-                self.pulse ^= 1;
-                "pulse of the burst"
-            }
-            8 => {
-                self.code = Some(DacCode::new(40_000));
-                "code of the burst"
-            }
-            9 => {
-                self.stretch ^= 2;
-                "stretch under way"
-            }
-            10 => {
-                self.phase = Phase::Recovering;
-                "phase"
-            }
-            11 => {
-                self.bursts_left ^= 1;
-                "bursts left"
-            }
-            12 => {
-                self.tail_us ^= 1 << 4;
-                "tail"
-            }
-            13 => {
-                self.next_us ^= 1 << 10;
-                "time to the next burst"
-            }
-            _ => return None,
-        })
     }
 }

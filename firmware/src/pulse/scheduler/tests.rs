@@ -1,6 +1,6 @@
 use super::*;
 use crate::pulse::{Shape, TrainSpec, Trigger, train::tests::PLAIN};
-use crate::units::us;
+use crate::units::{DacCode, us};
 
 struct Always;
 impl Supply for Always {

@@ -1,0 +1,65 @@
+//! Isolated groups: their members' edges are taken together, in time order.
+
+use super::agenda::Agenda;
+use super::lane::Lane;
+use super::{RenderError, Supply, bits};
+use crate::pulse::CHANNELS;
+use crate::pulse::plan::WindowPlan;
+use crate::units::Micros;
+
+/// Takes the members of an isolated group through the window, earliest edge
+/// first, and settles after each which groundings it interrupts or resumes.
+pub(super) fn advance_together(
+    lanes: &mut [Option<Lane>; CHANNELS],
+    members: u16,
+    agenda: &mut Agenda,
+    supply: &mut impl Supply,
+    plan: &mut WindowPlan,
+) -> Result<(), RenderError> {
+    while let Some(now) = earliest(dues(lanes, members))
+        && let Some(slot) = agenda.slot(now)
+    {
+        let mut pulsing = 0;
+        for channel in bits(members.into()) {
+            if let Some(Some(lane)) = lanes.get_mut(channel) {
+                if lane.due == Some(now) {
+                    let old = lane.shows;
+                    // channel < 10 fits u8.
+                    lane.edge(channel as u8, now, supply, plan)?;
+                    agenda.enter(slot, old.0 ^ lane.shows.0);
+                }
+                pulsing |= lane.shows.pulsing();
+            }
+        }
+        for channel in bits(members.into()) {
+            if let Some(Some(lane)) = lanes.get_mut(channel) {
+                let old = lane.shows;
+                lane.update_grounding(now, pulsing != 0);
+                agenda.enter(slot, old.0 ^ lane.shows.0);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The next edges of those lanes that have one.
+pub(super) fn dues(lanes: &[Option<Lane>; CHANNELS], members: u16) -> impl Iterator<Item = Micros> {
+    let lanes = lanes.iter().enumerate();
+    lanes.filter_map(move |(channel, lane)| {
+        let due = lane.as_ref()?.due?;
+        (members & 1 << channel != 0).then_some(due)
+    })
+}
+
+/// The first of `times`, which lie within half the clock's range.
+pub(super) fn earliest(times: impl Iterator<Item = Micros>) -> Option<Micros> {
+    times.fold(None, |first, at| earlier(first, Some(at)))
+}
+
+/// The first of two times, if any.
+fn earlier(a: Option<Micros>, b: Option<Micros>) -> Option<Micros> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.is_before(a) { b } else { a }),
+        _ => a.or(b),
+    }
+}

@@ -1,0 +1,42 @@
+//! What a scheduler has from `safety`: permission and amplitudes.
+
+use crate::units::{DacCode, Micros};
+use core::num::{NonZeroU16, NonZeroU32};
+
+/// What the scheduler asks before it pulses. `safety` answers; a refusal means
+/// silence, never a smaller pulse.
+pub trait Supply {
+    /// What a whole burst on `channel` that starts at `at` is.
+    fn burst(&mut self, channel: u8, at: Micros) -> Burst;
+    /// Whether a pulse may still start that has its last edge at `end`.
+    fn may_pulse(&mut self, channel: u8, end: Micros) -> bool;
+}
+
+/// A burst as its supply wants it: amplitude and width together, for all its pulses.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Burst {
+    /// Of each pulse; none leaves the burst out.
+    pub code: Option<DacCode>,
+    /// Width of each phase, µs, at most the train's largest; none is the train's own.
+    pub width_us: Option<NonZeroU16>,
+    /// From this burst to the next, µs, played or left out; none is the period.
+    pub next_us: Option<NonZeroU32>,
+}
+
+impl Burst {
+    /// No pulse.
+    pub const SILENT: Self = Self {
+        code: None,
+        width_us: None,
+        next_us: None,
+    };
+
+    /// Of this amplitude and the train's own width.
+    #[must_use]
+    pub const fn of(code: DacCode) -> Self {
+        Self {
+            code: Some(code),
+            ..Self::SILENT
+        }
+    }
+}
