@@ -1,0 +1,251 @@
+//! The rules between the parts, and what comes of parts that keep them all.
+
+use super::{Draft, Mistake, Part, Rule, channel_of};
+use crate::control::{ForceControl, Joint, JointSpec};
+use crate::device::part::{ControlPart, Muscle};
+use crate::haptics::{Wall, WallSpec};
+use crate::muscle::MuscleSpec;
+use crate::pulse::{CHANNELS, GroupError, TrainSpec};
+use crate::range::OutOfRange;
+use crate::safety::{Channel, Setup, SetupError, Sums, check_group};
+use crate::units::Amplitude;
+use heapless::Vec;
+
+impl Draft {
+    /// Checks everything again, together. Hands each mistake to `found`, until that
+    /// answers with an error; a rule between parts is held only against parts that
+    /// are sound by themselves. What comes of no mistake is what the pulser works
+    /// with; what the controller works with are the [`Self::parts`], all of which
+    /// can be built then.
+    ///
+    /// # Errors
+    /// Those of `found`.
+    pub fn examine<E>(
+        &self,
+        mut found: impl FnMut(Mistake) -> Result<(), E>,
+    ) -> Result<Option<Setup>, E> {
+        let mut is_sound = true;
+        let mut found = |mistake| {
+            is_sound = false;
+            found(mistake)
+        };
+        let wearer = match self.wearer.validate() {
+            Ok(wearer) => wearer,
+            Err(e) => return found(Mistake::of(Part::Wearer)(e)).map(|()| None),
+        };
+        let mut channels: [Option<Channel>; CHANNELS] = [None; CHANNELS];
+        let specs = self.channels.iter().zip(&self.forces);
+        for (index, (slot, (spec, force))) in (0u8..).zip(channels.iter_mut().zip(specs)) {
+            let Some(spec) = spec else { continue };
+            match channel_of(spec, force.as_ref(), &wearer) {
+                Ok(channel) => *slot = Some(channel),
+                Err(e) => found(Mistake::of(Part::Channel(index))(e))?,
+            }
+            self.check_stage(index, spec).or_else(&mut found)?;
+        }
+        if self.used() == 0 {
+            found(Mistake::of(Part::Setup)(Rule::NothingToArm))?;
+        }
+        let sums = Sums::of(&channels);
+        let together = sums.check(&wearer).map_err(SetupError::Sum);
+        together.map_or_else(|e| found(Mistake::of(Part::Setup)(e)), Ok)?;
+        self.examine_joint_and_wall(&mut found)?;
+        self.examine_forces(&mut found)?;
+        if let Some(sync) = self.sync
+            && self.used() & 1 << sync == 0
+        {
+            found(Mistake::of(Part::Sync)(Rule::NoTrain { channel: sync }))?; // sync <= 9
+        }
+        for part in self.parts() {
+            part.map_or_else(&mut found, |_| Ok(()))?;
+        }
+        let used = self.used();
+        let trains = channels.map(|channel| channel.map(|c| c.train));
+        let mut groups = Vec::new();
+        for spec in &self.groups {
+            match check_group(spec, &channels, &trains) {
+                Ok(group) => {
+                    let _ = groups.push(group); // as many as there are specs
+                }
+                // Of a train that is there, but not sound, everything has been told.
+                Err(GroupError::NoTrain { channel }) if used & 1 << channel != 0 => {} // <= 9
+                Err(e) => found(Mistake::of(Part::Groups)(SetupError::Group(e)))?,
+            }
+        }
+        Ok(is_sound.then_some(Setup {
+            wearer,
+            channels,
+            sums,
+            groups,
+            sync: self.sync,
+            controlled: self.controlled(),
+        }))
+    }
+
+    /// Channels that the joint, the wall or force control drives, as bits: a host
+    /// may not.
+    #[must_use]
+    pub fn controlled(&self) -> u16 {
+        let forces = (0u8..)
+            .zip(&self.forces)
+            .filter(|(_, force)| force.is_some());
+        forces.fold(self.guided(), |mask, (channel, _)| mask | 1 << channel) // below 10
+    }
+
+    /// Channels of the joint and of the wall, as bits.
+    fn guided(&self) -> u16 {
+        let joint = self.joint.iter().flat_map(JointSpec::points);
+        let wall = self.wall.iter().flat_map(WallSpec::demands);
+        let all = joint
+            .map(|p| p.channel)
+            .chain(wall.map(|(channel, ..)| channel));
+        all.fold(0, |mask, channel| mask | 1 << channel) // at most 9
+    }
+
+    /// What the controller works with; one is built at a time.
+    pub(in crate::device) fn parts(&self) -> impl Iterator<Item = Result<ControlPart, Mistake>> {
+        let periods = self
+            .channels
+            .map(|spec| spec.map_or(0, |s| s.train.period_us));
+        let channels = core::iter::once(Ok(ControlPart::Channels {
+            channels: self.used(),
+            live_widths: self.live_widths(),
+            periods_us: periods,
+        }));
+        let tables = self.tables.iter();
+        let muscles = (0u8..).zip(self.muscles.iter().zip(tables));
+        let muscles = muscles.filter_map(|(channel, (muscle, table))| {
+            Some(self.muscle(channel, muscle.as_ref()?, table.as_ref()))
+        });
+        let joint = self.joint.iter().map(|spec| {
+            let joint = Joint::new(spec).map_err(Mistake::of(Part::Joint));
+            Ok(ControlPart::Joint(joint?))
+        });
+        let wall = self.wall.iter().map(|spec| {
+            let wall = Wall::new(spec).map_err(Mistake::of(Part::Wall));
+            Ok(ControlPart::Wall(wall?))
+        });
+        channels.chain(muscles).chain(joint).chain(wall)
+    }
+
+    /// A muscle, if its model can follow its channel's bursts, and its table.
+    fn muscle(
+        &self,
+        channel: u8,
+        spec: &MuscleSpec,
+        table: Option<&Result<ForceControl, OutOfRange>>,
+    ) -> Result<ControlPart, Mistake> {
+        let part = Part::Muscle(channel);
+        if let Some(Some(channel)) = self.channels.get(usize::from(channel)) {
+            let train = &channel.train;
+            if has_live_width(train) {
+                return Err(Mistake::of(part)(Rule::WidthChanges));
+            }
+            let follows = spec.force.check_train(train.burst_count, train.period_us);
+            follows.map_err(Mistake::of(part))?;
+        }
+        let (force, recruitment) = spec.validate().map_err(Mistake::of(part))?;
+        let muscle = Muscle {
+            channel,
+            recruitment,
+            force,
+        };
+        let control = table.cloned().transpose();
+        let control = control.map_err(Mistake::of(Part::Force(channel)))?;
+        Ok(ControlPart::Muscle(muscle, control))
+    }
+
+    /// Channels whose pulse width may change, as bits.
+    fn live_widths(&self) -> u16 {
+        let channels = (0u8..).zip(&self.channels); // below 10
+        channels.fold(0, |live, (index, spec)| {
+            let is_live = spec
+                .as_ref()
+                .is_some_and(|spec| has_live_width(&spec.train));
+            live | u16::from(is_live) << index
+        })
+    }
+
+    /// Channels with a train, as bits.
+    fn used(&self) -> u16 {
+        let channels = (0u8..).zip(&self.channels); // below 10
+        channels.fold(0, |used, (index, spec)| {
+            used | u16::from(spec.is_some()) << index
+        })
+    }
+
+    /// Checks the channels of the joint or the wall.
+    fn examine_joint_and_wall<E>(
+        &self,
+        found: &mut impl FnMut(Mistake) -> Result<(), E>,
+    ) -> Result<(), E> {
+        for point in self.joint.iter().flat_map(JointSpec::points) {
+            let demand = (point.channel, point.max, "max");
+            self.within_limit(Part::Joint, demand)
+                .map_or_else(&mut *found, Ok)?;
+        }
+        let Some(wall) = &self.wall else {
+            return Ok(());
+        };
+        // The device measures one angle, for a joint or for a wall.
+        if let Some(joint) = &self.joint {
+            let mut channels = wall.demands().map(|(channel, ..)| channel);
+            let shared = channels.find(|c| joint.points().any(|point| point.channel == *c));
+            found(Mistake::of(Part::Wall)(Rule::JointAndWall { shared }))?;
+        }
+        for demand in wall.demands() {
+            self.within_limit(Part::Wall, demand)
+                .map_or_else(&mut *found, Ok)?;
+        }
+        Ok(())
+    }
+
+    /// Checks the channels under force control.
+    fn examine_forces<E>(&self, found: &mut impl FnMut(Mistake) -> Result<(), E>) -> Result<(), E> {
+        let guided = self.guided();
+        for (channel, (spec, muscle)) in (0u8..).zip(self.forces.iter().zip(&self.muscles)) {
+            if spec.is_none() {
+                continue;
+            }
+            let part = Part::Force(channel);
+            match muscle {
+                None => found(Mistake::of(part)(Rule::NoMuscle))?,
+                Some(muscle) => {
+                    let demand = (channel, muscle.recruitment.limit, "limit");
+                    self.within_limit(part, demand)
+                        .map_or_else(&mut *found, Ok)?;
+                }
+            }
+            if guided & 1 << channel != 0 {
+                found(Mistake::of(part)(Rule::Controlled))?; // below 10
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that `part` finds its channel and asks for no more than its limit.
+    fn within_limit(
+        &self,
+        part: Part,
+        (channel, amplitude, field): (u8, Amplitude, &'static str),
+    ) -> Result<(), Mistake> {
+        let config = self.channels.get(usize::from(channel)).copied().flatten();
+        let limit = match config {
+            None => return Err(Mistake::of(part)(Rule::NoTrain { channel })),
+            Some(config) => config.limit,
+        };
+        if amplitude > limit {
+            return Err(Mistake::of(part)(Rule::AboveLimit {
+                channel,
+                field,
+                limit,
+            }));
+        }
+        Ok(())
+    }
+}
+
+/// Whether a setpoint may ask for another width than the train's own.
+const fn has_live_width(train: &TrainSpec) -> bool {
+    train.max_width_us > train.width_us
+}
