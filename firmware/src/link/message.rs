@@ -7,8 +7,10 @@ use crate::haptics::WallSpec;
 use crate::muscle::{MuscleSpec, Rung};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS, TrainSpec};
 use crate::range::Range;
-use crate::safety::{ChannelSpec, FaultRecord, StageKind, Stages, State, StopCause, WearerSpec};
-use crate::safety::{ListedPulse, MAX_LISTED};
+use crate::safety::{
+    ChannelSpec, FaultRecord, ListedPulse, MAX_LISTED, StageKind, Stages, State, StopCause,
+    WearerSpec,
+};
 use crate::units::{Amplitude, Micros};
 use heapless::Vec;
 use postcard_schema::{Schema, key::hash::fnv1a64::hash_ty_path};

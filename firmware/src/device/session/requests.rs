@@ -6,8 +6,9 @@ use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
 use super::{Answer, Reply, Session, busy, is_arming, send, submit};
 use crate::link::{Code, Part, Refusal, Request, SetupSum};
 use crate::pulse::{CHANNELS, TrainSpec};
-use crate::safety::{ListedPulse, MAX_LISTED, PulseList};
-use crate::safety::{Origin, StageKind, StageTable, Stages, State};
+use crate::safety::{
+    ListedPulse, MAX_LISTED, Origin, PulseList, StageKind, StageTable, Stages, State,
+};
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use fixed::types::I16F16;
 use heapless::Vec;

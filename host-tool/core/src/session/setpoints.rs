@@ -1,7 +1,9 @@
 //! `[setpoints]`: what the host streams while the session runs.
 
+mod pairs;
 mod read;
 mod stimulus;
+mod times;
 
 use std::f64::consts::TAU;
 

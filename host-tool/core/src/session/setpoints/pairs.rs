@@ -1,0 +1,180 @@
+//! Reads amplitudes and widths, and lists of pulses, and asks the firmware whether it
+//! would take them.
+
+use firmware::device::channel_of;
+use firmware::safety::{self, ListedPulse, PulseList, Stimulus};
+use firmware::units::Amplitude;
+
+use super::super::channel::Channel;
+use super::super::setup::SetupSpec;
+use super::times::read_time;
+use super::{Course, StimulusCourse};
+use crate::fields::decimal::in_units;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
+
+/// Reads `values`: of channels that nothing else drives, by rising channel.
+pub(super) fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u8, Stimulus)>> {
+    let mut values: Vec<(u8, Stimulus)> = Vec::new();
+    let driven = match t.word("kind") {
+        "amplitude-ramp" | "amplitude-steps" => Some(t.whole::<u8>("channel")),
+        _ => None,
+    };
+    for item in t.tables("values").iter().filter(|item| item.is_sound()) {
+        let Some(found) = find_free(item, setup) else {
+            continue;
+        };
+        let channel = found.number;
+        if driven == Some(channel) || values.iter().any(|&(index, _)| index == found.index()) {
+            item.say("channel", Problem::ChannelTwice { channel });
+        } else if let Some(stimulus) = read_stimulus(item, found) {
+            check_stimulus(item, found, setup, stimulus);
+            values.push((found.index(), stimulus));
+        }
+    }
+    values.sort_unstable_by_key(|&(index, _)| index);
+    // The device wants every width or none.
+    let is_live = |(index, _): &(u8, Stimulus)| {
+        let mut channels = setup.channels.list.iter();
+        channels.any(|it| it.index() == *index && it.has_live_width())
+    };
+    if !values.iter().any(is_live) {
+        for (_, value) in &mut values {
+            *value = Stimulus::own(value.amplitude);
+        }
+    }
+    Some(values)
+}
+
+/// The channel that a setpoint of the host's may drive.
+fn find_free<'s>(item: &Table<'_>, setup: &'s SetupSpec) -> Option<&'s Channel> {
+    let found = setup.channels.find(item, "channel")?;
+    let channel = found.number;
+    if found.force.is_some() {
+        item.say("channel", Problem::ForceControlled { channel });
+    } else if setup.controlled & 1 << found.index() != 0 {
+        item.say("channel", Problem::Controlled { channel });
+    } else {
+        return Some(found);
+    }
+    None
+}
+
+/// Reads `value` and `width_us`, the train's own if it says none.
+fn read_stimulus(item: &Table<'_>, found: &Channel) -> Option<Stimulus> {
+    let train = &found.spec.train;
+    let amplitude = Amplitude::new(item.whole("value"));
+    let width_us = match item.has("width_us") {
+        true => item.whole("width_us"),
+        false => train.width_us,
+    };
+    if amplitude > found.spec.limit {
+        found.tell_above_limit(item, "value");
+    } else if !found.has_live_width() && width_us != train.width_us {
+        let (channel, own_us) = (found.number, train.width_us);
+        item.say("width_us", Problem::FixedWidth { channel, own_us });
+    } else if width_us > train.max_width_us.max(train.width_us) {
+        let allowed = format!("up to the train's `max_width_us` of {}", train.max_width_us);
+        item.out_of_range("width_us", allowed);
+    } else {
+        return Some(Stimulus {
+            amplitude,
+            width_us,
+        });
+    }
+    None
+}
+
+/// Asks the firmware's channel whether it would take this amplitude at this width.
+fn check_stimulus(item: &Table<'_>, found: &Channel, setup: &SetupSpec, stimulus: Stimulus) {
+    let Some((channel, wearer)) = armed(found, setup) else {
+        return; // told
+    };
+    let highest = channel.highest_at(stimulus.width_us, &wearer);
+    if stimulus.width_us != 0 && stimulus.amplitude > highest {
+        let problem = Problem::ChargeAtWidth {
+            value: found.display(stimulus.amplitude),
+            width_us: stimulus.width_us,
+            most: found.display(highest),
+            max_uc: in_units(wearer.spec().max_charge_nc.into(), 3),
+        };
+        item.say("value", problem);
+    }
+}
+
+/// A channel as the device arms it.
+fn armed(found: &Channel, setup: &SetupSpec) -> Option<(safety::Channel, safety::Wearer)> {
+    let wearer = setup.wearer.validate().ok()?;
+    let channel = channel_of(&found.spec, found.force.as_ref(), &wearer).ok()?;
+    Some((channel, wearer))
+}
+
+/// Reads `channel` and `points`: amplitudes and widths over time.
+pub(super) fn read_stimuli(t: &Table<'_>, setup: &SetupSpec, is_held: bool) -> Option<Course> {
+    let found = find_free(t, setup)?;
+    let mut points: Vec<(u64, Stimulus)> = Vec::new();
+    let items: Vec<_> = t
+        .tables("points")
+        .iter()
+        .filter(|it| it.is_sound())
+        .collect();
+    for item in &items {
+        let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
+        points.push((at_us, read_stimulus(item, found)?));
+    }
+    let course = StimulusCourse {
+        points,
+        is_held,
+        is_live: found.has_live_width(),
+    };
+    for (place, stimulus) in course.peaks() {
+        check_stimulus(items.get(place)?, found, setup, stimulus);
+    }
+    Some(Course::Stimulus(found.index(), course))
+}
+
+/// Reads `list`: lists of pulses, by rising time.
+pub(super) fn read_lists(
+    t: &Table<'_>,
+    setup: &SetupSpec,
+    duration_us: u64,
+) -> Option<Vec<(u64, PulseList)>> {
+    let mut all: Vec<(u64, PulseList)> = Vec::new();
+    for item in t.tables("list").iter().filter(|item| item.is_sound()) {
+        let at_us = item.time("at_s", 1, duration_us)?;
+        if let Some(&(before, _)) = all.last().filter(|(before, _)| at_us <= *before) {
+            item.not_after("at_s", format!("the list at {} s", before as f64 / 1e6));
+            return None;
+        }
+        let Some(found) = find_free(item, setup) else {
+            continue;
+        };
+        if !found.spec.train.lists {
+            let channel = found.number;
+            item.say("channel", Problem::NoLists { channel });
+            continue;
+        }
+        let mut list = PulseList {
+            channel: found.index(),
+            pulses: Default::default(),
+        };
+        for pulse in item.tables("pulses").iter().filter(|it| it.is_sound()) {
+            let stimulus = read_stimulus(pulse, found)?;
+            check_stimulus(pulse, found, setup, stimulus);
+            let after_us: u32 = pulse.whole("after_us");
+            let least_us = found.spec.train.period_us;
+            if !list.pulses.is_empty() && after_us < least_us {
+                let allowed = format!("at least the train's period of {least_us} after the first");
+                pulse.out_of_range("after_us", allowed);
+            }
+            // As many as a list may have: checked.
+            let _ = list.pulses.push(ListedPulse {
+                after_us,
+                amplitude: stimulus.amplitude,
+                width_us: stimulus.width_us,
+            });
+        }
+        all.push((at_us, list));
+    }
+    Some(all)
+}
