@@ -134,7 +134,8 @@ fn history_is_only_ever_appended() {
         accepted: false,
     };
     // Appended: every byte that there was stays, comments with it.
-    let appended = append(&path, &[entry.clone()], &[check.clone()]).unwrap();
+    let (entries, checks) = (std::slice::from_ref(&entry), std::slice::from_ref(&check));
+    let appended = append(&path, entries, checks).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
     assert!(text.starts_with(FULL));
     assert_eq!(appended.history.len(), 2);
