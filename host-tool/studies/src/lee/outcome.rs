@@ -146,7 +146,7 @@ impl Study {
         let mut rows = Vec::new();
         let one = |it: Option<f64>| it.into_iter().collect::<Vec<f64>>();
         for (off, of) in self.t_rt_off_ms(parts).iter().zip(["fitted", "true"]) {
-            let told = format!("T_RT off table 7, rms, {of}, 8 subjects");
+            let told = format!("T_RT off table 7, rms of 8, {of}");
             rows.push(row(
                 (&format!("t-rt-off-{of}"), &told, "ms"),
                 None,
