@@ -107,7 +107,7 @@ fn load(path: &Path) -> anyhow::Result<(SearchFile, Session)> {
 fn mistakes(file: &SearchFile, session: &Session, is_simulated: bool) -> Vec<String> {
     let limit_of = |number: u8| {
         let mut channels = session.channels.iter();
-        let channel = channels.find(|c| c.number == number && !c.spec.train.trigger.is_some())?;
+        let channel = channels.find(|c| c.number == number && c.spec.train.trigger.is_none())?;
         Some((Milli(channel.spec.limit.get()), channel.unit().symbol()))
     };
     let mut told = Vec::new();

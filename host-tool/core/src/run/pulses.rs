@@ -35,7 +35,7 @@ pub(super) fn why_silent(session: &Session, length_us: u64, idle_triggers: u64) 
              [simulated_trigger] in the session file gives a simulator edges"
         };
     }
-    let first = trains().filter(|train| !train.trigger.is_some());
+    let first = trains().filter(|train| train.trigger.is_none());
     let first = first.map(|train| u64::from(train.offset_us)).min();
     if first.is_some_and(|offset| offset >= length_us) {
         return "it ended before the first channel's offset_us";

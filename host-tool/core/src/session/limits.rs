@@ -120,7 +120,7 @@ pub(super) fn tell_times(
         let (number, train) = (channel.number, &channel.spec.train);
         let period_us = u64::from(train.period_us);
         let bursts = u64::from(wearer.rise_bursts) * period_us;
-        if !train.trigger.is_some() && bursts >= duration_us.max(1) {
+        if train.trigger.is_none() && bursts >= duration_us.max(1) {
             notes.push(format!(
                 "channel {number}: the rise of `wearer.rise_bursts` = {} takes {} s, and the \
                  session lasts {} s",
@@ -138,7 +138,7 @@ pub(super) fn tell_times(
         let bursts = most_pc / burst_pc.max(1);
         let ends_us = bursts * period_us;
         let has_more = train.repeats == 0 || u64::from(train.repeats) > bursts;
-        if !train.trigger.is_some() && has_more && ends_us < duration_us {
+        if train.trigger.is_none() && has_more && ends_us < duration_us {
             notes.push(format!(
                 "channel {number}: at its limit `wearer.max_dose_mc` = {} is reached after {} s, \
                  and the device stops there",
