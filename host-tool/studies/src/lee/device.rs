@@ -59,7 +59,9 @@ impl Body for Noting {
 
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.wrist.samples();
-        for sample in before + 1..=to_us / SAMPLE_US {
+        // A pulse is known when its phase ends: a sample is taken a millisecond later, when
+        // every pulse before it is.
+        for sample in before + 1..=(to_us / SAMPLE_US).saturating_sub(1) {
             self.wrist.advance(sample * SAMPLE_US);
             let reading = self.wrist.instrument_n().unwrap_or_default();
             let mut heard = self.heard();
