@@ -82,12 +82,12 @@ impl Study {
                 .map(|it| self.bound_of(it, trains, decay, noise_n(it)))
                 .collect();
             let mut row = vec![what.to_owned()];
-            for i in 0..PARAMETERS {
+            for (i, constant) in NAMES.iter().enumerate() {
                 let errors = all.iter().flatten().map(|it| 100.0 * it.errors()[i]);
                 let untold = all
                     .iter()
                     .flatten()
-                    .filter(|it| it.untold.contains(&NAMES[i]))
+                    .filter(|it| it.untold.contains(constant))
                     .count();
                 row.push(format!("{} ({untold})", cell(median(errors), 1)));
             }

@@ -19,6 +19,7 @@ mod figures;
 mod foreign;
 mod judged;
 mod outcome;
+#[allow(clippy::approx_constant)] // printed numbers
 mod paper;
 mod pools;
 mod protocol;

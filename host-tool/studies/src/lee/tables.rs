@@ -68,6 +68,7 @@ impl Study {
         )
     }
 
+    #[allow(clippy::type_complexity, clippy::redundant_closure)] // five readers in a row
     fn table_3(&self, parts: &[Part]) -> Sheet {
         let mut rows = Vec::new();
         for (f, hz) in self.declared.trains.frequencies_hz.iter().enumerate() {
@@ -218,13 +219,13 @@ impl Study {
         for subject in 0..SUBJECTS {
             let truth = self.true_t_rt_ms(subject);
             let mut row = vec![name(subject)];
-            for f in 0..3 {
+            for (f, of_truth) in truth.into_iter().enumerate() {
                 let own = printed(parts, subject).filter_map(|it| it.responses.last()?[f]);
                 let ours = median(own.map(|it| 1e3 * it.t_rt_s()));
                 row.push(format!(
                     "{} / {}",
                     beside(paper::TABLE_7[subject][f], ours, 1),
-                    cell(truth[f], 1)
+                    cell(of_truth, 1)
                 ));
             }
             rows.push(row);
