@@ -336,7 +336,7 @@ const BAD_WIDTHS: &[&str] = &[
     "rate_hz = 50 → rate_hz = 50 ⏎ values = [{ channel = 1, value = 5.0 }]",
     "rate_hz = 50 → rate_hz = 50 ⏎ values = [{ channel = 2, value = 5.0, width_us = 36 }]",
     "rate_hz = 50 → rate_hz = 50 ⏎ values = [{ channel = 2, value = 5.0, width_us = 9 }]",
-    "[setpoints] → [channel.muscle] ⏎ a_n_per_s = 265.1 ⏎ k = 0.2 ⏎ tau_c_ms = 20 ⏎ tau1_ms = 50.5 ⏎ tau2_ms = 100 ⏎ motor_threshold = 2.0 ⏎ reference = 35.0 ⏎ slope_per_unit = 0.3 ⏎ [setpoints]; width_us = 35, frequency_hz → width_us = 35, max_width_us = 40, frequency_hz",
+    "[setpoints] → [channel.muscle] ⏎ a_n_per_s = 265.1 ⏎ k = 0.2 ⏎ tau_c_ms = 20 ⏎ tau1_ms = 50.5 ⏎ tau2_ms = 100 ⏎ motor_threshold = 2.0 ⏎ reference = 35.0 ⏎ slope_per_unit = 0.3 ⏎ [setpoints]; width_us = 35, lists → width_us = 35, max_width_us = 40, lists",
     // Lists.
     "lists = true, → ",
     "lists = true, → lists = true, repeats = 3,",
