@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-SCHEMA = 0x64E93F4ECEBA5791  # docs/protocol.md, "Schema hash"
+SCHEMA = 0x581978B7D3EF7DA8  # docs/protocol.md, "Schema hash"
 
 # --- postcard: types are functions (encode) and methods of Reader (decode) ---
 
