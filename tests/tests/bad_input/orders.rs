@@ -226,7 +226,8 @@ fn widening() -> Bench {
     };
     let wearer = WearerSpec {
         max_charge_nc: 4_000,
-        ..desk::wearer(1)
+        rise_ms: 1,
+        ..desk::wearer(1_000)
     };
     let setup = [
         Request::Wearer(wearer),
@@ -266,8 +267,29 @@ fn width_rows() -> Vec<Row> {
         row("another width of a fixed train", Bench::stimulating, stimuli(&[(1_000, 201)]), own().allowed(200, 200)),
         row("a fixed train's own width", Bench::stimulating, stimuli(&[(1_000, 200)]), Expect::Done),
         row("too few widths", Bench::stimulating, one_width(0b11, &[0, 0]), count(2)),
+        row("a muscle under a live width", muscle_under_widths, desk::ARM, refused(Code::WidthChanges, "max_width_us").on(0)),
         row("widths for nobody", Bench::stimulating, one_width(0, &[]), refused(Code::OutOfRange, "mask").allowed(1, 1023)),
     ]
+}
+
+/// A muscle under a live width.
+fn muscle_under_widths() -> Bench {
+    let train = TrainSpec {
+        max_width_us: 400,
+        ..channel(0).train
+    };
+    let spec = ChannelSpec {
+        train,
+        ..channel(0)
+    };
+    let muscle = setup::MUSCLE;
+    Bench::open().after([
+        Request::Channel { channel: 0, spec },
+        Request::Muscle {
+            channel: 0,
+            spec: muscle,
+        },
+    ])
 }
 
 fn list(channel: u8, pulses: &[(u32, u32, u16)]) -> Request {

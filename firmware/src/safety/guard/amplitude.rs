@@ -36,7 +36,10 @@ impl Guard {
             return; // and the refill ends in a fault
         }
         let stimulus = self.with_width(channel, stimulus);
-        self.end_list_on(channel);
+        // A host repeats what it wants of the train; only another order is about the list.
+        if self.wanted.get(usize::from(channel)) != Some(&stimulus) {
+            self.end_list_on(channel);
+        }
         if self.limits_steps() {
             self.note_order(channel, stimulus, now);
         }
