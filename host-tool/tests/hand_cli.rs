@@ -364,7 +364,7 @@ fn what_cannot_be_is_refused_by_name() {
         ),
         (
             &["harris-wall", "--departure", "dry"],
-            "E518 --wearer and --departure belong to hamana-1 to hamana-4",
+            "E663 P: the wearer file has no `[elbow]`",
         ),
         (
             &["hamana-2", "--device", "/dev/none"],
@@ -376,7 +376,7 @@ fn what_cannot_be_is_refused_by_name() {
         ),
         (
             &["harris-wall", "--wearer", "P"],
-            "E518 --wearer and --departure belong to hamana-1 to hamana-4",
+            "E663 P: the wearer file has no `[elbow]`",
         ),
         (
             &["hamana-4", "--wearer", "P", "--device", "/dev/none"],

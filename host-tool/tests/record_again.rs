@@ -490,7 +490,7 @@ fn a_record_keeps_its_wearer() {
     let said = (&*kept.file, &*kept.name, &*kept.evidence, &*kept.sha256);
     assert_eq!(
         said,
-        ("harris-1.toml", "harris-1", "assumed", &*sha256(&wearer))
+        ("harris-1.toml", "harris-1", "simulated", &*sha256(&wearer))
     );
     assert_eq!(told(&folder, "rerun first --out second")["same"], true);
     are_the_same(&folder.join("first"), &folder.join("second"));

@@ -2,6 +2,7 @@
 
 use super::Step;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 /// Longest name of a movement, characters.
 const LONGEST: usize = 60;
@@ -55,8 +56,15 @@ impl Order {
     /// # Errors
     /// It is no order.
     pub fn parse(line: &str) -> Result<Self, OrderError> {
-        let order: Self = serde_json::from_str(line)
-            .map_err(|why| OrderError::Nonsense(crate::session::visible(&why.to_string())))?;
+        let nonsense = |why: String| OrderError::Nonsense(crate::session::visible(&why));
+        let order: Self = serde_json::from_str(line).map_err(|why| nonsense(why.to_string()))?;
+        // A tagged enum heeds no unknown field of an order that has none.
+        let said: Value = serde_json::from_str(line).map_err(|why| nonsense(why.to_string()))?;
+        let has_moves = matches!(order, Self::Moves { .. });
+        let mut keys = said.as_object().into_iter().flat_map(|it| it.keys());
+        if let Some(key) = keys.find(|key| *key != "order" && !(has_moves && *key == "moves")) {
+            return Err(nonsense(format!("unknown field `{key}`")));
+        }
         if let Self::Moves { moves } = &order {
             let is_name = |name: &String| {
                 let length = name.trim().chars().count();

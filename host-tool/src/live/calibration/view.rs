@@ -60,10 +60,11 @@ fn status_line(view: &View) -> Line<'_> {
     let badge = Span::styled(word, style.add_modifier(Modifier::BOLD));
     let (electrode, of, channel, place) = (view.electrode, view.of, view.channel, &view.place);
     let where_ = format!("  electrode {electrode} of {of}, channel {channel}: {place}");
-    let mut line = Line::from(vec![Span::raw(" "), badge, Span::raw(where_)]);
+    let mut line = Line::from(vec![Span::raw(" "), badge]);
     if view.complains {
-        line.push_span("  the wearer says: too much!".red().bold());
+        line.push_span("  TOO MUCH, the wearer says".red().bold());
     }
+    line.push_span(Span::raw(where_));
     line
 }
 
@@ -190,6 +191,6 @@ fn footer(view: &View) -> [Line<'static>; 2] {
     second.extend(key("t", "too much", !is_typing));
     second.extend(key("e", "enough", is_ready && view.step == Step::Comfort));
     second.extend(key("x", "leave out", !is_typing));
-    second.extend(key("esc", "END: silent at once (also space, q)", true));
+    second.extend(key("esc", "END: silent at once (space, q)", true));
     [Line::from(first), Line::from(second)]
 }

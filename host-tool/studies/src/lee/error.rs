@@ -17,7 +17,7 @@ pub enum LeeError {
     #[error("E648 {0} cannot be a wearer file: {1}")]
     Wearer(String, String),
     /// The bench.
-    #[error("E649 {0}: a mistake of the program")]
+    #[error("E649 a bench cannot be made: a mistake of the program")]
     Bench(#[from] InvalidBench),
     /// What was measured.
     #[error(transparent)]

@@ -10,7 +10,7 @@ pub enum RampsError {
     #[error("E690 the declaration of harris-ramps: {0}")]
     Declaration(String),
     /// A drawn person.
-    #[error("E691 a drawn elbow cannot be ({0}); change that field's range in the declaration")]
+    #[error("E691 a drawn elbow cannot be; change that field's range in the declaration")]
     Bench(#[from] InvalidBench),
     /// A test on a device: which, and why.
     #[error("E692 {0}: the device does not put it out: {1}")]
