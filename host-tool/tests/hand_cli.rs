@@ -357,14 +357,14 @@ fn a_wearer_of_one_s_own_comes_from_a_file() {
 #[test]
 fn what_cannot_be_is_refused_by_name() {
     let folder = folder("hand_refused");
-    let cases: [(&[&str], &str); 7] = [
+    let cases: [(&[&str], &str); 8] = [
         (
             &["hamana-hold", "--departure", "wet"],
             "E627 there is no departure `wet`; there are limiter, found, narrow,",
         ),
         (
             &["harris-wall", "--departure", "dry"],
-            "E663 P: the wearer file has no `[elbow]`",
+            "E518 --departure belongs to hamana-1 to hamana-4,",
         ),
         (
             &["hamana-2", "--device", "/dev/none"],
@@ -373,6 +373,10 @@ fn what_cannot_be_is_refused_by_name() {
         (
             &["hamana-4", "--wearer", "X"],
             "E624 there is no wearer `X`",
+        ),
+        (
+            &["harris-wall", "--wearer", "X"],
+            "E518 --wearer of harris-wall is a wearer file, NAME.toml, or one that",
         ),
         (
             &["harris-wall", "--wearer", "P"],

@@ -497,7 +497,7 @@ fn a_record_keeps_its_wearer() {
     told(&folder, "report first");
     let page = fs::read_to_string(folder.join("first/report.html")).unwrap();
     assert!(
-        page.contains("harris-1 (assumed)"),
+        page.contains("harris-1 (simulated)"),
         "the page does not say whose numbers"
     );
     // Its session plays again from the record, where its own wearer file lies.

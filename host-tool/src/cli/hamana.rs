@@ -80,11 +80,16 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
 /// The study that `args` means, its arguments within what it allows.
 fn asked(args: &ExperimentArgs) -> anyhow::Result<Study> {
     let Some(kind) = Kind::named(&args.name) else {
-        let own = "hamana-1 to hamana-4, hamana-posture and hamana-hold";
-        return wrong(format!(
-            "--wearer and --departure belong to {own}, not to {}",
-            args.name
-        ));
+        let (name, own) = (
+            &args.name,
+            "hamana-1 to hamana-4, hamana-posture and hamana-hold",
+        );
+        return wrong(match (&args.departure, &args.wearer) {
+            (None, Some(wearer)) => format!(
+                "--wearer of {name} is a wearer file, NAME.toml, or one that is shipped, not `{wearer}`"
+            ),
+            _ => format!("--departure belongs to {own}, not to {name}"),
+        });
     };
     let device = &args.device;
     if device.is_port() {
