@@ -174,6 +174,60 @@ fn a_check_is_added_to_the_file_and_refuses_what_has_drifted() {
     assert_eq!(file.matches("accepted = false").count(), 1, "{file}");
 }
 
+#[test]
+fn a_check_that_would_say_nothing_is_refused_before_anything_is_given() {
+    let folder = folder("calibrate_no_check");
+    written(&folder, "plan.toml", PLAN);
+    let (exit, _, error) = calibrate(&folder, &["--out", "w.toml"]);
+    assert_eq!(exit, Some(0), "{error}");
+    let file = read(&folder, "w.toml");
+    let check = ["calibrate", "--check", "w.toml", "--auto"];
+    let (exit, _, error) = ran(&folder, &[&check[..], &["--tolerance", "30"]].concat());
+    assert!(exit == Some(1) && error.contains("E696"), "{error}");
+    let measured = file.replace("evidence = \"simulated\"", "evidence = \"measured\"");
+    assert_ne!(measured, file);
+    written(&folder, "w.toml", &measured);
+    let (exit, _, error) = ran(&folder, &check);
+    assert!(exit == Some(1) && error.contains("E695"), "{error}");
+    assert_eq!(read(&folder, "w.toml"), measured);
+}
+
+#[test]
+fn where_nothing_is_found_or_could_be_kept_the_command_says_so() {
+    let folder = folder("calibrate_nothing");
+    written(&folder, "plan.toml", PLAN);
+    let (exit, _, error) = calibrate(&folder, &["--out", "w.toml", "--body", "still"]);
+    assert!(exit == Some(1) && error.contains("E694"), "{error}");
+    assert!(error.contains("was left out at placement"), "{error}");
+    assert!(!folder.join("w.toml").exists());
+    let (exit, _, error) = calibrate(&folder, &["--out", "none/w.toml"]);
+    assert!(exit == Some(1) && error.contains("E693"), "{error}");
+    let seed = ["--out", "v.toml", "--seed", "9223372036854775808"];
+    let (exit, _, error) = calibrate(&folder, &seed);
+    assert!(exit == Some(2) && error.contains("--seed"), "{error}");
+    assert!(!folder.join("v.toml.journal").exists());
+}
+
+#[test]
+fn a_level_changed_in_the_journal_is_no_limit() {
+    let folder = folder("calibrate_changed");
+    written(&folder, "plan.toml", PLAN);
+    let (exit, _, error) = calibrate(&folder, &["--out", "w.toml"]);
+    assert_eq!(exit, Some(0), "{error}");
+    let journal = read(&folder, "w.toml.journal");
+    let found = journal
+        .lines()
+        .find(|it| it.contains("\"step\":\"comfort\",\"value\""));
+    let found = found.unwrap();
+    let level = found.split("\"level\":").nth(1).unwrap();
+    let level = level.split('}').next().unwrap();
+    let changed = found.replace(&format!("\"level\":{level}"), "\"level\":24.0");
+    assert_ne!(changed, found);
+    written(&folder, "w.toml.journal", journal.replace(found, &changed));
+    let (exit, _, error) = calibrate(&folder, &["--out", "w.toml", "--resume"]);
+    assert!(exit == Some(1) && error.contains("E674"), "{error}");
+}
+
 /// The program, driven by lines.
 struct Driven {
     process: Child,

@@ -132,6 +132,9 @@ fn history_is_only_ever_appended() {
         found: None,
         unit: Unit::Volt,
         accepted: false,
+        by: Some("flexor".into()),
+        device: None,
+        seed: Some(3),
     };
     // Appended: every byte that there was stays, comments with it.
     let (entries, checks) = (std::slice::from_ref(&entry), std::slice::from_ref(&check));

@@ -81,6 +81,9 @@ impl Checking<'_> {
             found: found.map(Level::amplitude),
             unit: planned.stage,
             accepted,
+            by: Some(self.checked.head.operator.clone()),
+            device: Some(self.checked.head.device.clone()),
+            seed: self.checked.head.seed,
         });
         (self.level, self.tried) = (Level(0), 0);
         self.presentation.renew();

@@ -30,6 +30,24 @@ pub enum CalibrationError {
          what was recorded before is kept"
     )]
     Write(PathBuf, std::io::Error),
+    /// Nothing can be written there.
+    #[error("E693 cannot write {0}: {1}; nothing was given; choose another --out, or mend that")]
+    Closed(PathBuf, std::io::Error),
+    /// No electrode is complete.
+    #[error("E694 nothing was found: {0}; no wearer file was written; {1}")]
+    Nothing(String, &'static str),
+    /// A simulated wearer's check of a person, or a person's of a simulated wearer.
+    #[error(
+        "E695 {0} says `evidence = \"{1}\"`, and this device's wearer is {2}: a check of it would \
+         say nothing of that file; nothing was given"
+    )]
+    Another(PathBuf, &'static str, &'static str),
+    /// A tolerance that every threshold is within.
+    #[error(
+        "E696 --tolerance {0} is no less than half the threshold of channel {1}, {2}: any would \
+         hold; choose a smaller one"
+    )]
+    Loose(super::Level, u8, super::Level),
     /// The device ended it.
     #[error("E677 the device ended stimulation ({0}) at {1}; {2}, then go on with --resume")]
     Ended(String, String, &'static str),

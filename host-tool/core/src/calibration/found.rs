@@ -36,9 +36,12 @@ impl Found {
     /// The first step without a result; none when it is done or left out.
     #[must_use]
     pub fn step(&self) -> Option<Step> {
-        if self.is_skipped {
-            return None;
-        }
+        self.open().filter(|_| !self.is_skipped)
+    }
+
+    /// The first step without a result, of one that is left out too.
+    #[must_use]
+    pub fn open(&self) -> Option<Step> {
         let has = |step: &Step| match step {
             Step::Placement => self.placement.is_some(),
             Step::Threshold => self.threshold.is_some(),

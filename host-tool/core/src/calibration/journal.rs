@@ -1,88 +1,16 @@
 //! The journal beside a wearer file: what happened, line by line, to go on from.
 //!
 //! One JSON object a line, handed to the system at once. A last line without its end was
-//! cut off and does not count; any other line that is not as written is damage.
+//! cut off and does not count; any other line that is not as written is damage: each ends
+//! with a sum over itself and all before it. That finds a slip or an edit, not a forger.
 
 use super::found::Value;
+use super::head::{FORMAT, Head};
 use super::{CalibrationError, Level, Step};
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-
-/// Format of the journal.
-const FORMAT: u32 = 1;
-
-/// Whose journal it is, and of what.
-#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Head {
-    /// Of the journal.
-    pub format: u32,
-    /// The wearer's pseudonym.
-    pub wearer: String,
-    /// SHA-256 of the plan's text.
-    pub plan: String,
-    /// Who operates.
-    pub operator: String,
-    /// When, as the operator or the program's clock says; "simulated" on simulators.
-    pub at: String,
-    /// The device, by its own word.
-    pub device: String,
-    /// Its firmware.
-    pub firmware: String,
-    /// The simulated wearer, by name.
-    pub body: Option<String>,
-    /// Its seed.
-    pub seed: Option<u64>,
-    /// Whether a simulated wearer stood behind it.
-    pub simulated: bool,
-}
-
-impl Head {
-    /// Of this format, the rest empty.
-    #[must_use]
-    pub fn of(wearer: &str, plan: &str) -> Self {
-        Self {
-            format: FORMAT,
-            wearer: wearer.to_owned(),
-            plan: crate::record::sha256(plan.as_bytes()),
-            operator: String::new(),
-            at: String::new(),
-            device: String::new(),
-            firmware: String::new(),
-            body: None,
-            seed: None,
-            simulated: true,
-        }
-    }
-
-    /// Whether `next` may go on with what this began, whose journal is at `path`.
-    ///
-    /// # Errors
-    /// Another person, another plan, another simulated wearer.
-    pub fn goes_on(&self, path: &Path, next: &Self) -> Result<(), CalibrationError> {
-        let known = |body: &Option<String>, seed: Option<u64>| match (body, seed) {
-            (Some(body), Some(seed)) => format!("the simulated {body} of seed {seed}"),
-            _ => "a device's wearer".to_owned(),
-        };
-        let why = if self.wearer != next.wearer {
-            format!(
-                "it is the journal of {}, the plan is for {}; give that person's --out",
-                self.wearer, next.wearer
-            )
-        } else if self.plan != next.plan {
-            "the plan was changed since; give it as it was, or begin anew with another --out"
-                .to_owned()
-        } else if (&self.body, self.seed) != (&next.body, next.seed) {
-            let (was, is) = (known(&self.body, self.seed), known(&next.body, next.seed));
-            format!("it was {was}, and now it is {is}; give the same --device, --body and --seed")
-        } else {
-            return Ok(());
-        };
-        Err(CalibrationError::NotResumable(path.to_owned(), why))
-    }
-}
 
 /// Something that happened.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -161,6 +89,30 @@ struct Line {
     /// Since the device was opened, s of its time.
     t_s: f64,
     entry: Entry,
+    /// [`chained`] over all before it and this line up to here; written by hand.
+    #[serde(default, skip_serializing)]
+    sum: String,
+}
+
+impl Line {
+    /// As it is written after a line with the sum `before`, and its own sum.
+    fn written(&self, before: &str) -> serde_json::Result<(String, String)> {
+        let object = serde_json::to_string(self)?;
+        let told = object.strip_suffix('}').unwrap_or(&object); // an object ends so
+        let sum = chained(before, told);
+        Ok((format!("{told}{SUM}{sum}\"}}\n"), sum))
+    }
+}
+
+/// What stands between a line's content and its sum.
+const SUM: &str = ",\"sum\":\"";
+
+/// Sum over a line's content `told` and, by their last sum, all lines before it: the first
+/// 64 bits of SHA-256, hexadecimal.
+fn chained(before: &str, told: &str) -> String {
+    let mut sum = crate::record::sha256(format!("{before}{told}").as_bytes());
+    sum.truncate(16);
+    sum
 }
 
 /// Where journal and wearer file go: the file system, or one that fills up.
@@ -214,18 +166,28 @@ pub struct Journal {
     path: PathBuf,
     out: Box<dyn Write>,
     lines: usize,
+    /// Of the last line; empty without one.
+    sum: String,
 }
 
 impl Journal {
-    /// Goes on with the journal at `path` after its first `lines` lines, or begins it.
+    /// Goes on with the journal at `path` after what it has `kept`, or begins it.
     ///
     /// # Errors
     /// It cannot be opened.
-    pub fn open(files: &dyn Files, path: &Path, lines: usize) -> Result<Self, CalibrationError> {
+    pub fn open(
+        files: &dyn Files,
+        path: &Path,
+        kept: Option<&Kept>,
+    ) -> Result<Self, CalibrationError> {
         let out = files.append(path);
-        let out = out.map_err(|why| CalibrationError::Write(path.to_owned(), why))?;
-        let path = path.to_owned();
-        Ok(Self { path, out, lines })
+        let out = out.map_err(|why| CalibrationError::Closed(path.to_owned(), why))?;
+        Ok(Self {
+            path: path.to_owned(),
+            out,
+            lines: kept.map_or(0, |kept| kept.entries.len()),
+            sum: kept.map_or_else(String::new, |kept| kept.sum.clone()),
+        })
     }
 
     /// One that keeps nothing.
@@ -235,6 +197,7 @@ impl Journal {
             path: PathBuf::new(),
             out: Box::new(io::sink()),
             lines: 0,
+            sum: String::new(),
         }
     }
 
@@ -247,13 +210,15 @@ impl Journal {
             n: self.lines + 1,
             t_s: (t_s * 1e6).round() / 1e6,
             entry: entry.clone(),
+            sum: String::new(),
         };
-        let text = serde_json::to_string(&line).map_err(io::Error::from);
-        let written = text.and_then(|text| {
-            self.out.write_all((text + "\n").as_bytes())?;
-            self.out.flush()
+        let text = line.written(&self.sum).map_err(io::Error::from);
+        let written = text.and_then(|(text, sum)| {
+            self.out.write_all(text.as_bytes())?;
+            self.out.flush()?;
+            Ok(sum)
         });
-        written.map_err(|why| CalibrationError::Write(self.path.clone(), why))?;
+        self.sum = written.map_err(|why| CalibrationError::Write(self.path.clone(), why))?;
         self.lines += 1;
         Ok(())
     }
@@ -282,6 +247,8 @@ pub struct Kept {
     pub entries: Vec<Entry>,
     /// Bytes of whole lines.
     pub whole: usize,
+    /// Sum over them.
+    pub sum: String,
 }
 
 /// Reads the journal at `path` and takes what was cut off from it.
@@ -321,7 +288,7 @@ fn parse(path: &Path, text: &[u8]) -> Result<Kept, CalibrationError> {
     let damaged = |line: usize, why: &str| {
         CalibrationError::Damaged(path.to_owned(), line, crate::session::visible(why))
     };
-    let (mut entries, mut whole) = (Vec::new(), 0);
+    let (mut entries, mut whole, mut sum) = (Vec::new(), 0, String::new());
     for line in text.split_inclusive(|byte| *byte == b'\n') {
         if !line.ends_with(b"\n") {
             break; // cut off
@@ -335,6 +302,11 @@ fn parse(path: &Path, text: &[u8]) -> Result<Kept, CalibrationError> {
                 &format!("it is line {} of what was written", read.n),
             ));
         }
+        let text = String::from_utf8_lossy(line); // JSON that was read is UTF-8
+        sum = chained(&sum, text.rsplit_once(SUM).map_or("", |(told, _)| told));
+        if read.sum != sum {
+            return Err(damaged(number, "it was changed since it was written"));
+        }
         entries.push(read.entry);
         whole += line.len();
     }
@@ -345,6 +317,7 @@ fn parse(path: &Path, text: &[u8]) -> Result<Kept, CalibrationError> {
         head,
         entries,
         whole,
+        sum,
     })
 }
 
@@ -362,9 +335,13 @@ mod tests {
                 value: Value::Level(Level(7500)),
             },
         ];
+        let mut before = String::new();
         let line = |(i, entry): (usize, &Entry)| {
-            let (n, t_s, entry) = (i + 1, 0.5, entry.clone());
-            serde_json::to_string(&Line { n, t_s, entry }).unwrap() + "\n"
+            let (n, t_s, entry, sum) = (i + 1, 0.5, entry.clone(), String::new());
+            let line = Line { n, t_s, entry, sum };
+            let (text, sum) = line.written(&before).unwrap();
+            before = sum;
+            text
         };
         entries.iter().enumerate().take(lines).map(line).collect()
     }
@@ -395,5 +372,11 @@ mod tests {
                 .starts_with("E674 the journal x.journal, line 3")
         );
         assert!(told("").contains("does not say whose"));
+        for (line, was, is) in [(1, "K05", "K06"), (2, "3}", "4}"), (3, "7.5", "24.0")] {
+            let changed = whole.replace(was, is);
+            assert_ne!(changed, whole, "{was}");
+            let wanted = format!("line {line}: it was changed since it was written");
+            assert!(told(&changed).contains(&wanted), "{}", told(&changed));
+        }
     }
 }

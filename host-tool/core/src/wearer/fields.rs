@@ -188,5 +188,8 @@ fn check() -> Section {
         f("found", amplitude(""), Optional, "the threshold found; left out where nothing moved"),
         f("unit", Kind::Choice(vec!["mA", "V"]), Required, "of both"),
         f("accepted", Kind::Flag, Required, "whether that was near enough"),
+        f("by", TEXT, Optional, "who looked: a pseudonym, or a program"),
+        f("device", TEXT, Optional, "on which device"),
+        f("seed", Kind::Whole(Number::within("", 0, 0, i64::MAX)), Optional, "of a simulated one"),
     ]
 }

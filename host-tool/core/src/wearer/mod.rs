@@ -142,6 +142,12 @@ pub struct DriftCheck {
     pub unit: Unit,
     /// Whether that was near enough.
     pub accepted: bool,
+    /// Who looked: a pseudonym, or a program.
+    pub by: Option<String>,
+    /// On which device.
+    pub device: Option<String>,
+    /// Of a simulated one.
+    pub seed: Option<u64>,
 }
 
 impl Wearer {

@@ -288,5 +288,8 @@ fn read_check(t: &Table<'_>, find: impl Fn(&Table<'_>, &str) -> u8) -> DriftChec
             _ => Unit::Milliampere,
         },
         accepted: t.flag("accepted"),
+        by: t.text("by").map(str::to_owned),
+        device: t.text("device").map(str::to_owned),
+        seed: t.has("seed").then(|| t.whole("seed")),
     }
 }

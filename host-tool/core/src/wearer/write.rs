@@ -54,6 +54,9 @@ pub(super) fn appendix(history: &[History], checks: &[DriftCheck]) -> String {
         out.given("found", check.found.map(milli));
         out.text("unit", check.unit.symbol());
         out.field("accepted", check.accepted);
+        out.texts("by", check.by.as_deref());
+        out.texts("device", check.device.as_deref());
+        out.given("seed", check.seed);
     }
     out.0
 }

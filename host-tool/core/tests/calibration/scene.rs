@@ -182,11 +182,11 @@ pub fn calibrated<P: Port>(
     operator: &mut dyn Operator,
 ) -> Ended<P> {
     let path = journal_of(out);
-    let before = match path.exists() {
-        true if std::fs::read(&path).unwrap().contains(&b'\n') => read(&path).unwrap().entries,
-        _ => Vec::new(),
+    let kept = match path.exists() {
+        true if std::fs::read(&path).unwrap().contains(&b'\n') => Some(read(&path).unwrap()),
+        _ => None,
     };
-    if before.is_empty() {
+    if kept.is_none() {
         let _ = std::fs::remove_file(&path);
     }
     let head = head_of(text);
@@ -194,10 +194,10 @@ pub fn calibrated<P: Port>(
         plan,
         out,
         files,
-        before: &before,
+        before: kept.as_ref().map_or(&[], |kept| &kept.entries),
         head: &head,
     };
-    let mut journal = match Journal::open(files, &path, before.len()) {
+    let mut journal = match Journal::open(files, &path, kept.as_ref()) {
         Ok(journal) => journal,
         Err(error) => return (Err(error), Spent::default(), Some(port)),
     };

@@ -2,7 +2,7 @@
 
 use super::CalibrateArgs;
 use crate::cli::perform::SEED;
-use host_core::calibration::{self, CalibrationError, Entry, Head, Plan, journal_of};
+use host_core::calibration::{self, CalibrationError, Head, Kept, Plan, journal_of};
 use host_core::link::{Client, Paced, Port};
 use host_core::record::HostFacts;
 use host_core::run::identity;
@@ -14,7 +14,7 @@ pub struct Begun {
     /// The journal's place.
     pub journal: PathBuf,
     /// What it held.
-    pub entries: Vec<Entry>,
+    pub kept: Option<Kept>,
 }
 
 /// Looks at the files, before any device is touched: what is there, if it may be gone on
@@ -24,16 +24,16 @@ pub struct Begun {
 /// Files that are taken, missing, damaged or another person's.
 pub fn files(args: &CalibrateArgs, out: &Path, head: &Head) -> Result<Begun, CalibrationError> {
     let journal = journal_of(out);
-    let mut entries = Vec::new();
+    let mut kept = None;
     if args.resume {
-        let kept = calibration::read(&journal)?;
-        kept.head.goes_on(&journal, head)?;
-        entries = kept.entries;
+        let before = calibration::read(&journal)?;
+        before.head.goes_on(&journal, head)?;
+        kept = Some(before);
         if out.exists() {
             own(out, &head.wearer)?;
         }
     } else {
-        let unusable = |why| CalibrationError::Write(journal.clone(), why);
+        let unusable = |why| CalibrationError::Closed(journal.clone(), why);
         if calibration::is_begun(&journal).map_err(unusable)? {
             return Err(CalibrationError::Taken(journal));
         }
@@ -41,7 +41,7 @@ pub fn files(args: &CalibrateArgs, out: &Path, head: &Head) -> Result<Begun, Cal
             return Err(CalibrationError::Taken(out.to_owned()));
         }
     }
-    Ok(Begun { journal, entries })
+    Ok(Begun { journal, kept })
 }
 
 /// Whether the wearer file that is there is this person's.

@@ -37,7 +37,7 @@ pub struct CalibrateArgs {
     /// Without a plan: channels, such as 1,2,3 or 1-10, as Lee 2020 stimulates
     #[arg(long, conflicts_with = "electrodes")]
     channels: Option<String>,
-    /// With --channels: no level is above it, mA
+    /// With --channels: no level is above it, mA; default: 20
     #[arg(long, requires = "channels")]
     ceiling: Option<f64>,
     /// Go on where the journal beside --out ends
@@ -49,7 +49,7 @@ pub struct CalibrateArgs {
     /// With --check: how far a threshold may be off, mA or V; default: 1
     #[arg(long, requires = "check")]
     tolerance: Option<f64>,
-    /// native, chip, a serial port, or tcp:HOST:PORT
+    /// native, qemu, chip, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
     device: DeviceName,
     /// Let the program answer by the instrument, as fast as it can (simulators only)
@@ -58,8 +58,8 @@ pub struct CalibrateArgs {
     /// The simulated wearer
     #[arg(long, value_enum)]
     body: Option<BodyName>,
-    /// Seed of the simulated wearer; default: 1
-    #[arg(long)]
+    /// Seed of the simulated wearer, to 2^63 - 1; default: 1
+    #[arg(long, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: Option<u64>,
     /// Who operates: a pseudonym
     #[arg(long, default_value = "operator")]

@@ -6,10 +6,10 @@ use super::ordered::Task;
 use crate::cli::{Output, interrupt};
 use host_core::calibration::{
     CalibrationError, Checked, Course, Desk, Drift, Found, Journal, Level, OnDisk, Operator, Plan,
-    Spent, board, calibrate, check, rehearse,
+    Spent, Step, board, calibrate, check, rehearse,
 };
 use host_core::link::{Error, Interruption};
-use host_core::wearer::Wearer;
+use host_core::wearer::{Electrode, Evidence, Wearer};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -18,6 +18,8 @@ pub struct Worked {
     file: PathBuf,
     simulated: bool,
     spent: Spent,
+    /// Electrodes that are not in it, and where each ended; empty without.
+    left_out: String,
     result: Came,
 }
 
@@ -57,23 +59,29 @@ fn calibrated(
     desk: &mut Desk<'_>,
 ) -> anyhow::Result<Worked> {
     let mut head = begin::head(args, &plan.wearer, text);
-    let Begun { journal, entries } = begin::files(args, out, &head)?;
+    let Begun { journal, kept } = begin::files(args, out, &head)?;
     rehearse(plan, &head, board(plan)?.wearer)?;
     let port = begin::open(args, plan, &mut head)?;
     let course = Course {
         plan,
         out,
         files: &OnDisk,
-        before: &entries,
+        before: kept.as_ref().map_or(&[], |kept| &kept.entries),
         head: &head,
     };
-    let mut journal = Journal::open(&OnDisk, &journal, entries.len())?;
+    let mut journal = Journal::open(&OnDisk, &journal, kept.as_ref())?;
     let (result, spent, _) = calibrate(port, &course, &mut journal, desk);
+    let found = result.map_err(|error| told(error, AGAIN))?;
+    if !found.iter().any(Found::is_complete) {
+        let what = "move the electrodes, or raise `ceiling` if the wearer bears it";
+        return Err(CalibrationError::Nothing(left_out(plan, &found), what).into());
+    }
     Ok(Worked {
         file: out.to_owned(),
         simulated: head.simulated,
         spent,
-        result: Came::Calibrated(result.map_err(|error| told(error, AGAIN))?),
+        left_out: left_out(plan, &found),
+        result: Came::Calibrated(found),
     })
 }
 
@@ -84,6 +92,11 @@ fn checked(
     tolerance: Level,
     desk: &mut Desk<'_>,
 ) -> anyhow::Result<Worked> {
+    let loose = |it: &&Electrode| Level(it.motor_threshold.get()).0 <= 2 * tolerance.0;
+    if let Some(it) = wearer.electrodes.iter().find(loose) {
+        let threshold = Level(it.motor_threshold.get());
+        return Err(CalibrationError::Loose(tolerance, it.channel, threshold).into());
+    }
     let mut head = begin::head(args, &wearer.name, "");
     let port = begin::open(args, &Plan::of(wearer)?, &mut head)?;
     let checked = Checked {
@@ -91,14 +104,36 @@ fn checked(
         tolerance,
         head: &head,
     };
+    let (is_person, is_simulated) = (wearer.evidence == Evidence::Measured, head.simulated);
+    if is_person == is_simulated {
+        let whose = if is_simulated {
+            "simulated"
+        } else {
+            "a person"
+        };
+        let (file, word) = (file.to_owned(), wearer.evidence.word());
+        return Err(CalibrationError::Another(file, word, whose).into());
+    }
     let (result, drifts, spent) = check(port, wearer, &checked, &mut Journal::nowhere(), desk);
     result.map_err(|error| told(error, "check again"))?;
     Ok(Worked {
         file: file.to_owned(),
         simulated: head.simulated,
         spent,
+        left_out: String::new(),
         result: Came::Checked(drifts),
     })
+}
+
+/// The electrodes that are not complete, each with the step that it was left out at.
+fn left_out(plan: &Plan, found: &[Found]) -> String {
+    let left = plan.electrodes.iter().zip(found);
+    let left = left.filter(|(_, found)| !found.is_complete());
+    let left = left.map(|(planned, found)| {
+        let step = found.open().map_or("", Step::name);
+        format!("channel {} was left out at {step}", planned.channel)
+    });
+    left.collect::<Vec<_>>().join(", ")
 }
 
 /// What to do after a signal.
@@ -130,7 +165,11 @@ impl Worked {
             Came::Calibrated(found) => {
                 let complete = found.iter().filter(|it| it.is_complete()).count();
                 let of = found.len();
-                format!("{complete} of {of} electrodes are in {file}")
+                let left = match &*self.left_out {
+                    "" => String::new(),
+                    left => format!(" ({left})"),
+                };
+                format!("{complete} of {of} electrodes are in {file}{left}")
             }
             Came::Checked(drifts) => {
                 let count = drifts.len();
