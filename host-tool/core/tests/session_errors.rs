@@ -307,6 +307,9 @@ const BAD_TRIGGER: &[&str] = &[
 const GOOD_WIDTHS: &str = concat!(
     include_str!("../../sessions/width_ramp.toml"),
     r#"
+[[setpoints.values]]
+channel = 2
+value = 1.0
 [[setpoints.list]]
 at_s = 1.0
 channel = 2
@@ -333,11 +336,13 @@ const BAD_WIDTHS: &[&str] = &[
     "at_s = 12.0 → at_s = 9.0",
     "channel = 1 ⏎ points → channel = 3 ⏎ points",
     "max_width_us = 300 → width_max_us = 300",
-    "rate_hz = 50 → rate_hz = 50 ⏎ values = [{ channel = 1, value = 5.0 }]",
-    "rate_hz = 50 → rate_hz = 50 ⏎ values = [{ channel = 2, value = 5.0, width_us = 36 }]",
-    "rate_hz = 50 → rate_hz = 50 ⏎ values = [{ channel = 2, value = 5.0, width_us = 9 }]",
+    "channel = 2 ⏎ value = 1.0 → channel = 1 ⏎ value = 5.0",
+    "channel = 2 ⏎ value = 1.0 → channel = 2 ⏎ value = 5.0 ⏎ width_us = 36",
+    "channel = 2 ⏎ value = 1.0 → channel = 2 ⏎ value = 5.0 ⏎ width_us = 9",
     "[setpoints] → [channel.muscle] ⏎ a_n_per_s = 265.1 ⏎ k = 0.2 ⏎ tau_c_ms = 20 ⏎ tau1_ms = 50.5 ⏎ tau2_ms = 100 ⏎ motor_threshold = 2.0 ⏎ reference = 35.0 ⏎ slope_per_unit = 0.3 ⏎ [setpoints]; width_us = 35, lists → width_us = 35, max_width_us = 40, lists",
     // Lists.
+    "[[setpoints.values]] ⏎ channel = 2 ⏎ value = 1.0 → ",
+    "value = 1.0 → value = 0",
     "lists = true, → ",
     "lists = true, → lists = true, repeats = 3,",
     "lists = true, → lists = true, triggered = true,",
@@ -402,7 +407,7 @@ fn every_mistake_is_named_with_its_line() {
     let expected = [
         400, 401, 402, 403, 404, 405, 406, 407, 408, 409, 410, 420, 421, 430, 431, 432, 440, 441,
         450, 451, 452, 453, 460, 461, 462, 463, 465, 466, 467, 468, 470, 471, 472, 473, 474, 480,
-        630, 631, 632, 633,
+        630, 631, 632, 633, 634,
     ];
     assert_eq!(numbers, expected.into_iter().collect());
 }

@@ -181,6 +181,9 @@ problems! {
     633 NoLists { channel: u8 }
         "`{field}` names channel {channel}, whose train takes no lists of pulses"
         "say `lists = true` in its train"
+    634 NeverRises { channel: u8 }
+        "`{field}` names channel {channel}, which nothing raises: a list plays in place of pulses that play"
+        "give the channel `values`, as small as may be if nothing is to be felt before"
     650 WearerUnreadable { reason: String }
         "the wearer file cannot be read: {reason}"
         "check path and permissions; `[wearer] file` is relative to the session's own folder"

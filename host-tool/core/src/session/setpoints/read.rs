@@ -47,7 +47,22 @@ pub(in super::super) fn read_setpoints(
     for bounds in &setpoints.bounds {
         check_own(t, bounds, &setpoints);
     }
+    check_lists(t, &setpoints);
     Some(setpoints)
+}
+
+/// Tells of lists whose channel the file never raises: nothing of them would play.
+fn check_lists(t: &Table<'_>, setpoints: &Setpoints) {
+    for item in t.tables("list").iter().filter(|item| item.is_sound()) {
+        let channel: u8 = item.whole("channel");
+        let mut values = t.tables("values").iter().filter(|item| item.is_sound());
+        let has_values = values.any(|item| item.whole::<u8>("channel") == channel);
+        let own = setpoints.extremes(channel.saturating_sub(1)); // at least 1
+        // Values that were refused are told as such.
+        if own.map_or(!has_values, |(_, most)| most == 0) {
+            item.say("channel", Problem::NeverRises { channel });
+        }
+    }
 }
 
 /// Tells of bounds that the file's own setpoints of that channel leave. A force comes
