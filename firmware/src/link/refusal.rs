@@ -6,7 +6,7 @@ use crate::control::{ForceError, MeasurementError, SetpointError, SpecError};
 use crate::haptics::WallError;
 use crate::pulse::{GroupError, TrainError, TrainSpec};
 use crate::range::OutOfRange;
-use crate::safety::{Denied, SetupError, StageMismatch, SumError};
+use crate::safety::{Denied, ListedPulse, SetupError, StageMismatch, SumError};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -342,12 +342,26 @@ impl From<Denied> for Refusal<'static> {
             Denied::TooLargeStep { channel, highest } => Self::new(Code::TooLargeStep, "values")
                 .on(channel)
                 .allowed(0, bound(highest.get())),
-            Denied::Width { channel, widths } => Self::new(Code::OutOfRange, widths.field)
+            Denied::Width {
+                channel,
+                min_us,
+                max_us,
+            } => Self::new(Code::OutOfRange, "widths")
                 .on(channel)
-                .allowed(widths.min, widths.max),
-            Denied::Listed { channel, range } => Self::new(Code::OutOfRange, range.field)
+                .allowed(min_us.into(), max_us.into()),
+            Denied::ListedWidth {
+                channel,
+                min_us,
+                max_us,
+            } => Self::new(Code::OutOfRange, "width_us")
                 .on(channel)
-                .allowed(range.min, range.max),
+                .allowed(min_us.into(), max_us.into()),
+            Denied::Listed { channel, least_us } => {
+                let range = ListedPulse::AFTER_US.from(least_us);
+                Self::new(Code::OutOfRange, range.field)
+                    .on(channel)
+                    .allowed(range.min, range.max)
+            }
             Denied::NoLists { channel } => Self::new(Code::NoLists, "lists").on(channel),
             Denied::ListPlays => Self::new(Code::ListPlays, "pulses"),
             Denied::NotRisen { channel } => Self::new(Code::NotRisen, "pulses").on(channel),

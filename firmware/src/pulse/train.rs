@@ -2,6 +2,7 @@
 
 use super::{DEAD_TIME_US, WINDOW_US};
 use crate::range::{OutOfRange, Range};
+use core::ops::RangeInclusive;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -255,20 +256,20 @@ impl Train {
 
     /// Whether a setpoint may ask for another width than the train's own.
     #[must_use]
+    #[inline]
     pub const fn has_live_width(&self) -> bool {
         self.spec.max_width_us > self.spec.width_us
     }
 
-    /// The widths that a setpoint may ask for.
+    /// The widths that a setpoint may ask for, µs.
     #[must_use]
-    pub const fn widths(&self) -> Range {
-        let own = self.spec.width_us as i32;
-        let (min, max) = if self.has_live_width() {
-            (TrainSpec::WIDTH_US.min, self.spec.max_width_us as i32)
+    #[inline]
+    pub const fn widths(&self) -> RangeInclusive<u16> {
+        if self.has_live_width() {
+            TrainSpec::WIDTH_US.min as u16..=self.spec.max_width_us // from 10
         } else {
-            (own, own)
-        };
-        Range::new("widths", min, max)
+            self.spec.width_us..=self.spec.width_us
+        }
     }
 
     /// Time driven in one burst with phases of `width_us`, in µs: every phase of every
@@ -367,7 +368,7 @@ pub(crate) mod tests {
         let train = live.validate().unwrap();
         assert_eq!((train.widest_us(), train.driven_us()), (300, 700));
         assert_eq!((train.occupied_us(200), train.on_us(10)), (500, 40));
-        assert_eq!((train.widths().min, train.widths().max), (10, 300));
+        assert_eq!(train.widths(), 10..=300);
         let tight = TrainSpec {
             burst_interval_us: 704,
             ..live
@@ -381,7 +382,7 @@ pub(crate) mod tests {
             ..tight
         };
         let widths = fixed.validate().unwrap().widths();
-        assert_eq!((widths.min, widths.max), (200, 200));
+        assert_eq!(widths, 200..=200);
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! What the guard says and hears: states, inputs, denials, notices.
 
 use super::{Fault, FaultRecord, Reading, SumError};
-use crate::range::Range;
 use crate::units::{Amplitude, Micros};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -74,7 +73,8 @@ impl Inputs {
     }
 }
 
-/// Why a request was denied. Channels count from 0.
+/// Why a request was denied. Channels count from 0. No more than four words: it is part
+/// of each answer to an order, which is copied from room to room.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Denied {
     /// Not possible in this state.
@@ -151,8 +151,19 @@ pub enum Denied {
     Width {
         /// The channel.
         channel: u8,
-        /// What it may be, µs.
-        widths: Range,
+        /// What it may be, µs: from this
+        min_us: u16,
+        /// to this.
+        max_us: u16,
+    },
+    /// The same of a pulse of a list.
+    ListedWidth {
+        /// The channel.
+        channel: u8,
+        /// What it may be, µs: from this
+        min_us: u16,
+        /// to this.
+        max_us: u16,
     },
     /// At this width the amplitude is above the wearer's charge limit.
     Charge {
@@ -165,8 +176,8 @@ pub enum Denied {
     Listed {
         /// The channel.
         channel: u8,
-        /// How long after it may come, µs.
-        range: Range,
+        /// How long after it may come at the soonest, µs.
+        least_us: u32,
     },
     /// The channel's train takes no lists of pulses.
     NoLists {

@@ -3,7 +3,7 @@
 use super::{Guard, Mode, check_amplitude};
 use crate::pulse::{Burst, Supply, Train};
 use crate::safety::ramp::Rise;
-use crate::safety::{Channel, Denied, ElectrodeCheck, Expected, Stimulus, StopCause};
+use crate::safety::{Channel, Denied, ElectrodeCheck, Expected, Setup, Stimulus, StopCause};
 use crate::units::{Amplitude, DacCode, Micros};
 use core::num::NonZeroU16;
 
@@ -21,8 +21,13 @@ impl Guard {
         orders: impl Iterator<Item = (u8, Stimulus)> + Clone,
         now: Micros,
     ) -> Result<(), Denied> {
+        let setup = self.setup_for_orders()?;
+        let limits_steps = self.limits_steps();
         for (channel, stimulus) in orders.clone() {
-            self.check_stimulus(channel, stimulus, now)?;
+            let stimulus = check_stimulus(setup, channel, stimulus)?;
+            if limits_steps {
+                self.check_step(channel, stimulus, now)?;
+            }
         }
         for (channel, stimulus) in orders {
             self.want(channel, stimulus, now);
@@ -49,51 +54,27 @@ impl Guard {
     }
 
     /// The same with the train's own width in place of none.
+    #[inline]
     fn with_width(&self, channel: u8, stimulus: Stimulus) -> Stimulus {
         let config = self.setup.as_ref().and_then(|setup| setup.channel(channel));
-        match config {
-            Some(config) if stimulus.width_us == 0 => Stimulus {
-                width_us: config.train.spec().width_us,
-                ..stimulus
-            },
-            _ => stimulus,
+        config.map_or(stimulus, |config| config.with_width(stimulus))
+    }
+
+    /// The setup, if its channels take a host's orders now.
+    #[inline]
+    fn setup_for_orders(&self) -> Result<&Setup, Denied> {
+        match self.mode {
+            Mode::Armed { .. } | Mode::Stimulating => self.setup.as_ref().ok_or(Denied::NotArmed),
+            Mode::Fault(record) => Err(Denied::FaultLatched(record.fault)),
+            _ => Err(Denied::NotArmed),
         }
     }
 
-    fn check_stimulus(&self, channel: u8, stimulus: Stimulus, now: Micros) -> Result<(), Denied> {
-        match self.mode {
-            Mode::Armed { .. } | Mode::Stimulating => {}
-            Mode::Fault(record) => return Err(Denied::FaultLatched(record.fault)),
-            _ => return Err(Denied::NotArmed),
-        }
-        let setup = self.setup.as_ref().ok_or(Denied::NotArmed)?;
-        let config = setup
-            .channel(channel)
-            .ok_or(Denied::NoChannel { channel })?;
-        let limit = config.limit;
-        if setup.controlled & 1u16.checked_shl(channel.into()).unwrap_or(0) != 0 {
-            return Err(Denied::Controlled { channel });
-        }
-        let Stimulus {
-            amplitude,
-            width_us,
-        } = self.with_width(channel, stimulus);
-        let widths = config.train.widths();
-        if widths.check(width_us).is_err() {
-            return Err(Denied::Width { channel, widths });
-        }
-        if amplitude > limit {
-            return Err(Denied::AboveLimit { channel, limit });
-        }
-        let highest = config.highest_at(width_us, &setup.wearer);
-        if amplitude > highest {
-            return Err(Denied::Charge { channel, highest });
-        }
-        if self.limits_steps() {
-            let highest = self.highest(channel, width_us, now);
-            if amplitude > highest {
-                return Err(Denied::TooLargeStep { channel, highest });
-            }
+    #[inline(never)]
+    fn check_step(&self, channel: u8, stimulus: Stimulus, now: Micros) -> Result<(), Denied> {
+        let highest = self.highest(channel, stimulus.width_us, now);
+        if stimulus.amplitude > highest {
+            return Err(Denied::TooLargeStep { channel, highest });
         }
         Ok(())
     }
@@ -248,6 +229,36 @@ impl Guard {
             ..Burst::SILENT
         })
     }
+}
+
+/// What a host may order, by the limits that hold at all times; with the train's own width
+/// in place of none.
+#[inline]
+fn check_stimulus(setup: &Setup, channel: u8, stimulus: Stimulus) -> Result<Stimulus, Denied> {
+    let config = setup
+        .channel(channel)
+        .ok_or(Denied::NoChannel { channel })?;
+    if setup.controlled & 1u16.checked_shl(channel.into()).unwrap_or(0) != 0 {
+        return Err(Denied::Controlled { channel });
+    }
+    let stimulus = config.with_width(stimulus);
+    let widths = config.train.widths();
+    if !widths.contains(&stimulus.width_us) {
+        return Err(Denied::Width {
+            channel,
+            min_us: *widths.start(),
+            max_us: *widths.end(),
+        });
+    }
+    let limit = config.limit;
+    if stimulus.amplitude > limit {
+        return Err(Denied::AboveLimit { channel, limit });
+    }
+    let highest = config.highest_at(stimulus.width_us, &setup.wearer);
+    if stimulus.amplitude > highest {
+        return Err(Denied::Charge { channel, highest });
+    }
+    Ok(stimulus)
 }
 
 /// What the electrode check that ends at `until` puts out at `at`.

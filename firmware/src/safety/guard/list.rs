@@ -2,7 +2,6 @@
 
 use super::{Guard, Mode};
 use crate::pulse::Burst;
-use crate::range::Range;
 use crate::safety::list::{Playing, Turn};
 use crate::safety::ramp::Rise;
 use crate::safety::{Channel, Denied, ListedPulse, PulseList, Stimulus, Wearer};
@@ -125,13 +124,15 @@ fn check_pulse(
 ) -> Result<(), Denied> {
     let after = ListedPulse::AFTER_US.from(least_us);
     if after.check(pulse.after_us).is_err() {
-        let range = after;
-        return Err(Denied::Listed { channel, range });
+        return Err(Denied::Listed { channel, least_us });
     }
-    let own = config.train.widths();
-    let widths = Range::new("width_us", own.min, own.max);
-    if widths.check(pulse.width_us).is_err() {
-        return Err(Denied::Width { channel, widths });
+    let widths = config.train.widths();
+    if !widths.contains(&pulse.width_us) {
+        return Err(Denied::ListedWidth {
+            channel,
+            min_us: *widths.start(),
+            max_us: *widths.end(),
+        });
     }
     let limit = config.limit;
     if pulse.amplitude > limit {

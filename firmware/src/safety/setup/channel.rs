@@ -3,7 +3,7 @@
 use super::SetupError;
 use crate::pulse::{Train, TrainSpec};
 use crate::range::Range;
-use crate::safety::{Stage, StageSpec, Wearer, limits};
+use crate::safety::{Stage, StageSpec, Stimulus, Wearer, limits};
 use crate::units::{Amplitude, MicroAmps};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -241,6 +241,7 @@ impl Channel {
 
     /// No current above this may flow in phases of `width_us`.
     #[must_use]
+    #[inline]
     pub fn max_current_at(&self, width_us: u16, wearer: &Wearer) -> MicroAmps {
         if !self.train.has_live_width() {
             return self.max_current; // as mostly
@@ -248,12 +249,31 @@ impl Channel {
         self.max_current.min(wearer.max_current_at(width_us))
     }
 
+    /// `stimulus`, with the train's own width in place of none.
+    #[must_use]
+    #[inline]
+    pub const fn with_width(&self, stimulus: Stimulus) -> Stimulus {
+        match stimulus.width_us {
+            0 => Stimulus {
+                width_us: self.train.spec().width_us,
+                ..stimulus
+            },
+            _ => stimulus,
+        }
+    }
+
     /// The largest amplitude of phases of `width_us`, by the limits and by charge.
     #[must_use]
+    #[inline]
     pub fn highest_at(&self, width_us: u16, wearer: &Wearer) -> Amplitude {
         if !self.train.has_live_width() {
             return self.limit; // its charge was checked
         }
+        self.highest_by_charge(width_us, wearer)
+    }
+
+    #[inline(never)]
+    fn highest_by_charge(&self, width_us: u16, wearer: &Wearer) -> Amplitude {
         let by_charge = self.stage.amplitude_of(wearer.max_current_at(width_us));
         self.limit.min(by_charge)
     }
