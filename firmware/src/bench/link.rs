@@ -1,7 +1,7 @@
 //! Frames.
 
 use super::{Bench, Clock, Random};
-use crate::link::{Decoder, MAX_FRAME, Request, Response, Telemetry, ToDevice, encode};
+use crate::link::{Decoder, MAX_FRAME, Reading, Request, Response, Telemetry, ToDevice, encode};
 use crate::pulse::CHANNELS;
 use crate::units::{Amplitude, Micros};
 use heapless::Vec;
@@ -36,18 +36,16 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         },
         |decoder, frame| {
             let decoded = match decoder.take(&mut &frame[..]) {
-                Some(Ok(message)) => postcard::from_bytes::<ToDevice>(message).ok(),
+                Some(Ok(message)) => read(message),
                 _ => None,
             };
             decoder.clear();
             decoded
         },
-        |_, message, sum| {
-            let Some(message) = message else { return };
-            sum.word(u32::from(message.seq));
-            if let Request::Amplitudes { values, .. } = &message.request {
-                values.iter().for_each(|value| sum.word(value.get()));
-            }
+        |_, read, sum| {
+            let Some((seq, values)) = read else { return };
+            sum.word(u32::from(*seq));
+            values.iter().for_each(|value| sum.word(value.get()));
         },
     );
     bench.row(
@@ -59,6 +57,18 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         |(), frame: &Vec<u8, MAX_FRAME>, sum| sum.bytes(frame),
     );
     Some(())
+}
+
+/// A setpoint's number and values, read as a session reads it.
+fn read(message: &[u8]) -> Option<(u16, Vec<Amplitude, CHANNELS>)> {
+    let mut reading = Reading::of(message);
+    let sender = reading.sender().ok()?;
+    match reading.request() {
+        Ok(Request::Amplitudes { ref values, .. }) if reading.is_over() => {
+            Some((sender.seq, values.clone()))
+        }
+        _ => None,
+    }
 }
 
 /// A telemetry sample of ten channels and muscles.

@@ -14,8 +14,8 @@ pub use opening::{Identity, first_session};
 use super::draft::Draft;
 use super::mail::{Asked, ControlReport, ControlRequest, ControlVerdict, Report, SessionMail};
 use crate::link::{
-    Code, Counters, Decoder, Event, Head, Part, Refusal, Request, Response, SetupSum, Status,
-    ToDevice, encode_into, too_long,
+    Code, Counters, Decoder, Event, Part, Reading, Refusal, Request, Response, Sender, SetupSum,
+    Status, encode_into, too_long,
 };
 use crate::safety::{Notice, StageTable, State};
 use crate::units::Micros;
@@ -93,28 +93,41 @@ impl Session {
     #[inline(never)]
     pub fn receive(&mut self, now: Micros, mut bytes: &[u8], mail: &mut SessionMail<'_>) {
         while !bytes.is_empty() {
-            let mut part = None;
             let message = match self.decoder.take(&mut bytes) {
                 None => continue,
-                Some(Ok(message)) => {
-                    read(message).inspect(|told| part = Part::of(&told.request, message))
+                Some(Ok(message)) => message,
+                Some(Err(e)) => {
+                    self.decoder.clear();
+                    self.misunderstand(e.into());
+                    continue;
                 }
-                Some(Err(e)) => Err((None, e.into())),
+            };
+            let mut reading = Reading::of(message);
+            let sender = reading.sender();
+            let request = reading.request(); // stays there
+            let (told, long) = match (sender, &request) {
+                (Ok(sender), Ok(request)) if reading.is_over() => {
+                    (Some((sender, request, Part::of(request, message))), None)
+                }
+                _ => (None, too_long(message)),
             };
             self.decoder.clear();
-            match message {
-                Ok(message) => self.serve(now, &message, part, mail),
-                Err((Some(head), refusal)) => {
+            match (told, long) {
+                (Some((sender, request, part)), _) => self.serve(now, sender, request, part, mail),
+                (None, Some((sender, refusal))) => {
                     self.counters.frames = self.counters.frames.saturating_add(1);
-                    let admitted = self.admit(head.session, head.seq);
-                    self.refuse(Some(head.seq), admitted.err().unwrap_or(refusal));
+                    let admitted = self.admit(sender);
+                    self.refuse(Some(sender.seq), admitted.err().unwrap_or(refusal));
                 }
-                Err((None, refusal)) => {
-                    self.counters.bad_frames = self.counters.bad_frames.saturating_add(1);
-                    self.refuse(None, refusal);
-                }
+                (None, None) => self.misunderstand(Refusal::new(Code::UnknownMessage, "request")),
             }
         }
+    }
+
+    /// A frame that says nothing.
+    fn misunderstand(&mut self, refusal: Refusal<'static>) {
+        self.counters.bad_frames = self.counters.bad_frames.saturating_add(1);
+        self.refuse(None, refusal);
     }
 
     /// Carries the other owners' reports to the host.
@@ -164,26 +177,27 @@ impl Session {
     fn serve(
         &mut self,
         now: Micros,
-        message: &ToDevice,
+        sender: Sender,
+        request: &Request,
         part: Option<Part>,
         mail: &mut SessionMail<'_>,
     ) {
         self.counters.frames = self.counters.frames.saturating_add(1);
-        let seq = message.seq;
-        if let Request::Hello { schema } = message.request {
-            match self.open(now, seq, message.session, schema, mail) {
+        let seq = sender.seq;
+        if let Request::Hello { schema } = *request {
+            match self.open(now, seq, sender.session, schema, mail) {
                 Ok(info) => self.respond(&Response::Hello(info)),
                 Err(refusal) => self.refuse(Some(seq), refusal),
             }
             return;
         }
-        let admitted = self.admit(message.session, seq);
-        if let Request::Stop = message.request {
+        let admitted = self.admit(sender);
+        if let Request::Stop = request {
             // Whoever it is: stopping is never refused.
             self.stop(now, seq, mail);
             return;
         }
-        let answer = admitted.and_then(|()| self.answer(now, seq, &message.request, part, mail));
+        let answer = admitted.and_then(|()| self.answer(now, seq, request, part, mail));
         match answer {
             Ok(Reply::Done) => self.respond(&Response::Ack { seq, at: now }),
             Ok(Reply::Later) => {}
@@ -324,18 +338,6 @@ impl Session {
             Some(()) if self.outbox.len() + frame.len() <= room => self.outbox.push(&frame),
             _ => self.counters.dropped = self.counters.dropped.saturating_add(1),
         }
-    }
-}
-
-/// The request in a message; or why there is none, and whose it would have been
-/// if that can be told.
-fn read(message: &[u8]) -> Result<ToDevice, (Option<Head>, Refusal<'static>)> {
-    match postcard::take_from_bytes(message) {
-        Ok((request, [])) => Ok(request),
-        _ => Err(match too_long(message) {
-            Some((head, refusal)) => (Some(head), refusal),
-            None => (None, Refusal::new(Code::UnknownMessage, "request")),
-        }),
     }
 }
 

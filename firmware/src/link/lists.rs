@@ -1,6 +1,7 @@
 //! Which list of an unreadable message is too long. A list that no buffer holds
 //! ends the reading of its message; this reads it again, up to the list's length.
 
+use super::reading::Sender;
 use super::refusal::{Code, Refusal};
 use crate::control::LawSpec;
 use crate::pulse::{CHANNELS, MAX_GROUPS};
@@ -15,23 +16,12 @@ const JOINT: u32 = 9;
 const AMPLITUDES: u32 = 14;
 const PULSES: u32 = 24;
 
-/// The beginning of every request.
-#[derive(Clone, Copy, Debug, Deserialize)]
-pub struct Head {
-    /// As in `ToDevice`.
-    pub session: u16,
-    /// As in `ToDevice`.
-    pub seq: u16,
-    /// The request's number in the enum.
-    request: u32,
-}
-
-/// The request in `message`, which could not be read, and the refusal, if it is
+/// Whose the request in `message` is, which could not be read, and the refusal, if it is
 /// because of a list that is too long.
 #[must_use]
-pub fn too_long(message: &[u8]) -> Option<(Head, Refusal<'static>)> {
-    let (head, rest) = take::<Head>(message)?;
-    let (field, least, most, rest) = match head.request {
+pub fn too_long(message: &[u8]) -> Option<(Sender, Refusal<'static>)> {
+    let ((sender, number), rest) = take::<(Sender, u32)>(message)?;
+    let (field, least, most, rest) = match number {
         GROUPS => ("groups", 0, MAX_GROUPS, rest),
         AMPLITUDES => amplitudes(skip::<u16>(rest)?)?,
         PULSES => ("pulses", 1, MAX_LISTED, skip::<u8>(rest)?),
@@ -41,7 +31,7 @@ pub fn too_long(message: &[u8]) -> Option<(Head, Refusal<'static>)> {
     let (count, _) = take::<u32>(rest)?;
     let most = most as i32; // at most 16
     let refusal = Refusal::new(Code::OutOfRange, field).allowed(least, most);
-    (i64::from(count) > i64::from(most)).then_some((head, refusal))
+    (i64::from(count) > i64::from(most)).then_some((sender, refusal))
 }
 
 /// The first list of amplitudes that is too long, or the second.

@@ -7,14 +7,16 @@
 pub mod frame;
 mod lists;
 pub mod message;
+mod reading;
 mod refusal;
 mod setup_sum;
 
 pub use frame::{Decoder, FrameError, MAX_FRAME, MAX_MESSAGE, encode, encode_into};
-pub use lists::{Head, too_long};
+pub use lists::too_long;
 pub use message::{
     BROADCAST, Counters, Event, ForceSample, HelloInfo, Kind, Request, Response, SCHEMA, Status,
     Telemetry, ToDevice,
 };
+pub use reading::{Reading, Sender};
 pub use refusal::{Code, Refusal};
 pub use setup_sum::{Part, SetupSum};

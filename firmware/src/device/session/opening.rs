@@ -3,7 +3,7 @@
 use super::super::mail::{ControlRequest, SessionMail};
 use super::{Session, busy, is_arming, submit};
 use crate::link::message::{OptionBytes, ResetCause};
-use crate::link::{Code, HelloInfo, Kind, Refusal, SCHEMA, SetupSum};
+use crate::link::{Code, HelloInfo, Kind, Refusal, SCHEMA, Sender, SetupSum};
 use crate::pulse::DEAD_TIME_US;
 use crate::safety::{FaultRecord, Stages, State};
 use crate::units::Micros;
@@ -101,7 +101,8 @@ impl Session {
     }
 
     /// Only the session's owner is heard; gaps in its numbers are losses.
-    pub(super) fn admit(&mut self, session: u16, seq: u16) -> Result<(), Refusal<'static>> {
+    pub(super) fn admit(&mut self, sender: Sender) -> Result<(), Refusal<'static>> {
+        let Sender { session, seq } = sender;
         if self.owner != Some(session) {
             self.counters.strangers = self.counters.strangers.saturating_add(1);
             let code = match self.owner {
