@@ -36,7 +36,6 @@ impl Supply for Changing {
         Burst {
             code: Some(DacCode::new(number as u16)),
             width_us,
-            next_us: None,
         }
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {

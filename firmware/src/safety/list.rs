@@ -67,14 +67,6 @@ pub(super) struct Playing {
     waits: bool,
 }
 
-/// What becomes of the next burst of a channel that plays a list.
-pub(super) enum Turn {
-    /// It is left out, and the next comes so much later.
-    Wait(Option<NonZeroU32>),
-    /// It is this; and the next comes so much later, or after the train's period.
-    Pulse(Stimulus, Option<NonZeroU32>),
-}
-
 impl Playing {
     /// Nothing.
     pub(super) const NOTHING: Self = Self {
@@ -105,25 +97,36 @@ impl Playing {
         self.list.channel == channel
     }
 
-    /// What comes now; after the last one, nothing is under way.
-    pub(super) fn turn(&mut self) -> Turn {
-        let after = |place: u8| {
-            let pulse = self.list.pulses.get(usize::from(place));
-            pulse.and_then(|pulse| NonZeroU32::new(pulse.after_us))
-        };
-        if self.next == 0 && !self.waits && after(0).is_some() {
-            let wait = after(0);
+    /// What comes now, or none where a burst is left out; after the last one, nothing is
+    /// under way.
+    pub(super) fn turn(&mut self) -> Option<Stimulus> {
+        if self.next == 0 && !self.waits && self.after_us().is_some() {
             self.waits = true;
-            return Turn::Wait(wait);
+            return None;
         }
         let pulse = self.list.pulses.get(usize::from(self.next)).copied();
         self.next = self.next.saturating_add(1);
-        let next_us = after(self.next);
-        if next_us.is_none() {
+        if self.after_us().is_none() {
             self.list.channel = NONE;
         }
         // There is one: a list is not empty, and ends with its last.
-        let stimulus = pulse.map(|pulse| pulse.stimulus()).unwrap_or_default();
-        Turn::Pulse(stimulus, next_us)
+        pulse.map(|pulse| pulse.stimulus())
+    }
+
+    /// How much later than that the next burst of `channel` comes, µs; none is after the
+    /// train's period.
+    #[inline]
+    pub(super) fn next_us_on(&self, channel: u8) -> Option<NonZeroU32> {
+        if self.is_on(channel) {
+            self.after_us()
+        } else {
+            None
+        }
+    }
+
+    /// The next pulse's distance from the one before, µs; none without either.
+    fn after_us(&self) -> Option<NonZeroU32> {
+        let pulse = self.list.pulses.get(usize::from(self.next));
+        pulse.and_then(|pulse| NonZeroU32::new(pulse.after_us))
     }
 }

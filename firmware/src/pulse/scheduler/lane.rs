@@ -300,7 +300,9 @@ impl Lane {
             }
             let burst = supply.burst(channel, now);
             self.code = burst.code;
-            self.next_us = burst.next_us.map_or(0, NonZeroU32::get);
+            if self.train.spec().lists {
+                self.next_us = supply.next_us(channel).map_or(0, NonZeroU32::get);
+            }
             self.set_width(burst.width_us);
             if let Some(code) = self.code {
                 plan.dac

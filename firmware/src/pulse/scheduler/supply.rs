@@ -8,19 +8,23 @@ use core::num::{NonZeroU16, NonZeroU32};
 pub trait Supply {
     /// What a whole burst on `channel` that starts at `at` is.
     fn burst(&mut self, channel: u8, at: Micros) -> Burst;
+    /// From that burst to the next, µs, played or left out; none is the period. Asked of
+    /// trains that take lists, right after the burst.
+    fn next_us(&self, _channel: u8) -> Option<NonZeroU32> {
+        None
+    }
     /// Whether a pulse may still start that has its last edge at `end`.
     fn may_pulse(&mut self, channel: u8, end: Micros) -> bool;
 }
 
-/// A burst as its supply wants it: amplitude and width together, for all its pulses.
+/// A burst as its supply wants it: amplitude and width together, for all its pulses. Two
+/// words, which are returned in registers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Burst {
     /// Of each pulse; none leaves the burst out.
     pub code: Option<DacCode>,
     /// Width of each phase, µs, at most the train's largest; none is the train's own.
     pub width_us: Option<NonZeroU16>,
-    /// From this burst to the next, µs, played or left out; none is the period.
-    pub next_us: Option<NonZeroU32>,
 }
 
 impl Burst {
@@ -28,7 +32,6 @@ impl Burst {
     pub const SILENT: Self = Self {
         code: None,
         width_us: None,
-        next_us: None,
     };
 
     /// Of this amplitude and the train's own width.

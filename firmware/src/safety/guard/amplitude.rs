@@ -5,7 +5,7 @@ use crate::pulse::{Burst, Supply, Train};
 use crate::safety::ramp::Rise;
 use crate::safety::{Channel, Denied, ElectrodeCheck, Expected, Setup, Stimulus, StopCause};
 use crate::units::{Amplitude, DacCode, Micros};
-use core::num::NonZeroU16;
+use core::num::{NonZeroU16, NonZeroU32};
 
 impl Guard {
     /// A host's direct amplitudes and widths (0 for the train's own), all or none: refused
@@ -37,7 +37,7 @@ impl Guard {
 
     /// `stimulus`, within every limit, is wanted on `channel` from `now` on.
     fn want(&mut self, channel: u8, stimulus: Stimulus, now: Micros) {
-        if !self.open(channel) {
+        if !self.open_here(channel) {
             return; // and the refill ends in a fault
         }
         let stimulus = self.with_width(channel, stimulus);
@@ -156,10 +156,18 @@ impl Supply for Guard {
         if !self.open_burst(channel) {
             return Burst::SILENT; // and the refill ends in a fault
         }
-        if self.list.is_on(channel) {
-            return self.listed_burst(channel, at);
-        }
-        self.next_burst(channel, at).unwrap_or(Burst::SILENT)
+        let wanted = if self.list.is_on(channel) {
+            self.take_listed()
+        } else {
+            self.wanted.get(usize::from(channel)).copied()
+        };
+        let burst = wanted.and_then(|wanted| self.next_burst(channel, wanted, at));
+        burst.unwrap_or(Burst::SILENT)
+    }
+
+    fn next_us(&self, channel: u8) -> Option<NonZeroU32> {
+        let next_us = self.list.next_us_on(channel);
+        next_us.filter(|_| self.check_seen().is_ok()) // else the refill ends in a fault
     }
 
     fn may_pulse(&mut self, _: u8, end: Micros) -> bool {
@@ -172,13 +180,13 @@ impl Supply for Guard {
 }
 
 impl Guard {
-    /// The burst of an open channel that begins at `at`; `None` leaves it out.
-    #[inline]
-    pub(super) fn next_burst(&mut self, channel: u8, at: Micros) -> Option<Burst> {
+    /// The burst of an open channel that begins at `at` and is to be `wanted`; `None`
+    /// leaves it out.
+    #[inline(always)]
+    fn next_burst(&mut self, channel: u8, wanted: Stimulus, at: Micros) -> Option<Burst> {
         let index = usize::from(channel);
         let setup = self.setup.as_ref()?;
         let config = setup.channel(channel)?;
-        let wanted = self.wanted.get(index).copied()?;
         let rise_by = setup.wearer.rise();
         let rise = self.rises.get_mut(index)?;
         let amplitude = match self.mode {
@@ -226,7 +234,6 @@ impl Guard {
         Some(Burst {
             code: Some(code),
             width_us: NonZeroU16::new(width_us),
-            ..Burst::SILENT
         })
     }
 }

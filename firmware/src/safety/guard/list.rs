@@ -1,8 +1,7 @@
 //! Lists of pulses: what of them is allowed, and how they take the place of a train's.
 
 use super::{Guard, Mode};
-use crate::pulse::Burst;
-use crate::safety::list::{Playing, Turn};
+use crate::safety::list::Playing;
 use crate::safety::ramp::Rise;
 use crate::safety::{Channel, Denied, ListedPulse, PulseList, Stimulus, Wearer};
 use crate::seal::Seal;
@@ -63,36 +62,17 @@ impl Guard {
         Ok(())
     }
 
-    /// The next burst of the channel that plays a list.
+    /// What the list under way makes of its channel's next burst, in place of what is
+    /// wanted of the train; none leaves it out.
     #[inline(never)]
-    pub(super) fn listed_burst(&mut self, channel: u8, at: Micros) -> Burst {
+    pub(super) fn take_listed(&mut self) -> Option<Stimulus> {
         if !self.list_seal.holds(&self.list) {
             self.break_seal(); // and the refill ends in a fault
-            return Burst::SILENT;
+            return None;
         }
-        let turn = self.list.turn();
+        let stimulus = self.list.turn();
         self.seal_list();
-        match turn {
-            Turn::Wait(next_us) => Burst {
-                next_us,
-                ..Burst::SILENT
-            },
-            Turn::Pulse(stimulus, next_us) => {
-                let index = usize::from(channel);
-                let train = self.wanted.get(index).copied().unwrap_or_default();
-                self.exchange(index, stimulus);
-                let burst = self.next_burst(channel, at).unwrap_or(Burst::SILENT);
-                self.exchange(index, train);
-                Burst { next_us, ..burst }
-            }
-        }
-    }
-
-    /// The channel is open.
-    fn exchange(&mut self, index: usize, stimulus: Stimulus) {
-        if let Some(wanted) = self.wanted.get_mut(index) {
-            *wanted = stimulus;
-        }
+        stimulus
     }
 
     /// Nothing is left of a list on `channel`: what was ordered later holds.

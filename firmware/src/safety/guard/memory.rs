@@ -101,8 +101,14 @@ impl Guard {
 
     /// Whether `channel`'s amplitudes may be read and changed until the next
     /// [`Self::seal`]: they are as they were left.
-    #[inline]
+    #[inline(never)]
     pub(super) fn open(&mut self, channel: u8) -> bool {
+        self.open_here(channel)
+    }
+
+    /// [`Self::open`] where a call would show: with each burst and each setpoint.
+    #[inline(always)]
+    pub(super) fn open_here(&mut self, channel: u8) -> bool {
         let bit = 1u16.checked_shl(channel.into()).unwrap_or(0);
         if self.seals.open & bit != 0 {
             return true;
@@ -123,7 +129,7 @@ impl Guard {
         let seals = self.seals.channels.get(index);
         let holds = seals.is_none_or(|(seal, _)| *seal == self.armed(index));
         self.seals.broken |= !holds;
-        holds && self.open(channel)
+        holds && self.open_here(channel)
     }
 
     /// Seals what is armed of `channel`, which was changed after [`Self::open_burst`].
