@@ -4,7 +4,7 @@ mod post;
 
 use super::part::ControlPart;
 use crate::control::Amplitudes;
-use crate::link::{Event, Refusal, Telemetry};
+use crate::link::{Event, Refusal, Response};
 use crate::muscle::Rung;
 use crate::pulse::CHANNELS;
 use crate::safety::{Denied, FaultRecord, Notice, PulseList, Setup, State, Stimulus};
@@ -251,7 +251,7 @@ pub struct Mailboxes {
     // A verdict for every request of one tick, an event, and then some.
     control_reports: Queue<ControlReport, 24>,
     // As many ticks as the session may be making tables.
-    samples: Queue<Telemetry, 9>,
+    samples: Queue<Response<'static>, 9>,
     // Two a tick and one for each channel under force control, taken four
     // times a tick.
     control_orders: Queue<ControlOrder, 16>,
@@ -279,7 +279,7 @@ pub struct ControllerMail<'a> {
     pub(super) parts: Consumer<'a, ControlPart>,
     pub(super) requests: Consumer<'a, Asked>,
     pub(super) reports: Producer<'a, ControlReport>,
-    samples: Producer<'a, Telemetry>,
+    samples: Producer<'a, Response<'static>>,
     pub(super) orders: Producer<'a, ControlOrder>,
     pub(super) events: Consumer<'a, ControlEvent>,
     pub(super) stop: &'a StopFlag,
@@ -295,7 +295,7 @@ pub struct SessionMail<'a> {
     pub(super) control_parts: Producer<'a, ControlPart>,
     pub(super) control_requests: Producer<'a, Asked>,
     pub(super) control_reports: Consumer<'a, ControlReport>,
-    pub(super) samples: Consumer<'a, Telemetry>,
+    pub(super) samples: Consumer<'a, Response<'static>>,
     pub(super) stop: &'a StopFlag,
     pub(super) lost: &'a Lost,
 }

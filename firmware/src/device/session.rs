@@ -147,12 +147,13 @@ impl Session {
                 ControlReport::Event { at, event } => self.respond(&Response::Event { at, event }),
             }
         }
-        while let Some(sample) = mail.samples.dequeue() {
+        while let Some(sample) = mail.samples.peek() {
             if self.outbox.len() + RESERVED < ROOM {
-                self.respond(&Response::Telemetry(sample));
+                self.respond(sample);
             } else {
                 self.counters.dropped = self.counters.dropped.saturating_add(1);
             }
+            let _ = mail.samples.dequeue();
         }
     }
 

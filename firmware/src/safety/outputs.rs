@@ -270,9 +270,24 @@ impl OutputCheck {
     /// or that all are grounded after a fault.
     fn check_grounded(&self, levels: Levels) -> Result<(), Broken> {
         let grounded = levels.grounded_channels();
-        if grounded == 0 || levels.without_sync() == Levels::GROUNDED {
+        let mut left = grounded;
+        let mut discharges = true;
+        while left != 0 {
+            let channel = left.trailing_zeros() as usize; // below CHANNELS
+            left &= left.wrapping_sub(1);
+            let line = self.lines.get(channel);
+            discharges &= line.is_some_and(|line| line.part == Part::Discharge);
+        }
+        // As mostly: no group is asked.
+        if discharges || levels.without_sync() == Levels::GROUNDED {
             return Ok(());
         }
+        self.check_grouped(grounded)
+    }
+
+    /// Some of these are grounded for other members of their groups.
+    #[inline(never)]
+    fn check_grouped(&self, grounded: u16) -> Result<(), Broken> {
         if !self.seal.holds(&self.groups) {
             return Err(Broken::Memory);
         }

@@ -171,6 +171,9 @@ async fn receive(rx: &mut Receiver<'static, Usb>, packet: &mut [u8; PACKET]) -> 
 }
 
 fn transmit(session: &mut Session, outgoing: &Bytes) {
+    if !session.has_output() {
+        return;
+    }
     let mut chunk = [0; PACKET];
     while outgoing.free_capacity() >= PACKET {
         let count = session.transmit(&mut chunk);

@@ -3,7 +3,7 @@
 use super::{Acted, Controller, Phase};
 use crate::device::mail::ControllerMail;
 use crate::haptics::Wall;
-use crate::link::{ForceSample, Telemetry};
+use crate::link::{ForceSample, Response, Telemetry};
 use crate::pulse::CHANNELS;
 use crate::units::{Angle, Force, Micros};
 
@@ -43,9 +43,13 @@ impl Controller {
         acted: Option<&Acted>,
         mail: &mut ControllerMail<'_>,
     ) {
-        if !self.subscription.is_due() {
-            return;
+        if self.subscription.is_due() {
+            let _ = mail.sample(Response::Telemetry(self.sampled(now, acted))); // counted
         }
+    }
+
+    #[inline(never)]
+    fn sampled(&mut self, now: Micros, acted: Option<&Acted>) -> Telemetry {
         let mut sample = Telemetry {
             at: now,
             target_centideg: self.target(acted).map(Angle::to_centideg),
@@ -78,7 +82,7 @@ impl Controller {
             };
             let _ = sample.force_control.push(force); // same
         }
-        let _ = mail.sample(sample); // counted
+        sample
     }
 
     /// What the joint is to follow; or where the wall stands, which needs no

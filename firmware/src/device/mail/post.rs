@@ -4,7 +4,7 @@ use super::{
     ControlEvent, ControlOrder, ControlReport, ControlVerdict, ControllerMail, PulserMail, Report,
     SessionMail,
 };
-use crate::link::{Event, Telemetry};
+use crate::link::{Event, Response};
 use crate::units::Micros;
 use core::sync::atomic::{AtomicU32, Ordering};
 use heapless::spsc::Producer;
@@ -101,8 +101,9 @@ impl ControllerMail<'_> {
         self.lost.post(&mut self.reports, report)
     }
 
-    /// Posts a sample, if the session has taken those before it.
-    pub(in crate::device) fn sample(&mut self, sample: Telemetry) -> Result<(), Full> {
+    /// Posts a sample, as the session will say it, if that has taken those before it.
+    #[inline]
+    pub(in crate::device) fn sample(&mut self, sample: Response<'static>) -> Result<(), Full> {
         self.lost.post(&mut self.samples, sample)
     }
 

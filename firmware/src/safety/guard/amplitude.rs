@@ -42,8 +42,8 @@ impl Guard {
         }
         let stimulus = self.with_width(channel, stimulus);
         // A host repeats what it wants of the train; only another order is about the list.
-        if self.wanted.get(usize::from(channel)) != Some(&stimulus) {
-            self.end_list_on(channel);
+        if self.list.is_on(channel) && self.wanted.get(usize::from(channel)) != Some(&stimulus) {
+            self.end_list();
         }
         if self.limits_steps() {
             self.note_order(channel, stimulus, now);

@@ -75,14 +75,8 @@ impl Guard {
         stimulus
     }
 
-    /// Nothing is left of a list on `channel`: what was ordered later holds.
-    pub(super) fn end_list_on(&mut self, channel: u8) {
-        if self.list.is_on(channel) {
-            self.end_list();
-        }
-    }
-
-    /// Nothing is left of any list.
+    /// Nothing is left of any list: what was ordered later holds.
+    #[inline(never)]
     pub(super) fn end_list(&mut self) {
         self.list = Playing::NOTHING;
         self.seal_list();

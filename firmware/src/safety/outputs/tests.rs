@@ -17,7 +17,6 @@ impl Supply for Always {
         Burst {
             code: Some(CODE),
             width_us: NonZeroU16::new(if is_wide { 300 } else { 100 }).filter(|_| channel == LIVE),
-            next_us: None,
         }
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {
