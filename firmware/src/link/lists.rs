@@ -6,8 +6,6 @@ use super::refusal::{Code, Refusal};
 use crate::control::LawSpec;
 use crate::pulse::{CHANNELS, MAX_GROUPS};
 use crate::safety::MAX_LISTED;
-use postcard::Deserializer;
-use postcard::de_flavors::{Flavor, Slice};
 use serde::Deserialize;
 
 /// Numbers of the requests with a list.
@@ -50,31 +48,6 @@ fn skip<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<&'a [u8]> {
     take::<T>(bytes).map(|(_, rest)| rest)
 }
 
-/// `postcard::take_from_bytes` in code of its own.
 fn take<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<(T, &'a [u8])> {
-    let mut reader = Deserializer::from_flavor(Again(Slice::new(bytes)));
-    let value = T::deserialize(&mut reader).ok()?;
-    Some((value, reader.finalize().ok()?))
-}
-
-/// Postcard's own source of bytes under another name. If this shared its readers
-/// of numbers with the reading of every message, the compiler would no longer
-/// inline them there: a setpoint took 1,500 cycles more.
-struct Again<'a>(Slice<'a>);
-
-impl<'a> Flavor<'a> for Again<'a> {
-    type Remainder = &'a [u8];
-    type Source = &'a [u8];
-
-    fn pop(&mut self) -> postcard::Result<u8> {
-        self.0.pop()
-    }
-
-    fn try_take_n(&mut self, count: usize) -> postcard::Result<&'a [u8]> {
-        self.0.try_take_n(count)
-    }
-
-    fn finalize(self) -> postcard::Result<&'a [u8]> {
-        self.0.finalize()
-    }
+    postcard::take_from_bytes(bytes).ok()
 }

@@ -3,7 +3,7 @@
 use super::{Acted, Controller, Phase};
 use crate::device::mail::ControllerMail;
 use crate::haptics::Wall;
-use crate::link::{ForceSample, Response, Telemetry};
+use crate::link::{ForceSample, Telemetry};
 use crate::pulse::CHANNELS;
 use crate::units::{Angle, Force, Micros};
 
@@ -43,13 +43,9 @@ impl Controller {
         acted: Option<&Acted>,
         mail: &mut ControllerMail<'_>,
     ) {
-        if self.subscription.is_due() {
-            let _ = mail.sample(Response::Telemetry(self.sampled(now, acted))); // counted
+        if !self.subscription.is_due() {
+            return;
         }
-    }
-
-    #[inline(never)]
-    fn sampled(&mut self, now: Micros, acted: Option<&Acted>) -> Telemetry {
         let mut sample = Telemetry {
             at: now,
             target_centideg: self.target(acted).map(Angle::to_centideg),
@@ -82,7 +78,7 @@ impl Controller {
             };
             let _ = sample.force_control.push(force); // same
         }
-        sample
+        let _ = mail.sample(sample); // counted
     }
 
     /// What the joint is to follow; or where the wall stands, which needs no

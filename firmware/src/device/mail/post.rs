@@ -4,7 +4,7 @@ use super::{
     ControlEvent, ControlOrder, ControlReport, ControlVerdict, ControllerMail, PulserMail, Report,
     SessionMail,
 };
-use crate::link::{Event, Response};
+use crate::link::{Event, Response, Telemetry};
 use crate::units::Micros;
 use core::sync::atomic::{AtomicU32, Ordering};
 use heapless::spsc::Producer;
@@ -103,8 +103,9 @@ impl ControllerMail<'_> {
 
     /// Posts a sample, as the session will say it, if that has taken those before it.
     #[inline]
-    pub(in crate::device) fn sample(&mut self, sample: Response<'static>) -> Result<(), Full> {
-        self.lost.post(&mut self.samples, sample)
+    pub(in crate::device) fn sample(&mut self, sample: Telemetry) -> Result<(), Full> {
+        self.lost
+            .post(&mut self.samples, Response::Telemetry(sample))
     }
 
     /// Orders of the pulser, which takes them four times a tick: there is room
