@@ -2,6 +2,7 @@
 
 use super::{DEAD_TIME_US, WINDOW_US};
 use crate::range::{OutOfRange, Range};
+use core::hash::{Hash, Hasher};
 use core::ops::RangeInclusive;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -58,7 +59,7 @@ pub enum Trigger {
 /// let overlaps = TrainError::BurstOverlaps { min_interval_us: 505 };
 /// assert_eq!(doublet.validate(), Err(overlaps));
 /// ```
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct TrainSpec {
     /// Waveform of each pulse.
     pub shape: Shape,
@@ -120,6 +121,31 @@ impl From<OutOfRange> for TrainError {
 pub struct Train {
     spec: TrainSpec,
     gap_us: u16,
+}
+
+/// In words as they lie in memory, for it is summed with every burst, three times: a bit
+/// that changes in any field changes its word.
+impl Hash for TrainSpec {
+    #[inline]
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        let halves = |low: u16, high: u16| u32::from(low) | u32::from(high) << 16;
+        let trigger = match self.trigger {
+            Some(trigger) => trigger as u8,
+            None => 2,
+        };
+        let bytes = [
+            self.burst_count,
+            self.shape as u8,
+            trigger,
+            u8::from(self.lists),
+        ];
+        state.write_u32(halves(self.width_us, self.max_width_us));
+        state.write_u32(halves(self.gap_us, self.ground_us));
+        state.write_u32(halves(self.burst_interval_us, self.repeats));
+        state.write_u32(u32::from_le_bytes(bytes));
+        state.write_u32(self.period_us);
+        state.write_u32(self.offset_us);
+    }
 }
 
 impl TrainSpec {
