@@ -102,7 +102,7 @@ impl ControllerMail<'_> {
     }
 
     /// Posts a sample, as the session will say it, if that has taken those before it.
-    #[inline]
+    #[inline(never)] // its room is no part of each tick's frame
     pub(in crate::device) fn sample(&mut self, sample: Telemetry) -> Result<(), Full> {
         self.lost
             .post(&mut self.samples, Response::Telemetry(sample))
