@@ -44,6 +44,8 @@ pub struct Sensors {
     /// A trigger edge in the time being advanced over; one from before it was
     /// seen already.
     pub trigger: Option<Micros>,
+    /// The trigger input is held: all the time, or from the edge on if there is one.
+    pub held: bool,
 }
 
 impl Default for Sensors {
@@ -55,6 +57,7 @@ impl Default for Sensors {
             hand_stop: true,
             over_current: false,
             trigger: None,
+            held: false,
         }
     }
 }
@@ -324,11 +327,13 @@ impl Lockstep {
     fn refill(&mut self, now: Micros, sensors: &Sensors, sink: &mut impl Sink) {
         // Past the compare by one, so that the window counts as rendered.
         self.now = now + us(1);
+        let trigger = self.trigger.take_if(|at| now.has_reached(*at));
         let inputs = Inputs {
             arm: sensors.arm,
             hand_stop: sensors.hand_stop,
             over_current: sensors.over_current,
-            trigger: self.trigger.take_if(|at| now.has_reached(*at)),
+            trigger,
+            held: sensors.held && self.trigger.is_none(), // else it is yet to come
             reading: self.reading.take(),
         };
         let start = self.playing.start + us(WINDOW_US);

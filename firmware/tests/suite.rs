@@ -11,6 +11,7 @@ mod device_force;
 mod device_force_reach;
 mod device_frames;
 mod device_fuzz;
+mod device_gate;
 mod device_hand;
 mod device_limit_cycle;
 mod device_lists;

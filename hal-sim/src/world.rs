@@ -127,8 +127,10 @@ pub struct World {
     joint_adc: Option<(f64, f64)>,
     /// The sensor was read since the body moved.
     is_sensed: bool,
-    /// Edges still to come on the trigger input, µs, rising.
-    triggers: VecDeque<u64>,
+    /// Edges still to come on the trigger input, rising, and how long each is held, µs.
+    triggers: VecDeque<(u64, u64)>,
+    /// When the trigger input that is held is released, µs.
+    release_us: Option<u64>,
     now_us: u64,
     /// The device has served a trial before.
     is_used: bool,
@@ -155,6 +157,7 @@ impl World {
             joint_adc: None,
             is_sensed: false,
             triggers: VecDeque::new(),
+            release_us: None,
             now_us: boot.get().into(),
             is_used: false,
             loads: [Load::Ohms(f64::NAN); CHANNELS], // like no body's
@@ -171,9 +174,14 @@ impl World {
     /// edges closer than a refill's 250 µs the device sees the last one only, as
     /// its timer has one capture register.
     pub fn trigger(&mut self, at_us: u64) {
+        self.hold_trigger(at_us, 0);
+    }
+
+    /// The same, and the input is held for `held_us`, within which no other edge comes.
+    pub fn hold_trigger(&mut self, at_us: u64, held_us: u64) {
         let at_us = at_us.max(self.now_us);
-        if let Err(place) = self.triggers.binary_search(&at_us) {
-            self.triggers.insert(place, at_us);
+        if let Err(place) = self.triggers.binary_search_by_key(&at_us, |edge| edge.0) {
+            self.triggers.insert(place, (at_us, held_us));
         }
     }
 
@@ -197,15 +205,17 @@ impl World {
         while self.now_us < to_us {
             let mut step = to_us.min((self.now_us / STEP_US + 1) * STEP_US);
             // One edge a step: a second one begins the next.
-            if let Some(&second) = self.triggers.get(1) {
+            if let Some(&(second, _)) = self.triggers.get(1) {
                 step = step.min(second.max(self.now_us + 1));
             }
+            step = self.release_trigger(step);
             // A device that is serving bytes may be ahead by what that costs.
             let ahead = step + u64::from(cost::SESSION_US);
-            if let Some(&at) = self.triggers.front().filter(|&&at| at < ahead) {
+            if let Some(&(at, held_us)) = self.triggers.front().filter(|edge| edge.0 < ahead) {
                 self.sensors.trigger = Some(Micros::new(at as u32));
+                self.sensors.held = held_us != 0;
             }
-            self.triggers.pop_front_if(|at| *at < step);
+            self.triggers.pop_front_if(|edge| edge.0 < step);
             self.sense();
             let mut is_asked = false;
             while let Some((at, mut bytes)) = self.wire.pop_until(step - 1).next() {
@@ -221,11 +231,27 @@ impl World {
             self.device
                 .advance(Micros::new(step as u32), &self.sensors, &mut self.recorder)?;
             self.sensors.trigger = None;
+            self.sensors.held = self.release_us.is_some();
             self.now_us = step;
             self.excite();
             self.is_sensed &= !self.body.advance(step);
         }
         Ok(())
+    }
+
+    /// Releases the trigger input where it is due, and lets a step to `to_us` end with its
+    /// next release; of an edge in the step, too.
+    fn release_trigger(&mut self, to_us: u64) -> u64 {
+        if self.release_us.take_if(|at| *at <= self.now_us).is_some() {
+            self.sensors.held = false;
+        }
+        let edge = self.triggers.front();
+        if self.release_us.is_none()
+            && let Some((at, held_us)) = edge.filter(|edge| edge.0 < to_us && edge.1 != 0)
+        {
+            self.release_us = Some(at + held_us);
+        }
+        self.release_us.map_or(to_us, |at| to_us.min(at))
     }
 
     /// The same device and the same wearer go on to another trial: what was put out

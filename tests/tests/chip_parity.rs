@@ -49,8 +49,10 @@ fn on_chip(log: &[Step], pace: Pace) -> (Watched, Record, Vec<(Micros, Sensors)>
         };
         // An edge comes with a step of time, never with bytes.
         let trigger = sensors.trigger.filter(|_| bytes.is_none()).map(time);
+        let is_ahead = sensors.trigger.is_some() && trigger.is_none();
         let sensors = Sensors {
             trigger,
+            held: sensors.held && !is_ahead,
             ..*sensors
         };
         worlds.push((time(*at), sensors));

@@ -152,6 +152,7 @@ impl Desk {
             hand_stop: true,
             over_current: false,
             trigger: None,
+            held: false,
             reading: self.reading.take(),
         };
         let (mut mail, _, _) = self.mail.split();

@@ -137,6 +137,7 @@ impl Pulser {
             && self.phases.is_empty()
             && self.owed < MISSING_TO_FAULT
             && inputs.trigger.is_none()
+            && self.scheduler.is_gate_still(inputs.held)
             && !self.is_unheard
             && self.told == self.guard.state()
             && mail.is_empty_for_pulser(self.stops_told)
@@ -189,11 +190,7 @@ impl Pulser {
             let _ = mail.control_orders.dequeue();
             taken?;
         }
-        if let Some(at) = inputs.trigger
-            && (self.guard.state() != State::Stimulating || self.scheduler.trigger(at) == 0)
-        {
-            self.idle_triggers = self.idle_triggers.saturating_add(1);
-        }
+        self.accept_trigger(start, inputs);
         // By reference: a notice is large and mostly absent, and `?` copies it.
         match &self.guard.tick(start, inputs, &self.scheduler) {
             Ok(None) => {}
@@ -212,6 +209,18 @@ impl Pulser {
         }
         self.report_pulses(plan, mail);
         Ok(())
+    }
+
+    /// Lets the trigger input start and end trains, while they may play.
+    #[inline(always)]
+    fn accept_trigger(&mut self, start: Micros, inputs: &Inputs) {
+        let plays = self.guard.state() == State::Stimulating;
+        let gates = plays && self.scheduler.gate(inputs.held, inputs.trigger, start);
+        if let Some(at) = inputs.trigger
+            && !(plays && self.scheduler.trigger(at) != 0 || gates)
+        {
+            self.idle_triggers = self.idle_triggers.saturating_add(1);
+        }
     }
 
     /// Carries out what the controller ordered before the window at `start`.

@@ -1,7 +1,7 @@
 //! Renders windows: from edge to edge of all channels, in time order.
 
 use super::plan::{Change, Levels, State, WindowPlan};
-use super::{CHANNELS, Group, MAX_GROUPS, Partner, TRIGGER_DELAY_US, Train, Trigger, WINDOW_US};
+use super::{CHANNELS, Group, MAX_GROUPS, Partner, Train, WINDOW_US};
 use crate::seal::{Seal, Turn};
 use crate::units::{Micros, us};
 use heapless::Vec;
@@ -13,11 +13,13 @@ mod memory;
 mod supply;
 #[cfg(test)]
 mod tests;
+mod triggers;
 
 use agenda::Agenda;
 use isolated::{advance_together, dues, earliest};
 use lane::{Lane, Phase};
 pub use supply::{Burst, Supply};
+use triggers::Gate;
 
 /// The middle of a phase.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -81,7 +83,9 @@ pub struct Scheduler {
     agenda: Agenda,
     /// Earliest `due` of all lanes, so that an idle window costs one compare.
     next: Option<Micros>,
-    /// Over `picture`, `levels` and `next`; over `groups`.
+    /// The trigger input, for trains that play while it is held.
+    gate: Gate,
+    /// Over `picture`, `levels`, `next` and `gate`; over `groups`.
     seal: Seal,
     groups_seal: Seal,
     /// The lane that is looked at in the next window, whether it has an edge or not.
@@ -105,6 +109,7 @@ impl Scheduler {
             levels: Levels::ISOLATED,
             agenda: Agenda::new(),
             next: None,
+            gate: Gate::NONE,
             seal: Seal::default(),
             groups_seal: Seal::of(&Vec::<Group, MAX_GROUPS>::new()),
             turn: Turn::new(0, CHANNELS as u8),
@@ -120,7 +125,7 @@ impl Scheduler {
         self.groups.clear();
         (self.picture, self.levels) = (Picture::ISOLATED, Levels::ISOLATED);
         self.agenda.clear();
-        self.next = None;
+        (self.next, self.gate) = (None, Gate::NONE);
         self.groups_seal = Seal::of(&self.groups);
         self.seal();
     }
@@ -171,6 +176,7 @@ impl Scheduler {
             }
         }
         self.groups_seal = Seal::of(&self.groups);
+        self.gate = Gate::over(self.waiting(true));
         for lane in self.lanes.iter_mut().flatten() {
             lane.seal_train();
             lane.seal();
@@ -184,49 +190,6 @@ impl Scheduler {
     pub fn residual(&self, at: Micros) -> [i32; CHANNELS] {
         self.lanes
             .map(|lane| lane.map_or(0, |lane| lane.residual(at)))
-    }
-
-    /// A trigger edge captured at `at`: prepared trains start
-    /// [`TRIGGER_DELAY_US`] later, plus their offset; of those that play, the ones that a
-    /// trigger toggles begin no burst from then on. Returns how many of both; trains whose
-    /// last period is not over are left alone, and so is an isolated group with such a
-    /// train, whose distances hold from one trigger.
-    pub fn trigger(&mut self, at: Micros) -> usize {
-        let epoch = at + us(TRIGGER_DELAY_US);
-        let mut ended = 0u16;
-        for (channel, lane) in self.lanes.iter_mut().enumerate() {
-            if let Some(lane) = lane
-                && lane.train.spec().trigger == Some(Trigger::Toggle)
-                && lane.is_sealed() // an unsealed one is found with its next edge
-                && lane.end_at(epoch)
-            {
-                lane.seal();
-                ended |= 1 << channel; // below 16
-            }
-        }
-        let mut busy = ended;
-        for (channel, lane) in self.lanes.iter().enumerate() {
-            let is_busy = lane.as_ref().is_some_and(|lane| !lane.is_free(epoch));
-            busy |= u16::from(is_busy) << channel; // below 16
-        }
-        for group in &self.groups {
-            if group.partner() == Partner::Isolated && group.members() & busy != 0 {
-                busy |= group.members();
-            }
-        }
-        let mut started = ended.count_ones() as usize;
-        for (channel, lane) in self.lanes.iter_mut().enumerate() {
-            if let Some(lane) = lane
-                && lane.train.spec().trigger.is_some()
-                && busy & 1 << channel == 0
-            {
-                lane.begin(epoch);
-                lane.seal();
-                started += 1;
-            }
-        }
-        self.refresh_next();
-        started
     }
 
     /// Plays `channel` on with a burst every `period_us`: from its next burst

@@ -37,13 +37,16 @@ impl Shape {
     }
 }
 
-/// What an edge at the trigger input does to a train that waits for it.
+/// What the trigger input does to a train that waits for it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub enum Trigger {
-    /// Starts it.
+    /// An edge starts it.
     Start,
-    /// Starts it, and the next one ends it: no pulse begins after that.
+    /// An edge starts it, and the next one ends it: no pulse begins after that.
     Toggle,
+    /// It plays while the input is held: an edge starts it, its release ends it. Nothing
+    /// begins before the input was seen released.
+    Gated,
 }
 
 /// A train as a host asks for it; nothing in it is trusted.

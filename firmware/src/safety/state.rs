@@ -55,6 +55,8 @@ pub struct Inputs {
     pub over_current: bool,
     /// Trigger edge captured since the last refill.
     pub trigger: Option<Micros>,
+    /// The trigger input is held: read after the edge was.
+    pub held: bool,
     /// Mid-phase current sampled since the last refill.
     pub reading: Option<Reading>,
 }

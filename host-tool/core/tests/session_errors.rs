@@ -301,6 +301,11 @@ const BAD_TRIGGER: &[&str] = &[
     "triggered = true → triggered = false; triggered = true → triggered = false",
     "triggered = true → trigger = \"gate\"",
     "triggered = true → triggered = true, trigger = \"toggle\"",
+    "triggered = true → trigger = \"gated\"",
+    "triggered = true → trigger = \"gated\"; every_s = 1.0 → every_s = 1.0 ⏎ held_s = 0.999001",
+    "every_s = 1.0 → at_s = [1.0, 1.002] ⏎ held_s = 0.0011",
+    "every_s = 1.0 → every_s = 1.0 ⏎ held_s = 0.0009",
+    "every_s = 1.0 → every_s = 1.0 ⏎ held_s = \"long\"",
 ];
 
 /// A width that rises, and lists of pulses.

@@ -155,7 +155,7 @@ pub fn select_dac(dac: Option<Dac>) {
         .write(|w| w.0 = level(SYNC_2, dac == Some(Dac::Two)));
 }
 
-/// What people and comparators say, all of one instant.
+/// What people, comparators and the trigger input say, all of one instant.
 pub struct SafetyInputs {
     /// The arm key is closed.
     pub arm: bool,
@@ -163,6 +163,8 @@ pub struct SafetyInputs {
     pub hand_stop: bool,
     /// An over-current comparator has latched, or its cable is off.
     pub over_current: bool,
+    /// The trigger input is held.
+    pub held: bool,
 }
 
 /// Reads the port once.
@@ -174,5 +176,6 @@ pub fn safety_inputs() -> SafetyInputs {
         arm: high(ARM),
         hand_stop: high(HAND_STOP),
         over_current: !high(OVER_CURRENT),
+        held: high(TRIGGER),
     }
 }

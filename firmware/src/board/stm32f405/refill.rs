@@ -223,16 +223,20 @@ impl Refill {
                 raw: s.current,
             })
         });
+        // First: an edge that comes in between is the next refill's, which finds it held.
+        let trigger = timebase::captured();
         let pins::SafetyInputs {
             arm,
             hand_stop,
             over_current,
+            held,
         } = pins::safety_inputs();
         Inputs {
             arm,
             hand_stop,
             over_current,
-            trigger: timebase::captured(),
+            trigger,
+            held,
             reading,
         }
     }

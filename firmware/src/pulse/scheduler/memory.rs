@@ -19,8 +19,8 @@ impl Scheduler {
         }
     }
 
-    fn shared(&self) -> impl Hash {
-        (self.picture, self.levels, self.next)
+    pub(super) fn shared(&self) -> impl Hash {
+        (self.picture, self.levels, self.next, self.gate)
     }
 
     pub(super) fn seal(&mut self) {

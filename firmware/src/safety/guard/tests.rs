@@ -53,6 +53,7 @@ const CLOSED: Inputs = Inputs {
     hand_stop: true,
     over_current: false,
     trigger: None,
+    held: false,
     reading: None,
 };
 

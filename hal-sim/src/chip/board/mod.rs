@@ -195,9 +195,13 @@ impl<O: Observer> Board<O> {
         self.around
             .sense(sensors, self.cpu.cycle)
             .map_err(|what| self.explain(what.at(&self.cpu)))?;
+        if sensors.trigger.is_none() {
+            let done = self.around.trigger(sensors.held, self.cpu.cycle);
+            done.map_err(|what| self.explain(what.at(&self.cpu)))?;
+        }
         if let Some(at) = sensors.trigger.filter(|at| at.is_before(to)) {
-            // The edge at its microsecond, the level low again 2 µs later.
-            for (high, at) in [(true, at), (false, at + us(2))] {
+            // The edge at its microsecond, the level low again 2 µs later unless held.
+            for (high, at) in [(true, at), (sensors.held, at + us(2))] {
                 if (at - Micros::new(self.now_us as u32)).us() < 0 {
                     continue; // done before a stop
                 }

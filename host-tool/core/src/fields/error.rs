@@ -181,7 +181,13 @@ problems! {
     633 NoLists { channel: u8 }
         "`{field}` names channel {channel}, whose train takes no lists of pulses"
         "say `lists = true` in its train"
-    634 NeverRises { channel: u8 }
+    634 NeverHeld { channel: u8 }
+        "channel {channel}'s train plays while the trigger input is held, and `[simulated_trigger]` never holds it"
+        "say `held_s`, how long it is held after each edge"
+    635 HeldTooLong { most_s: String }
+        "`{field}` is {given}: with edges this close an input is released 1 ms before the next only if it is held for {most_s} s at most"
+        "hold it for less, or put its edges further apart"
+    636 NeverRises { channel: u8 }
         "`{field}` names channel {channel}, which nothing raises: a list plays in place of pulses that play"
         "give the channel `values`, as small as may be if nothing is to be felt before"
     650 WearerUnreadable { reason: String }

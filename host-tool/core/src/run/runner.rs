@@ -283,8 +283,8 @@ impl<P: Port> Run<'_, P> {
     fn trigger(&mut self, from: u64, to: u64) {
         let begin = self.epoch_us;
         if let (Some(trigger), Some(world)) = (&self.session.trigger, self.client.port().world()) {
-            for at in trigger.between(from, to) {
-                world.trigger(begin + at);
+            for at in trigger.edges.between(from, to) {
+                world.hold_trigger(begin + at, trigger.held_us);
             }
         }
     }

@@ -29,8 +29,11 @@ pub(super) const SHAPES: [(&str, Shape); 4] = [
     ("monophasic-anodic", Shape::MonophasicAnodic),
 ];
 /// What the trigger input does, by name.
-pub(super) const TRIGGERS: [(&str, Trigger); 2] =
-    [("start", Trigger::Start), ("toggle", Trigger::Toggle)];
+pub(super) const TRIGGERS: [(&str, Trigger); 3] = [
+    ("start", Trigger::Start),
+    ("toggle", Trigger::Toggle),
+    ("gated", Trigger::Gated),
+];
 /// Rungs of the muscle's ladder by name.
 pub(super) const RUNGS: [(&str, Rung); 3] = [
     ("none", Rung::None),
@@ -153,7 +156,7 @@ fn train() -> Section {
         f("burst_interval_us", nb("µs", 0, or_none(T::BURST_INTERVAL_US), "at least 200 for bursts, 0 for single pulses"), Or(0), "pulse start to pulse start"),
         f("repeats", Kind::Whole(Number::within("", 0, 0, u16::MAX as i64)), Or(0), "bursts to play, 0 until stopped"),
         f("triggered", Kind::Flag, OrWord("false"), "wait for the trigger input: `trigger = \"start\"`; [`[simulated_trigger]`](#simulated_trigger) tries it at a desk").without("trigger"),
-        f("trigger", one_of(&TRIGGERS), Optional, "wait for the trigger input: an edge starts the train, or each starts it and the next one ends it"),
+        f("trigger", one_of(&TRIGGERS), Optional, "wait for the trigger input: an edge starts the train, or each starts it and the next one ends it, or it plays [while the input is held](protocol.md#trigger)"),
         f("lists", Kind::Flag, OrWord("false"), "take [lists of pulses](#lists) in place of its own; endless single pulses only, and not in an isolated group"),
     ]
 }
@@ -383,6 +386,7 @@ fn trigger() -> Section {
         f("at_s", Kind::Wholes(Number::within("s", 6, TRIGGER_FIRST_US, DAY_US).bound("to `duration_s`"), "a list of numbers"), Optional, "edges at these times, rising, at least 1 ms apart"),
         f("every_s", time(TRIGGER_LEAST_US), Required, "from edge to edge").without("at_s"),
         f("from_s", time(TRIGGER_FIRST_US), OrTold("`every_s`, 0.01 at least".into()), "the first edge").without("at_s"),
+        f("held_s", time(TRIGGER_LEAST_US), Optional, "how long the input is held after each edge, released 1 ms before the next at least; needed where a train is `\"gated\"`, and no matter to others"),
     ]
 }
 

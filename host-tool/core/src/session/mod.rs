@@ -59,7 +59,7 @@ pub use schema::schema;
 use setpoints::read_setpoints;
 pub use setpoints::{Bounds, Course, ForceCourse, Setpoint, Setpoints};
 pub use study::{Electrode, Study};
-pub use trigger::SimulatedTrigger;
+pub use trigger::{Edges, SimulatedTrigger};
 use worn::Person;
 pub use worn::{KEPT_AS, WearerTexts, Worn, no_wearer, shipped_text};
 

@@ -1,14 +1,25 @@
 //! `[simulated_trigger]`: edges that a simulated trigger input sees. A board has a
 //! real one and ignores them.
 
+use super::channel::Channel;
 use super::channels::Channels;
 use super::fields::{TRIGGER_FIRST_US, TRIGGER_LEAST_US};
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
+use firmware::pulse::Trigger;
+
+/// What a simulated trigger input sees.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SimulatedTrigger {
+    /// When edges come.
+    pub edges: Edges,
+    /// How long each is held, µs, released 1 ms before the next; 0 for a short one.
+    pub held_us: u64,
+}
 
 /// When edges come on a simulated trigger input, µs from the start.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub enum SimulatedTrigger {
+pub enum Edges {
     /// At these times, rising.
     At(Vec<u64>),
     /// Again and again.
@@ -20,7 +31,7 @@ pub enum SimulatedTrigger {
     },
 }
 
-impl SimulatedTrigger {
+impl Edges {
     /// The edges of `from_us..to_us`.
     #[must_use]
     pub fn between(&self, from_us: u64, to_us: u64) -> Vec<u64> {
@@ -44,6 +55,14 @@ impl SimulatedTrigger {
             }
         }
     }
+
+    /// The shortest time from edge to edge, µs, if there are two.
+    fn closest_us(&self) -> Option<u64> {
+        match self {
+            Self::At(times) => times.windows(2).map(|pair| pair[1] - pair[0]).min(),
+            Self::Every { period_us, .. } => Some(*period_us),
+        }
+    }
 }
 
 /// Reads `[simulated_trigger]`.
@@ -59,30 +78,51 @@ pub(super) fn read_trigger(
     if !t.is_sound() {
         return None;
     }
+    let edges = read_edges(t, duration_us)?;
+    let held_us = match t.has("held_s") {
+        true => t.time("held_s", TRIGGER_LEAST_US, duration_us)?,
+        false => 0,
+    };
+    let is_gated = |c: &Channel| c.spec.train.trigger == Some(Trigger::Gated);
+    if let (0, Some(gated)) = (held_us, channels.list.iter().find(|c| is_gated(c))) {
+        let channel = gated.number;
+        t.say("", Problem::NeverHeld { channel });
+        return None;
+    }
+    let most_us = edges.closest_us().map(|us| us - TRIGGER_LEAST_US as u64); // 1 ms at least
+    if let Some(most_us) = most_us.filter(|most_us| held_us > *most_us) {
+        let most_s = (most_us as f64 / 1e6).to_string();
+        t.say("held_s", Problem::HeldTooLong { most_s });
+        return None;
+    }
+    Some(SimulatedTrigger { edges, held_us })
+}
+
+fn read_edges(t: &Table<'_>, duration_us: u64) -> Option<Edges> {
     if !t.has("at_s") {
         let period_us = t.time("every_s", TRIGGER_LEAST_US, duration_us)?;
         let from_us = match t.has("from_s") {
             true => t.time("from_s", TRIGGER_FIRST_US, duration_us)?,
             false => period_us.max(TRIGGER_FIRST_US as u64), // 10 ms
         };
-        return Some(SimulatedTrigger::Every { from_us, period_us });
+        return Some(Edges::Every { from_us, period_us });
     }
     let apart = TRIGGER_LEAST_US as u64; // 1 ms
     let times = t.times("at_s", TRIGGER_FIRST_US, apart, duration_us)?;
-    Some(SimulatedTrigger::At(times))
+    Some(Edges::At(times))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::SimulatedTrigger;
+    use super::Edges;
 
     #[test]
     fn edges_between_two_times_are_each_given_once() {
-        let every = SimulatedTrigger::Every {
+        let every = Edges::Every {
             from_us: 500,
             period_us: 2_000,
         };
-        let listed = SimulatedTrigger::At(vec![500, 2_500, 4_500, 6_500]);
+        let listed = Edges::At(vec![500, 2_500, 4_500, 6_500]);
         for trigger in [every, listed] {
             assert_eq!(trigger.between(0, 500), [0u64; 0]);
             assert_eq!(trigger.between(0, 501), [500]);
