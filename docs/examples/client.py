@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-SCHEMA = 0x581978B7D3EF7DA8  # docs/protocol.md, "Schema hash"
+SCHEMA = 0xA54D8F43BDB8FEB8  # docs/protocol.md, "Schema hash"
 
 # --- postcard: types are functions (encode) and methods of Reader (decode) ---
 
@@ -134,7 +134,7 @@ SHAPES = (
     "BiphasicCathodicFirst BiphasicAnodicFirst MonophasicCathodic "
     "MonophasicAnodic"
 ).split()
-TRIGGERS = "Start Toggle".split()
+TRIGGERS = "Start Toggle Gated".split()
 
 
 def channel(c):

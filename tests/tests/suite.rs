@@ -19,6 +19,7 @@ mod force;
 mod force_reach;
 mod force_steering;
 mod fuzz_short;
+mod gates;
 mod judge;
 mod maps;
 mod million_pulses;

@@ -45,6 +45,10 @@ const TOGGLED: TrainSpec = TrainSpec {
     trigger: Some(Trigger::Toggle),
     ..BIPHASIC
 };
+const GATED: TrainSpec = TrainSpec {
+    trigger: Some(Trigger::Gated),
+    ..BIPHASIC
+};
 const LIVE: TrainSpec = TrainSpec {
     max_width_us: 300,
     lists: true,
@@ -214,6 +218,7 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ("channel, monophasic", channel(1, MONOPHASIC, VOLTS)),
         ("channel, triggered", channel(2, TRIGGERED, AMPS)),
         ("channel, toggled", channel(3, TOGGLED, AMPS)),
+        ("channel, gated", channel(5, GATED, AMPS)),
         ("channel, live width and lists", channel(4, LIVE, AMPS)),
         ("groups", groups(&[Partner::Conducted, Partner::Isolated])),
         ("no groups", groups(&[])),

@@ -1,0 +1,79 @@
+//! Trains that play while the trigger input is held do the same on every simulator, edge
+//! by edge.
+
+use hal_sim::trace::{Edge, State};
+use host_core::run::{DeviceName, SessionFile};
+use tests::desk::{play, shipped};
+
+/// When the input comes to be held, µs from the start: the second time after a release as
+/// short as may be, so that the last period is not over.
+const HELD_AT_US: [u64; 4] = [100_100, 351_313, 800_000, 1_300_077];
+/// For how long each time, µs.
+const HELD_US: u64 = 250_200;
+
+/// The shipped session, gated: channel 1 endless, channel 2 four pulses a time.
+fn file() -> SessionFile {
+    let text = std::fs::read_to_string(shipped("trigger.toml")).unwrap();
+    let times = HELD_AT_US.map(|us| (us as f64 / 1e6).to_string());
+    let held = format!(
+        "at_s = [{}]\nheld_s = {}",
+        times.join(", "),
+        HELD_US as f64 / 1e6
+    );
+    let text = text
+        .replace("duration_s = 10.0", "duration_s = 2.0")
+        .replace("offset_us = 2000, repeats = 10", "offset_us = 2000, repeats = 4")
+        .replace("50.0, repeats = 10", "50.0")
+        .replace("triggered = true }", "trigger = \"gated\" }")
+        .replace("every_s = 1.0", &held);
+    SessionFile::parse("gated.toml", &text).unwrap()
+}
+
+/// Edges of the pins from the start on, with times from there.
+fn edges(device: &DeviceName) -> Vec<Edge> {
+    let played = play(&file(), device);
+    assert_eq!(played.outcome.refused, 0, "{device}");
+    let epoch_us = played.epoch_us;
+    let since = played.trace.edges_from(epoch_us);
+    since
+        .map(|edge| Edge {
+            t_us: edge.t_us - epoch_us,
+            ..edge
+        })
+        .collect()
+}
+
+/// Beginnings of a channel's first phases.
+fn starts(edges: &[Edge], channel: u8) -> Vec<u64> {
+    let first = |it: &&Edge| it.channel == channel && it.state == State::Cathodic;
+    edges.iter().filter(first).map(|it| it.t_us).collect()
+}
+
+#[test]
+fn the_native_device_plays_while_it_is_held() {
+    let edges = edges(&DeviceName::Native);
+    let train = |from: u64, count: u64| (0..count).map(move |n| from + n * 20_000);
+    // 250.2 ms hold 13 pulses. The second time begins when the last period of the first,
+    // which began 340 100 µs from the start, is over: in the window after that.
+    let [first, _, third, fourth] = HELD_AT_US.map(|at| at + 1_000);
+    let second = 361_250;
+    let endless = [(first, 13), (second, 13), (third, 13), (fourth, 13)];
+    let expected = endless.map(|(from, count)| train(from, count)).into_iter();
+    assert_eq!(starts(&edges, 0), expected.flatten().collect::<Vec<_>>());
+    let expected = HELD_AT_US.map(|at| train(at + 3_000, 4)).into_iter();
+    assert_eq!(starts(&edges, 1), expected.flatten().collect::<Vec<_>>());
+}
+
+#[test]
+fn the_flashed_image_plays_them_as_the_native_device_does() {
+    let (native, chip) = (edges(&DeviceName::Native), edges(&DeviceName::Chip));
+    assert_eq!(native, chip);
+    println!("{} edges are the same", native.len());
+}
+
+#[test]
+fn the_image_in_qemu_plays_them_as_the_native_device_does() {
+    let (native, qemu) = (edges(&DeviceName::Native), edges(&DeviceName::Qemu));
+    assert_eq!(native, qemu);
+    println!("{} edges are the same", native.len());
+}
