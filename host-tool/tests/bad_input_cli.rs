@@ -1,7 +1,7 @@
 //! What bad input gets from the `flexor` program: an exit code, a number, a
 //! sentence that says what to do, and the record up to that moment.
 
-use crate::program::{Board, SESSION, flexor, folder, ran, said};
+use crate::program::{Board, SESSION, flexor, folder, ran, said, written};
 use crate::record_again::with_wearer;
 use hal_sim::wire::pty::PtyWire;
 use host_core::link::{Client, TcpPort};
@@ -47,7 +47,7 @@ fn wrong_arguments_exit_with_2() {
     let folder = folder("arguments");
     let seed = studies::tracking::search::TRAINING_SEED.to_string();
     let trained = format!("chart control --quick --seed {seed}");
-    let rows: [Row; 23] = [
+    let rows: [Row; 26] = [
         ("no command", "", 2, &["Usage"]),
         ("unknown command", "runn session.toml", 2, &["run"]),
         ("unknown option", "run session.toml --devise native", 2, &["--device"]),
@@ -65,6 +65,9 @@ fn wrong_arguments_exit_with_2() {
         ("a folder of no file", "chart control --quick --out x", 2, &["--out"]),
         ("a widened course", "chart control --wearers widened --course sine --out .", 2, &["E518 --course and --optimum need --wearers earlier"]),
         ("a hand's course", "chart control --wearers hands --course sine --out .", 2, &["E518 --course and --optimum need --wearers earlier"]),
+        ("a wearer of others", "chart control --wearers widened --wearer P --out .", 2, &["--wearer"]),
+        ("all wearers", "chart control --wearer all --quick", 2, &["E518 --wearer: one wearer"]),
+        ("a wearer's course", "chart control --wearer P --course sine --out .", 2, &["E518 --course and --optimum need --wearers earlier"]),
         ("trained on", &trained, 2, &["E518 --seed", &seed]),
         ("a place for no file", "chart ladder --no-files --workspace x", 2, &["--workspace"]),
         ("chance of a map without", "chart stability wall --seed 3 --out .", 2, &["E518 --seed", "pulse_rate"]),
@@ -75,6 +78,39 @@ fn wrong_arguments_exit_with_2() {
     rows.into_iter().for_each(|row| check(&folder, row));
     let (_, help, _) = ran(&folder, &["chart", "control", "--help"]);
     assert!(help.contains(&seed), "{help}");
+}
+
+/// A wearer without a forearm, without a file, with a mistake in it.
+#[test]
+fn a_chart_of_a_wearer_needs_a_forearm() {
+    let folder = folder("chart-wearer");
+    written(&folder, "none.toml", include_str!("../wearers/K01.toml"));
+    let p = include_str!("../wearers/P.toml");
+    written(&folder, "wrong.toml", &p.replace("reach_m", "reach_cm"));
+    for (name, line, says) in [
+        (
+            "no forearm",
+            "chart control --quick --wearer none.toml",
+            "E625 none.toml: it has no `[forearm]`",
+        ),
+        (
+            "nobody",
+            "chart control --quick --wearer harris-1",
+            "E624 there is no wearer `harris-1`",
+        ),
+        (
+            "no file",
+            "chart control --quick --wearer absent.toml",
+            "E650",
+        ),
+        (
+            "a mistake",
+            "chart control --quick --wearer wrong.toml",
+            "E402",
+        ),
+    ] {
+        check(&folder, (name, line, 1, &[says]));
+    }
 }
 
 /// A quick look writes nothing, so it needs no place.

@@ -109,7 +109,7 @@ fn asked(args: &ExperimentArgs) -> anyhow::Result<Study> {
 }
 
 /// A wearer file's mistakes are shown with their lines.
-fn told(error: TwoPointsError) -> anyhow::Error {
+pub(super) fn told(error: TwoPointsError) -> anyhow::Error {
     match error {
         TwoPointsError::File(error) => error.into(),
         error => error.into(),

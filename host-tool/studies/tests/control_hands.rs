@@ -3,7 +3,7 @@
 use hal_sim::body::hand::spec::{A, B};
 use studies::hands::{Contender, Drawn, Hands, Plan, contenders, table};
 use studies::tracking::wearer::Points;
-use studies::two_points::Population;
+use studies::two_points::{Participants, Population};
 
 /// No chart and no development has drawn these.
 const SEED: u64 = 4;
@@ -16,7 +16,7 @@ fn campaign() -> Hands {
     };
     let mut few = contenders().unwrap();
     few.retain(|it| it.arithmetic() == "fixed");
-    Hands::run(plan, few, |_| {}).unwrap()
+    Hands::run(plan, None, few, |_| {}).unwrap()
 }
 
 #[test]
@@ -46,6 +46,40 @@ fn a_campaign_on_hands_repeats_to_the_bit_and_counts_every_draw() {
     let rows = Points::ALL.len() * found.contenders.len();
     assert_eq!(table::csv(&found).lines().count(), 1 + rows);
     assert_eq!(table::json(&found)["drawn"], DRAWS);
+}
+
+/// The paper's P, whose file says thresholds and the forearm's size: each draw has these,
+/// and is another forearm all the same.
+#[test]
+fn a_wearer_files_hand_is_drawn_but_for_what_the_file_says() {
+    let whom = Participants::asked(Some("P")).unwrap();
+    let population = Population::declared().unwrap();
+    let mut held = Vec::new();
+    for index in 0..DRAWS {
+        let Ok(drawn) = Drawn::of_wearer(&population, &whom, (SEED, index)).unwrap() else {
+            continue;
+        };
+        let [one, _] = drawn.ways;
+        let [a, b, extensor] = one.ranges_v.map(|range| range.map(|it| it[0]));
+        assert_eq!(a.or(b), if a.is_some() { Some(24.0) } else { Some(28.0) });
+        assert_eq!(extensor, Some(14.0));
+        held.push(drawn.holds_deg);
+    }
+    assert!(held.len() >= 2, "{held:?}");
+    assert!(held.windows(2).all(|pair| pair[0] != pair[1]), "{held:?}");
+    let plan = Plan {
+        seed: SEED,
+        draws: DRAWS,
+    };
+    let mut few = contenders().unwrap();
+    few.retain(|it| it.name() == "device default");
+    let found = Hands::run(plan, Some(&whom), few, |_| {}).unwrap();
+    assert_eq!(found.cases.len(), held.len());
+    assert_eq!(found.stem(), "control_wearer_P");
+    let text = table::text(&found);
+    println!("{text}");
+    assert!(text.starts_with("Of P, as the wearer file says"), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80));
 }
 
 #[test]

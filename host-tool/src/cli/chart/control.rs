@@ -41,6 +41,10 @@ pub struct Control {
     /// Which wearers to draw
     #[arg(long, value_enum, default_value_t = WearersName::Earlier)]
     wearers: WearersName,
+    /// A wearer file with a [forearm] (docs/wearers.md), or P, Q, R, S: hands of this wearer
+    /// alone, drawn but for what the file says
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["wearers", "ablate", "search"])]
+    wearer: Option<String>,
     /// The default, the two best other laws and the PIDs alone; writes no file
     #[arg(long, conflicts_with_all = ["optimum", "out"])]
     quick: bool,
@@ -91,9 +95,10 @@ pub fn main(args: &Control, output: Output) -> anyhow::Result<()> {
     if args.search {
         return search(args, output);
     }
-    if matches!(args.wearers, WearersName::Hands) {
+    if args.wearer.is_some() || matches!(args.wearers, WearersName::Hands) {
+        let out = (!args.quick).then_some(&*args.out);
         return match hands_plan(args) {
-            Ok(plan) => hands::main(plan, (!args.quick).then_some(&args.out), output),
+            Ok(plan) => hands::main(plan, args.wearer.as_deref(), out, output),
             Err(refused) => wrong(refused),
         };
     }

@@ -1,26 +1,44 @@
-//! `flexor chart control --wearers hands`: control laws on forearms that are a mechanism.
+//! `flexor chart control --wearers hands` and `--wearer`: control laws on forearms that are
+//! a mechanism, drawn from the population or as a wearer file says.
 
 use super::write;
-use crate::cli::Output;
+use crate::cli::{Output, hamana, wrong};
 use std::path::Path;
 use studies::figures::hands_picture;
 pub(super) use studies::hands::Plan;
-use studies::hands::{Hands, contenders, table};
+use studies::hands::{Hands, HandsError, contenders, table};
+use studies::two_points::Participants;
 
 /// Draws of a chart, and of a quick look.
 pub(super) const DRAWS: (u64, u64) = (60, 8);
 
-/// Into `out`, unless it is only a look.
+/// Into `out`, unless it is only a look; of the wearer of this file or name alone, if any.
 ///
 /// # Errors
-/// E563, E621 to E623. E575: a file cannot be written.
-pub(super) fn main(plan: Plan, out: Option<&Path>, output: Output) -> anyhow::Result<()> {
+/// E563, E621 to E623; E620, E624, E625, E650 to E653 and what fields are refused with, of a
+/// wearer. E575: a file cannot be written.
+pub(super) fn main(
+    plan: Plan,
+    wearer: Option<&str>,
+    out: Option<&Path>,
+    output: Output,
+) -> anyhow::Result<()> {
+    if wearer == Some("all") {
+        return wrong("--wearer: one wearer; every one of the paper has a chart of its own");
+    }
+    let whom = wearer.map(|it| Participants::asked(Some(it)));
+    let whom = whom.transpose().map_err(hamana::told)?;
     let bar = output.bar("hands");
-    let hands = Hands::run(plan, contenders()?, |part| bar.set(part))?;
+    let ran = Hands::run(plan, whom.as_ref(), contenders()?, |part| bar.set(part));
+    let hands = ran.map_err(|error| match error {
+        HandsError::Hand(error) => hamana::told(error),
+        error @ HandsError::Law(_) => error.into(),
+    })?;
     bar.finish();
     if let Some(out) = out {
-        write(&out.join("control_hands.csv"), &table::csv(&hands))?;
-        write(&out.join("control_hands.svg"), &hands_picture(&hands))?;
+        let name = |end: &str| out.join(format!("{}.{end}", hands.stem()));
+        write(&name("csv"), &table::csv(&hands))?;
+        write(&name("svg"), &hands_picture(&hands))?;
     }
     output.say(
         || table::text(&hands).trim_end().to_owned(),

@@ -22,12 +22,14 @@ pub fn picture(hands: &Hands) -> String {
         Key::Line(stroke(MUTED, 2.0)),
         "to the 95th percentile".to_owned(),
     );
+    let of = hands.wearer.as_ref().map(|it| format!(" of {it}"));
     Figure {
         title: "Control laws on simulated hands".to_owned(),
         subtitle: format!(
-            "{} of {} drawn hands can be driven, seed {}: no evidence about people.",
+            "{} of {} drawn hands{} can be driven, seed {}: no evidence about people.",
             hands.cases.len(),
             hands.plan.draws,
+            of.unwrap_or_default(),
             hands.plan.seed
         ),
         description: format!(
@@ -38,8 +40,10 @@ pub fn picture(hands: &Hands) -> String {
         rows: vec![Points::ALL.map(|points| errors(hands, points)).into()],
         notes: vec![
             "Target: a sine between 15 and 85 % of the range that each hand holds. Held still: a \
-             finger held in the middle of the target. Table: control_hands.csv."
-                .to_owned(),
+             finger held in the middle of the target. Table: "
+                .to_owned()
+                + &hands.stem()
+                + ".csv.",
         ],
     }
     .file()

@@ -5,7 +5,7 @@ use super::contender::{Contender, Outcome};
 use super::drawn::Drawn;
 use crate::tracking::statistics::{Interval, mean, paired, percentile};
 use crate::tracking::wearer::Points;
-use crate::two_points::Population;
+use crate::two_points::{Participants, Population};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -36,6 +36,8 @@ pub struct Case {
 pub struct Hands {
     /// What was done.
     pub plan: Plan,
+    /// Whose forearm was drawn again and again; nobody's for others' from the population.
+    pub wearer: Option<String>,
     /// Who took part.
     pub contenders: Vec<Contender>,
     /// Hands that laws could drive, in order of drawing.
@@ -74,11 +76,15 @@ fn place(points: Points) -> usize {
 type Driven = Result<(Case, u64), &'static str>;
 
 fn drive(
-    population: &Population,
+    (population, whom): (&Population, Option<&Participants>),
     contenders: &[Contender],
     (seed, index): (u64, u64),
 ) -> Result<Driven, HandsError> {
-    let drawn = match Drawn::draw(population, seed, index)? {
+    let drawn = match whom {
+        None => Drawn::draw(population, seed, index),
+        Some(whom) => Drawn::of_wearer(population, whom, (seed, index)),
+    };
+    let drawn = match drawn? {
         Ok(drawn) => drawn,
         Err(missing) => return Ok(Err(missing)),
     };
@@ -101,13 +107,15 @@ fn drive(
 }
 
 impl Hands {
-    /// Lets every contender drive every hand, one- and two-point. The same plan gives
-    /// the same numbers, to the bit, on any number of threads.
+    /// Lets every contender drive every hand, one- and two-point: of the population, or,
+    /// drawn again and again, of the first of `whom`. The same plan gives the same numbers,
+    /// to the bit, on any number of threads.
     ///
     /// # Errors
     /// The population's declaration, or a hand or law that cannot be.
     pub fn run(
         plan: Plan,
+        whom: Option<&Participants>,
         contenders: Vec<Contender>,
         mut progress: impl FnMut(f64),
     ) -> Result<Self, HandsError> {
@@ -118,7 +126,7 @@ impl Hands {
         for some in indices.chunks(2 * rayon::current_num_threads()) {
             let driven = some
                 .par_iter()
-                .map(|index| drive(&population, &contenders, (plan.seed, *index)));
+                .map(|index| drive((&population, whom), &contenders, (plan.seed, *index)));
             for driven in driven.collect::<Result<Vec<_>, _>>()? {
                 match driven {
                     Ok((case, without)) => {
@@ -131,13 +139,21 @@ impl Hands {
             done += some.len();
             progress(done as f64 / indices.len() as f64);
         }
+        let wearer = whom.and_then(|whom| Some(whom.all.first()?.name.clone()));
         Ok(Self {
             plan,
+            wearer,
             contenders,
             cases,
             missing,
             unsettled,
         })
+    }
+
+    /// What its table and picture are called, without an ending.
+    pub fn stem(&self) -> String {
+        let of = |name| format!("control_wearer_{name}");
+        self.wearer.as_ref().map_or("control_hands".to_owned(), of)
     }
 
     /// Hands that a contender did not refuse, each with its RMSE, °.

@@ -7,7 +7,8 @@ use crate::tracking::plant::{Line, Plant};
 use crate::tracking::trial::{Attempt, Frames, SCORED_FROM_MS, TRIAL_MS, device_time};
 use crate::tracking::wearer::{Points, Volts};
 use crate::two_points::{
-    Known, Population, Prepared, TwoPointsError, Voltages, prepare, search_extensor,
+    Known, Participants, Population, Prepared, TwoPointsError, Voltages, Wearer, prepare,
+    search_extensor,
 };
 use hal_sim::body::Body;
 use hal_sim::body::hand::digits::{INDEX, REST_DEG};
@@ -103,6 +104,44 @@ impl Drawn {
         let Some(extensor_v) = search_extensor(&mut hand, known.most_v)? else {
             return Ok(Err("nothing extends the finger, or the wrist comes first"));
         };
+        let wearer = Wearer {
+            hand,
+            voltages,
+            extensor_v,
+        };
+        Self::of(wearer, seed, index)
+    }
+
+    /// Draw `index` of the one person of `whom`, whose forearm is drawn but for what is
+    /// known, or why no law can drive it. Lines are those of [`Self::draw`].
+    ///
+    /// # Errors
+    /// The declaration, nobody, or a hand that cannot be.
+    pub fn of_wearer(
+        population: &Population,
+        whom: &Participants,
+        (seed, index): (u64, u64),
+    ) -> Result<Result<Self, &'static str>, TwoPointsError> {
+        let Some(person) = whom.all.first() else {
+            return Err(TwoPointsError::Nobody(String::new()));
+        };
+        match whom.draw(person, population, (seed, index))? {
+            Ok(wearer) => Self::of(wearer, seed, index),
+            Err(missing) => Ok(Err(missing)),
+        }
+    }
+
+    /// A forearm whose voltages are known, with the line of this draw.
+    fn of(
+        wearer: Wearer,
+        seed: u64,
+        index: u64,
+    ) -> Result<Result<Self, &'static str>, TwoPointsError> {
+        let Wearer {
+            hand,
+            voltages,
+            extensor_v,
+        } = wearer;
         if !is_range(extensor_v) {
             return Ok(Err("threshold and greatest voltage are one"));
         }

@@ -8,8 +8,11 @@ use serde_json::{Value, json};
 /// For people, at most 80 columns.
 pub fn text(hands: &Hands) -> String {
     let (plan, follow) = (hands.plan, hands.cases.len());
+    let of = hands.wearer.as_deref().map_or(String::new(), |it| {
+        format!("Of {it}, as the wearer file says; what it does not say is drawn.\n")
+    });
     let mut out = format!(
-        "{} hands drawn, seed {}: forearms that are a mechanism, {follow} with all voltages.\n\
+        "{of}{} hands drawn, seed {}: forearms that are a mechanism, {follow} with all voltages.\n\
          A sine between 15 and 85 % of the range each holds, 0.2 Hz, 10…30 s scored.\n\
          Simulated hands, not people.\n",
         plan.draws, plan.seed
@@ -125,7 +128,8 @@ pub fn json(hands: &Hands) -> Value {
         })
     });
     json!({
-        "seed": hands.plan.seed, "wearers": "hands", "drawn": hands.plan.draws,
+        "seed": hands.plan.seed, "wearers": "hands", "wearer": hands.wearer,
+        "drawn": hands.plan.draws,
         "hands": hands.cases.len(), "missing": hands.missing,
         "unsettled": hands.unsettled, "points": points,
     })
