@@ -22,7 +22,10 @@ fn file() -> SessionFile {
     );
     let text = text
         .replace("duration_s = 10.0", "duration_s = 2.0")
-        .replace("offset_us = 2000, repeats = 10", "offset_us = 2000, repeats = 4")
+        .replace(
+            "offset_us = 2000, repeats = 10",
+            "offset_us = 2000, repeats = 4",
+        )
         .replace("50.0, repeats = 10", "50.0")
         .replace("triggered = true }", "trigger = \"gated\" }")
         .replace("every_s = 1.0", &held);

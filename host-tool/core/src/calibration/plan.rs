@@ -2,7 +2,7 @@
 
 use super::{CalibrationError, Level};
 use crate::session::Unit;
-use crate::wearer::Wearer;
+use crate::wearer::{Electrode, Wearer};
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use toml::Table;
@@ -117,6 +117,11 @@ const fn frequency() -> f64 {
 
 /// Three periods and what the device takes are within 100 ms from here on.
 const LEAST_HZ: f64 = 32.0;
+/// Of faster trains not every pulse is read.
+const MOST_HZ: f64 = 50.0;
+/// From the third pulse's phase to silence, ms: its reading, and two windows of the device.
+const TO_SILENCE_MS: f64 = 2.0;
+const _: () = assert!(3.0 * 1000.0 / LEAST_HZ + TO_SILENCE_MS < 100.0);
 
 #[derive(Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -156,16 +161,23 @@ impl Plan {
         }
     }
 
-    /// The electrodes of a wearer file as they are there, up to their limits.
+    /// The electrodes of a wearer file as they are there, up to their limits. Where the
+    /// file's rate is outside 32 to 50 Hz, within which an electrode that falls off is
+    /// silent within 100 ms, the nearest of those has its place.
     ///
     /// # Errors
-    /// It has none, or one at which nothing could be found.
+    /// It has none, one at which nothing could be found, or one whose threshold holds at no
+    /// such rate.
     pub fn of(wearer: &Wearer) -> Result<Self, CalibrationError> {
         let mut told = Vec::new();
         let limits = wearer_limits(wearer).map_err(|why| {
             CalibrationError::Plan(wearer.name.clone(), format!("its limits: {why}"))
         })?;
         let electrodes = wearer.electrodes.iter().map(|it| {
+            let frequency_hz = rate(it).unwrap_or_else(|why| {
+                told.push(why);
+                it.frequency_hz
+            });
             let [start, step, coarse] =
                 usual(it.unit).map(|units| Level::of(units).unwrap_or_default());
             Planned {
@@ -175,19 +187,20 @@ impl Plan {
                 stage: it.unit,
                 full_scale: full_scale(it.unit),
                 width_us: it.width_us,
-                frequency_hz: it.frequency_hz,
+                frequency_hz,
                 start,
                 step,
                 coarse,
                 ceiling: Level(it.limit.get()),
             }
         });
+        let electrodes = electrodes.collect();
         let plan = Self {
             wearer: wearer.name.clone(),
             limits: tightened(limits),
             on_ms: 1_000,
             off_ms: 1_000,
-            electrodes: electrodes.collect(),
+            electrodes,
         };
         plan.tell(&mut told);
         match told.is_empty() {
@@ -353,11 +366,26 @@ fn fits(it: &Planned, told: &mut Vec<String>) {
             it.step
         ));
     }
-    if !(LEAST_HZ..=50.0).contains(&it.frequency_hz) {
+    if !(LEAST_HZ..=MOST_HZ).contains(&it.frequency_hz) {
         say(format!(
-            "frequency_hz is {}: allowed is 32 to 50, so that an electrode that falls off is \
-             silent within 100 ms",
+            "frequency_hz is {}: allowed is {LEAST_HZ} to {MOST_HZ}, so that an electrode that \
+             falls off is silent within 100 ms",
             it.frequency_hz
         ));
+    }
+}
+
+/// The rate at which an electrode of a wearer file is checked, Hz, or why there is none.
+fn rate(it: &Electrode) -> Result<f64, String> {
+    let [from_hz, to_hz] = it.holds_hz;
+    let nearest = it.frequency_hz.clamp(LEAST_HZ, MOST_HZ);
+    match (from_hz..=to_hz).contains(&nearest) {
+        true => Ok(nearest),
+        false => Err(format!(
+            "channel {}: its threshold holds from {from_hz} to {to_hz} Hz, and pulses are given \
+             at {LEAST_HZ} to {MOST_HZ} Hz, so that an electrode that falls off is silent within \
+             100 ms: widen `from_hz` and `to_hz` if it holds there, or calibrate anew",
+            it.channel
+        )),
     }
 }

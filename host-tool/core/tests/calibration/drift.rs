@@ -3,10 +3,12 @@
 use super::scene::*;
 use hal_sim::body::bench::SensorSpec;
 use host_core::calibration::{
-    Auto, CalibrationError, Checked, Desk, Journal, Level, Plan, Spent, check,
+    Auto, CalibrationError, Checked, Desk, Journal, Level, Phase, Plan, Spent, Step, check,
 };
 use host_core::wearer::Wearer;
+use std::cell::RefCell;
 use std::path::Path;
+use std::rc::Rc;
 
 /// Checks the file on the body that `seed` draws.
 fn checked(file: &Path, seed: u64) -> (Result<(), CalibrationError>, Spent) {
@@ -53,4 +55,87 @@ fn thresholds_that_hold_are_told_in_a_minute_and_others_refused() {
     let wearer = Wearer::read(&out).unwrap();
     assert_eq!(wearer.checks.len(), 20);
     assert!(wearer.checks.iter().any(|check| !check.accepted));
+}
+
+/// A calibrated electrode whose file says these rates instead: found at, holds from and to.
+fn found_at(name: &str, [hz, from_hz, to_hz]: [f64; 3]) -> std::path::PathBuf {
+    let out = folder(name).join("w.toml");
+    let (_, _, text) = whole(&plan_of(1), &out);
+    let own = "frequency_hz = 32.0\n";
+    assert!(text.contains(own), "{text}");
+    let rates = format!("frequency_hz = {hz:?}\nfrom_hz = {from_hz:?}\nto_hz = {to_hz:?}\n");
+    std::fs::write(&out, text.replace(own, &rates)).unwrap();
+    out
+}
+
+/// Lee 2020's 30 Hz, at which three pulses are more than 100 ms: checked at 32.
+#[test]
+fn an_electrode_that_falls_off_while_a_30_hz_file_is_checked_is_silent_in_time() {
+    let file = found_at("slow", [30.0, 20.0, 40.0]);
+    let wearer = Wearer::read(&file).unwrap();
+    let plan = Plan::of(&wearer).unwrap();
+    assert_eq!(plan.electrodes[0].frequency_hz, 32.0);
+    let given = (0..32).map(|place| (Phase::On, 0.3 + 0.005 * f64::from(place)));
+    let mut longest = 0;
+    for (phase, left_s) in given.chain([(Phase::Ready, 0.5), (Phase::Rest, 0.5)]) {
+        let moment = Moment {
+            electrode: 1,
+            step: Step::Threshold,
+            phase,
+            left_s,
+        };
+        let come = Rc::new(RefCell::new(Come::default()));
+        let mut operator = Until {
+            moment,
+            way: Way::Off,
+            come: Rc::clone(&come),
+        };
+        let mut port = Happening {
+            port: port_of(&plan, SEED, SensorSpec::default()),
+            way: Way::Off,
+            come: Rc::clone(&come),
+        };
+        let checked = Checked {
+            file: &file,
+            tolerance: Level(1_000),
+            head: &head_of(""),
+        };
+        let mut desk = Desk {
+            operator: &mut operator,
+            interruption: None,
+            acknowledges: false,
+        };
+        let mut nowhere = Journal::nowhere();
+        let (result, _, _) = check(&mut port, &wearer, &checked, &mut nowhere, &mut desk);
+        let told = result.unwrap_err().to_string();
+        assert!(told.starts_with("E677 "), "{moment:?}: {told}");
+        let at_us = come.borrow().at_us.unwrap();
+        let world = &mut port.port.world;
+        // Nobody can know before something is given.
+        let since_us = match phase {
+            Phase::On => at_us,
+            _ => driven_after(world, at_us).unwrap_or(at_us),
+        };
+        longest = longest.max(silent_after(world, since_us));
+    }
+    println!("silent within {:.1} ms", longest as f64 * 1e-3);
+    assert!(longest <= 100_000, "{longest}");
+}
+
+/// What holds at no rate at which an electrode that is off is found in time is refused.
+#[test]
+fn thresholds_of_other_rates_are_not_checked() {
+    for (name, rates) in [
+        ("slower", [30.0, 20.0, 31.9]),
+        ("faster", [60.0, 50.1, 100.0]),
+    ] {
+        let wearer = Wearer::read(&found_at(name, rates)).unwrap();
+        let told = Plan::of(&wearer).unwrap_err().to_string();
+        assert!(told.starts_with("E670 "), "{told}");
+        let [_, from_hz, to_hz] = rates;
+        let holds = format!("channel 1: its threshold holds from {from_hz} to {to_hz} Hz");
+        assert!(told.contains(&holds), "{told}");
+    }
+    let wearer = Wearer::read(&found_at("fast", [60.0, 40.0, 100.0])).unwrap();
+    assert_eq!(Plan::of(&wearer).unwrap().electrodes[0].frequency_hz, 50.0);
 }

@@ -170,6 +170,25 @@ impl Port for Happening {
     }
 }
 
+/// A port that is looked at afterwards.
+impl Port for &mut Happening {
+    fn now_us(&mut self) -> u64 {
+        (**self).now_us()
+    }
+
+    fn send(&mut self, frame: &[u8]) -> io::Result<()> {
+        (**self).send(frame)
+    }
+
+    fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
+        (**self).receive(until_us)
+    }
+
+    fn world(&mut self) -> Option<&mut World> {
+        (**self).world()
+    }
+}
+
 /// What came of a calibration, and the port.
 pub type Ended<P> = (Result<Vec<Found>, CalibrationError>, Spent, Option<P>);
 

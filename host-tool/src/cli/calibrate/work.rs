@@ -25,7 +25,8 @@ pub struct Worked {
 
 enum Came {
     Calibrated(Vec<Found>),
-    Checked(Vec<Drift>),
+    /// Each with the rate at which it was checked, Hz, and the file's.
+    Checked(Vec<(Drift, [f64; 2])>),
 }
 
 /// Does what is ordered.
@@ -98,7 +99,8 @@ fn checked(
         return Err(CalibrationError::Loose(tolerance, it.channel, threshold).into());
     }
     let mut head = begin::head(args, &wearer.name, "");
-    let port = begin::open(args, &Plan::of(wearer)?, &mut head)?;
+    let plan = Plan::of(wearer)?;
+    let port = begin::open(args, &plan, &mut head)?;
     let checked = Checked {
         file,
         tolerance,
@@ -116,12 +118,14 @@ fn checked(
     }
     let (result, drifts, spent) = check(port, wearer, &checked, &mut Journal::nowhere(), desk);
     result.map_err(|error| told(error, "check again"))?;
+    let both = plan.electrodes.iter().zip(&wearer.electrodes);
+    let rates = both.map(|(planned, it)| [planned.frequency_hz, it.frequency_hz]);
     Ok(Worked {
         file: file.to_owned(),
         simulated: head.simulated,
         spent,
         left_out: String::new(),
-        result: Came::Checked(drifts),
+        result: Came::Checked(drifts.into_iter().zip(rates.collect::<Vec<_>>()).collect()),
     })
 }
 
@@ -173,7 +177,13 @@ impl Worked {
             }
             Came::Checked(drifts) => {
                 let count = drifts.len();
-                format!("{count} thresholds hold; the check was added to {file}")
+                let notes = drifts.iter().filter(|(_, [at, own])| at != own);
+                let note = |(drift, [at_hz, own_hz]): &(Drift, [f64; 2])| {
+                    let channel = drift.channel;
+                    format!("channel {channel} was checked at {at_hz} Hz, its file has {own_hz}\n")
+                };
+                let notes: String = notes.map(note).collect();
+                format!("{notes}{count} thresholds hold; the check was added to {file}")
             }
         };
         let given = self.spent.given;
@@ -204,11 +214,11 @@ impl Worked {
     }
 }
 
-fn drift(drift: &Drift) -> Value {
+fn drift((drift, [at_hz, _]): &(Drift, [f64; 2])) -> Value {
     let milli = |value: u32| f64::from(value) * 1e-3;
     json!({
         "channel": drift.channel, "unit": drift.unit.symbol(), "accepted": drift.accepted,
-        "expected": milli(drift.expected.get()),
+        "frequency_hz": at_hz, "expected": milli(drift.expected.get()),
         "found": drift.found.map(|found| milli(found.get())),
     })
 }
