@@ -86,7 +86,7 @@ fn a_chart_of_a_wearer_needs_a_forearm() {
     let folder = folder("chart-wearer");
     written(&folder, "none.toml", include_str!("../wearers/K01.toml"));
     let p = include_str!("../wearers/P.toml");
-    written(&folder, "wrong.toml", &p.replace("reach_m", "reach_cm"));
+    written(&folder, "wrong.toml", p.replace("reach_m", "reach_cm"));
     for (name, line, says) in [
         (
             "no forearm",

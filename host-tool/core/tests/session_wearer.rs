@@ -358,6 +358,7 @@ const TYPED: [(&str, &[(&str, &str)]); 3] = [
     ("harris_wall/1_pre_wall.toml", HARRIS),
     ("harris_wall/3_pre_wall_co_contraction.toml", HARRIS),
     ("hamana_exp4_two_point_wearer.toml", &[
+        ("kind = \"finger\"\n", "kind = \"finger\"\nparticipant = \"P\"\n"),
         ("file = \"../wearers/P.toml\"\nname = \"P\"", "max_current_ma = 20.0\nmax_charge_uc = 5.0\nmax_rms_ma = 10.0\nrise_ms = 200\nfall_ms = 50\nhost_timeout_ms = 100"),
         ("name = \"flexor A\"", "name = \"flexor A\"\nlimit = 28.0\narea_mm2 = 300"),
         ("name = \"flexor B\"", "name = \"flexor B\"\nlimit = 36.0\narea_mm2 = 300"),
@@ -485,4 +486,31 @@ fn the_haptic_range_holds_over_time() {
         let (numbers, lines) = told(&text, shipped("K05").unwrap());
         assert_eq!(numbers, vec![662; count], "{value}: {lines}");
     }
+}
+
+/// A simulated finger is the file's participant unless the session says another; nobody's
+/// is guessed.
+#[test]
+fn a_finger_is_the_files_participant() {
+    const KNOWN: &str = include_str!("../../sessions/hamana_exp4_two_point_wearer.toml");
+    let kind = "kind = \"finger\"\n";
+    assert!(!KNOWN.contains("participant ="));
+    let saying = |name: &str| {
+        with(
+            KNOWN,
+            &[(kind, &format!("{kind}participant = \"{name}\"\n"))],
+        )
+    };
+    let session = good(KNOWN);
+    assert_eq!(session, good(&saying("P")));
+    assert_ne!(session.body, good(&saying("Q")).body);
+    const TYPED: &str = include_str!("../../sessions/hamana_exp4_two_point_finger.toml");
+    let e = parse(&with(TYPED, &[("participant = \"P\"\n", "")])).unwrap_err();
+    assert_eq!(numbers(&e), [404], "{}", e.lines());
+    assert!(e.lines().contains("participant"), "{}", e.lines());
+    // Of nobody in table 7; and what is wrong with a file is not told as another mistake.
+    let (found, lines) = told(KNOWN, FULL);
+    assert!(found.contains(&404), "{lines}");
+    let (found, lines) = told(KNOWN, "schema = 1\n");
+    assert!(!lines.contains("participant"), "{found:?} {lines}");
 }

@@ -10,6 +10,8 @@ use super::channel::Channel;
 use super::fields::PARTICIPANTS;
 use super::hand::read_hand;
 use super::sites::read_sites;
+use super::worn::Person;
+use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
 /// The simulated wearer of a session.
@@ -28,13 +30,13 @@ pub enum BodySpec {
     },
 }
 
-/// Reads `[body]` of a file with these channels.
-pub(super) fn read_body(t: &Table<'_>, channels: &[Channel]) -> Option<BodySpec> {
+/// Reads `[body]` of a file with these channels, played on this person.
+pub(super) fn read_body(t: &Table<'_>, channels: &[Channel], person: &Person) -> Option<BodySpec> {
     if !t.is_sound() {
         return None;
     }
     Some(match t.word("kind") {
-        "finger" => BodySpec::Finger(Box::new(read_finger(t)?)),
+        "finger" => BodySpec::Finger(Box::new(read_finger(t, person)?)),
         "elbow" => BodySpec::Elbow(Box::new(read_elbow(t)?)),
         "hand" => BodySpec::Hand(Box::new(read_hand(t, channels)?)),
         _ => BodySpec::Still {
@@ -43,9 +45,18 @@ pub(super) fn read_body(t: &Table<'_>, channels: &[Channel]) -> Option<BodySpec>
     })
 }
 
-/// A participant's finger.
-fn read_finger(t: &Table<'_>) -> Option<FingerSpec> {
-    let participant = t.named("participant", &PARTICIPANTS)?;
+/// A participant's finger: the wearer's, if nobody is named.
+fn read_finger(t: &Table<'_>, person: &Person) -> Option<FingerSpec> {
+    let participant = if t.has("participant") {
+        t.named("participant", &PARTICIPANTS)?
+    } else {
+        let name = person.worn.as_ref().map(|worn| &*worn.wearer.name);
+        let known = PARTICIPANTS.iter().find(|it| Some(it.0) == name);
+        if known.is_none() && !person.is_unknown {
+            t.say("participant", Problem::MissingField {});
+        }
+        known?.1
+    };
     let mut spec = FingerSpec::participant(participant);
     let [flexor_a, flexor_b, extensor] = read_sites(t, ["flexor_a", "flexor_b", "extensor"])?;
     spec.flexor_a.channel = flexor_a;

@@ -346,7 +346,7 @@ fn body() -> Section {
     ];
     let mut all = vec![
         f("kind", Kind::Choice(vec!["finger", "elbow", "hand", "still"]), Required, "an index finger, a forearm and the person who moves it, a forearm and hand that are a mechanism (below), or dummy loads"),
-        f("participant", one_of(&PARTICIPANTS), Required, "of Hamana 2022, table 7").when("kind", &["finger"]),
+        f("participant", one_of(&PARTICIPANTS), OrTold("who `[wearer] file` is of".into()), "of Hamana 2022, table 7; required where no file is of P, Q or S").when("kind", &["finger"]),
     ];
     all.extend(point_channels());
     all.extend(["triceps", "biceps"].map(|muscle| f(muscle, channel(), Required, "where its electrodes are; each another").when("kind", &["elbow"])));

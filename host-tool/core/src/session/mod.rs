@@ -183,7 +183,9 @@ impl Session {
             trigger::read_trigger(s, &setup.channels, duration_us)
         });
         let measure = t.part("measure", |m| read_measure(m, duration_us));
-        let body = t.part("body", |b| body::read_body(b, &setup.channels.list));
+        let body = t.part("body", |b| {
+            body::read_body(b, &setup.channels.list, &person)
+        });
         let mut session = Self {
             title: t.text("title")?.to_owned(),
             duration_us,

@@ -77,7 +77,7 @@ pub const KEPT_AS: &str = "wearer.toml";
 pub(super) struct Person {
     pub(super) worn: Option<Worn>,
     /// Whether its file is wrong, which is told: then nothing is judged by it.
-    is_unknown: bool,
+    pub(super) is_unknown: bool,
     /// Whether amplitudes stay within I_MT and 1.5 · I_MT.
     is_haptic: bool,
 }

@@ -129,13 +129,13 @@ fn thresholds_of_other_rates_are_not_checked() {
         ("slower", [30.0, 20.0, 31.9]),
         ("faster", [60.0, 50.1, 100.0]),
     ] {
-        let wearer = Wearer::read(&found_at(name, rates)).unwrap();
+        let wearer = Wearer::read(found_at(name, rates)).unwrap();
         let told = Plan::of(&wearer).unwrap_err().to_string();
         assert!(told.starts_with("E670 "), "{told}");
         let [_, from_hz, to_hz] = rates;
         let holds = format!("channel 1: its threshold holds from {from_hz} to {to_hz} Hz");
         assert!(told.contains(&holds), "{told}");
     }
-    let wearer = Wearer::read(&found_at("fast", [60.0, 40.0, 100.0])).unwrap();
+    let wearer = Wearer::read(found_at("fast", [60.0, 40.0, 100.0])).unwrap();
     assert_eq!(Plan::of(&wearer).unwrap().electrodes[0].frequency_hz, 50.0);
 }
