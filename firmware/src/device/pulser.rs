@@ -190,7 +190,9 @@ impl Pulser {
             let _ = mail.control_orders.dequeue();
             taken?;
         }
-        self.accept_trigger(start, inputs);
+        if inputs.trigger.is_some() || !self.scheduler.is_gate_still(inputs.held) {
+            self.accept_trigger(start, inputs);
+        }
         // By reference: a notice is large and mostly absent, and `?` copies it.
         match &self.guard.tick(start, inputs, &self.scheduler) {
             Ok(None) => {}
@@ -212,7 +214,7 @@ impl Pulser {
     }
 
     /// Lets the trigger input start and end trains, while they may play.
-    #[inline(always)]
+    #[inline(never)]
     fn accept_trigger(&mut self, start: Micros, inputs: &Inputs) {
         let plays = self.guard.state() == State::Stimulating;
         let gates = plays && self.scheduler.gate(inputs.held, inputs.trigger, start);

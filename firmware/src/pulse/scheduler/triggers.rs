@@ -55,14 +55,16 @@ impl Scheduler {
 
     /// Whether the trigger input, `held` or not and without an edge, changes nothing for
     /// gated trains.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub const fn is_gate_still(&self, held: bool) -> bool {
         let gate = self.gate;
-        if gate.has(Gate::HELD) {
+        if gate.0 == Gate::NONE.0 {
+            true
+        } else if gate.has(Gate::HELD) {
             held && !gate.has(Gate::WAITING)
         } else {
-            !gate.has(Gate::SOME) || held || gate.has(Gate::SEEN)
+            held || gate.has(Gate::SEEN)
         }
     }
 
@@ -72,18 +74,9 @@ impl Scheduler {
     /// does; one whose last period is not over, as soon as it is. Released, none begins a
     /// burst from that delay after this window's refill on. Returns whether the edge
     /// counts for one.
-    #[inline]
     pub fn gate(&mut self, held: bool, edge: Option<Micros>, start: Micros) -> bool {
-        if self.gate == Gate::NONE || edge.is_none() && self.is_gate_still(held) {
-            return false;
-        }
-        self.move_gate(held, edge, start)
-    }
-
-    #[inline(never)]
-    fn move_gate(&mut self, held: bool, edge: Option<Micros>, start: Micros) -> bool {
-        if !self.seal.holds(&self.shared()) {
-            return false; // found by this window
+        if self.gate == Gate::NONE || !self.seal.holds(&self.shared()) {
+            return false; // none is gated, or found by this window
         }
         // As long after the refill as trains start after an edge.
         let now = start + us(TRIGGER_DELAY_US - WINDOW_US);
