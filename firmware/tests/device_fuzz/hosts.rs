@@ -70,7 +70,7 @@ pub fn train() -> impl Strategy<Value = TrainSpec> {
         prop_oneof![3 => prop::sample::select(common.to_vec()), 1 => near(5_000, 60_000), 1 => near(5_000, 2_000_000)],
         any::<u32>(),
         (near16(1, 8), near16(200, 3_000), prop_oneof![4 => Just(0), 1 => 0u16..9]),
-        (option::weighted(0.2, prop::sample::select(vec![Trigger::Start, Trigger::Toggle])), prop::bool::weighted(0.1), prop_oneof![2 => Just(0), 1 => near16(10, 500)]),
+        (option::weighted(0.2, prop::sample::select(vec![Trigger::Start, Trigger::Toggle, Trigger::Gated])), prop::bool::weighted(0.1), prop_oneof![2 => Just(0), 1 => near16(10, 500)]),
     )
         .prop_map(|((shape, width_us, gap, ground), period_us, offset, (count, interval, repeats), (trigger, wild, max_width_us))| {
             let biphasic = shape.is_biphasic();

@@ -78,6 +78,8 @@ fn apply(desk: &mut Desk, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
         Step::Joint(code) => desk.sensors.joint = *code,
         Step::Trigger(apart_us) => {
             desk.sensors.trigger = Some(now + us(apart_us / 2));
+            // Every other edge is held, until the next that is not.
+            desk.sensors.held = apart_us % 2 == 0;
             desk.wait(*apart_us);
             desk.sensors.trigger = None;
         }
