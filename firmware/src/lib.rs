@@ -2,8 +2,8 @@
 //!
 //! Bytes, samples and time come in; port words, DAC codes and bytes go out.
 //! The rooms, top of the data's way first: `link` → `device` → `haptics` →
-//! `control`, `muscle` → `safety` → `pulse`; `units`, `range` and `arithmetic`
-//! serve all. `board` exists only on a target and holds registers, nothing else.
+//! `control`, `muscle` → `safety` → `pulse`; `limb` stands beside `control`;
+//! `units`, `range` and `arithmetic` serve all. `board` exists only on a target and holds registers, nothing else.
 //! `lockstep` runs the device in virtual time, for simulators. `bench` runs each
 //! algorithm for its cycles and results.
 #![no_std]
@@ -17,6 +17,7 @@ pub mod control;
 mod crc;
 pub mod device;
 pub mod haptics;
+pub mod limb;
 pub mod link;
 pub mod lockstep;
 pub mod muscle;

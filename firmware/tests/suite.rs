@@ -25,6 +25,7 @@ mod device_wall;
 mod device_widths;
 mod device_words;
 mod haptics_wall;
+mod limb_numbers;
 mod muscle_accuracy;
 mod muscle_inverse;
 mod muscle_ladder;

@@ -8,6 +8,7 @@
 pub mod control;
 mod haptics;
 mod inverse;
+pub mod limb;
 mod link;
 mod muscle;
 mod owners;
@@ -157,7 +158,7 @@ type Rows<C> = fn(&mut Bench<'_, C>) -> Option<()>;
 pub fn run<C: Clock>(clock: &C, mut row: impl FnMut(&Row)) {
     let mut bench = Bench::new(clock, &mut row);
     empty(&mut bench, "empty", 100);
-    let rooms: [Rows<C>; 8] = [
+    let rooms: [Rows<C>; 9] = [
         muscle::rows,
         inverse::rows,
         control::rows,
@@ -166,6 +167,7 @@ pub fn run<C: Clock>(clock: &C, mut row: impl FnMut(&Row)) {
         link::rows,
         owners::rows,
         inverse::slow_rows,
+        limb::rows,
     ];
     for rows in rooms {
         let _ = rows(&mut bench);

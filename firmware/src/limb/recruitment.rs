@@ -1,0 +1,102 @@
+//! From a line's force to its channel's amplitude: f = g·(s + q), between the
+//! amplitude where force begins and the wearer's limit (Sierotowicz 2023, section 2.2).
+
+use super::{Choice, JOINTS, LINES, LineSpec, Number, ReachError};
+use crate::units::Amplitude;
+use heapless::Vec;
+
+/// Amplitudes of channels; those that are not named rest.
+pub type Orders = Vec<(u8, Amplitude), LINES>;
+
+/// What gives a wanted wrench.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Recruited<N> {
+    /// An amplitude for each chosen line's channel.
+    pub orders: Orders,
+    /// What was chosen at SC, GH and EL; a joint where no muscle helps is told here.
+    pub joints: [Choice<N>; JOINTS],
+}
+
+/// One line's gain.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Curve<N> {
+    channel: u8,
+    threshold: N,
+    limit: Amplitude,
+    /// µA per N.
+    per_newton: N,
+    most: N,
+}
+
+impl<N: Number> Curve<N> {
+    pub(super) fn new(spec: &LineSpec) -> Self {
+        let whole = |number: u32| N::ratio(number.cast_signed(), 1); // at most 10^8
+        let gain = whole(spec.gain_mn_per_ma);
+        // A million µA per mN/mA: N per µA times a million.
+        let million = N::ratio(1_000_000, 1);
+        let (threshold, limit) = (spec.threshold.get(), spec.limit.get());
+        Self {
+            channel: spec.channel,
+            threshold: whole(threshold),
+            limit: spec.limit,
+            per_newton: million / gain,
+            most: whole(limit.saturating_sub(threshold)) * gain / million,
+        }
+    }
+
+    /// The force at the wearer's limit, N.
+    pub(super) const fn most(&self) -> N {
+        self.most
+    }
+
+    /// The amplitude for a force above zero.
+    fn amplitude(&self, force: N) -> Amplitude {
+        let amplitude = (self.threshold + force * self.per_newton).to_nearest();
+        Amplitude::new(amplitude).min(self.limit)
+    }
+}
+
+/// Amplitudes for forces in the order of `curves`.
+pub(super) fn orders<N: Number>(curves: &[Curve<N>], forces: &[N]) -> Orders {
+    let all = curves.iter().zip(forces);
+    let active = all.filter(|(_, force)| **force > N::ZERO);
+    let order = |(curve, force): (&Curve<N>, &N)| (curve.channel, curve.amplitude(*force));
+    active.map(order).collect()
+}
+
+/// Amplitudes for what was chosen, if no line is asked for more than it has.
+pub(super) fn recruit<N: Number>(
+    curves: &[Curve<N>],
+    joints: &[Choice<N>; JOINTS],
+) -> Result<Recruited<N>, ReachError<N>> {
+    let mut orders = Orders::new();
+    let mut nearest: Option<(u8, N)> = None;
+    let mut unhelped = false;
+    for choice in joints {
+        let &Choice::Line(line, force) = choice else {
+            unhelped |= matches!(choice, Choice::Unhelped);
+            continue;
+        };
+        let Some(curve) = curves.get(usize::from(line)) else {
+            continue;
+        };
+        if force > curve.most {
+            let share = curve.most / force;
+            if nearest.is_none_or(|(_, least)| share < least) {
+                nearest = Some((line, share));
+            }
+        }
+        // Three joints, ten places.
+        let _ = orders.push((curve.channel, curve.amplitude(force)));
+    }
+    if let Some((line, share)) = nearest {
+        return Err(ReachError::TooStrong { line, share });
+    }
+    if orders.is_empty() && unhelped {
+        return Err(ReachError::NoMuscleHelps);
+    }
+    Ok(Recruited {
+        orders,
+        joints: *joints,
+    })
+}

@@ -1,0 +1,100 @@
+//! Why an arm, a posture or a wrench is refused.
+
+use crate::range::OutOfRange;
+use core::fmt;
+
+/// Why a [`super::LimbSpec`] is refused.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum LimbError {
+    /// A bone.
+    Way {
+        /// 0 thorax to SC … 3 EL to hand.
+        way: u8,
+        /// Its field.
+        range: OutOfRange,
+    },
+    /// The range of an axis.
+    Axis {
+        /// 0…8.
+        axis: u8,
+        /// Its field.
+        range: OutOfRange,
+    },
+    /// How many lines there are.
+    Lines(OutOfRange),
+    /// A line of action.
+    Line {
+        /// Its place in the list.
+        line: u8,
+        /// Its field.
+        range: OutOfRange,
+    },
+    /// A line names a channel that an earlier one has.
+    ChannelTwice {
+        /// The later line's place.
+        line: u8,
+        /// That channel.
+        channel: u8,
+    },
+}
+
+impl fmt::Display for LimbError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Way { way, range } => write!(f, "way {way}: {range}"),
+            Self::Axis { axis, range } => write!(f, "axis {axis}: {range}"),
+            Self::Lines(range) => range.fmt(f),
+            Self::Line { line, range } => write!(f, "line {line}: {range}"),
+            Self::ChannelTwice { line, channel } => {
+                write!(f, "line {line}: channel {channel} has a line already")
+            }
+        }
+    }
+}
+
+impl core::error::Error for LimbError {}
+
+/// A posture outside the wearer's range.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct PostureError {
+    /// The first axis, 0…8.
+    pub axis: u8,
+    /// Its angle, m°.
+    pub mdeg: i32,
+    /// Lowest allowed.
+    pub low_mdeg: i32,
+    /// Highest allowed.
+    pub high_mdeg: i32,
+}
+
+impl fmt::Display for PostureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            axis,
+            mdeg,
+            low_mdeg,
+            high_mdeg,
+        } = self;
+        write!(
+            f,
+            "axis {axis} = {mdeg} is outside {low_mdeg}..={high_mdeg}"
+        )
+    }
+}
+
+impl core::error::Error for PostureError {}
+
+/// A wrench that cannot be made.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum ReachError<N> {
+    /// No line helps at any joint.
+    NoMuscleHelps,
+    /// A line would have to be stronger than its wearer's limit lets it be.
+    TooStrong {
+        /// The line that is asked for the most beyond its limit.
+        line: u8,
+        /// The share of the wrench that can be made: that much of it, in the same
+        /// direction, is the nearest. 0…1.
+        share: N,
+    },
+}

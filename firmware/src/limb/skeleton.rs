@@ -1,0 +1,94 @@
+//! Forward kinematics: where the joints, their axes and the hand are.
+
+use super::{AXES, JOINTS, LimbSpec, Number, Rotation, Vector};
+
+/// An axis of a segment.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Turn {
+    /// Backward.
+    X,
+    /// To the right.
+    Y,
+    /// Upward.
+    Z,
+}
+
+/// Four segments in a chain: thorax, shoulder girdle, upper arm, forearm with hand.
+///
+/// With all angles zero the arm hangs straight down and all segments' axes are the
+/// thorax's: x backward, y to the right, z upward, about which a right arm's flexion,
+/// abduction and internal rotation are positive. Lengths in m.
+#[derive(Clone, Copy, Debug)]
+pub struct Skeleton<N> {
+    /// From a segment's origin to the next joint, along the chain: origin of the
+    /// thorax to SC, SC to GH, GH to EL, EL to hand.
+    ways: [Vector<N>; JOINTS + 1],
+}
+
+/// The chain at one posture, seen from the thorax.
+#[derive(Clone, Copy, Debug)]
+pub struct Pose<N> {
+    /// Where each segment's own origin is (its upper joint), m, and how it is turned.
+    pub segments: [(Vector<N>, Rotation<N>); JOINTS + 1],
+    /// The nine axes' directions.
+    pub axes: [Vector<N>; AXES],
+    /// Where the hand is, m.
+    pub hand: Vector<N>,
+}
+
+impl<N: Number> Skeleton<N> {
+    /// About which of its segment's axes each joint turns, one after the other. The
+    /// middle one keeps clear of ±90°, where first and last would be the same axis:
+    /// SC protracts (z), elevates (x) and rolls (y); GH flexes (y), abducts (x) and
+    /// rotates (z); EL flexes (y), bends sideways (x) and pronates (z).
+    pub const ORDER: [[Turn; 3]; JOINTS] = [
+        [Turn::Z, Turn::X, Turn::Y],
+        [Turn::Y, Turn::X, Turn::Z],
+        [Turn::Y, Turn::X, Turn::Z],
+    ];
+
+    pub(super) fn new(spec: &LimbSpec) -> Self {
+        Self {
+            ways: spec.ways_um.map(Vector::from_um),
+        }
+    }
+
+    /// From a segment's origin to the next joint or to the hand, m, thorax first.
+    #[must_use]
+    pub const fn ways(&self) -> &[Vector<N>; JOINTS + 1] {
+        &self.ways
+    }
+
+    /// The chain at nine angles in radians.
+    #[must_use]
+    pub fn pose(&self, radians: &[N; AXES]) -> Pose<N> {
+        let [thorax, girdle, upper_arm, forearm] = self.ways;
+        let &[s0, s1, s2, g0, g1, g2, e0, e1, e2] = radians;
+        let [sc, gh, el] = Self::ORDER;
+        let trunk = (Vector::ZERO, Rotation::NONE);
+        let (first, [a0, a1, a2]) = next(trunk, thorax, sc, [s0, s1, s2]);
+        let (second, [a3, a4, a5]) = next(first, girdle, gh, [g0, g1, g2]);
+        let (third, [a6, a7, a8]) = next(second, upper_arm, el, [e0, e1, e2]);
+        Pose {
+            segments: [trunk, first, second, third],
+            axes: [a0, a1, a2, a3, a4, a5, a6, a7, a8],
+            hand: third.0.plus(third.1.apply(forearm)),
+        }
+    }
+}
+
+type Segment<N> = (Vector<N>, Rotation<N>);
+
+/// The next segment of the chain, and the three axes between.
+fn next<N: Number>(
+    (origin, rotation): Segment<N>,
+    way: Vector<N>,
+    [a, b, c]: [Turn; 3],
+    [first, second, third]: [N; 3],
+) -> (Segment<N>, [Vector<N>; 3]) {
+    let joint = origin.plus(rotation.apply(way));
+    let once = rotation.turned(a, first);
+    let twice = once.turned(b, second);
+    let axes = [rotation.axis(a), once.axis(b), twice.axis(c)];
+    ((joint, twice.turned(c, third)), axes)
+}
