@@ -26,6 +26,7 @@ mod device_widths;
 mod device_words;
 mod haptics_wall;
 mod limb_numbers;
+mod limb_recruitment;
 mod muscle_accuracy;
 mod muscle_inverse;
 mod muscle_ladder;

@@ -63,9 +63,15 @@ impl<N: Number> Limb<N> {
     ///
     /// # Errors
     /// [`LimbError`] names the first offending field, its line or axis, and what it
-    /// allows.
+    /// allows; [`LimbSpec::mistakes`] tells of all.
     pub fn new(spec: &LimbSpec) -> Result<Self, LimbError> {
-        spec.check()?;
+        let mut first = None;
+        spec.mistakes(&mut |mistake| {
+            first.get_or_insert(mistake);
+        });
+        if let Some(mistake) = first {
+            return Err(mistake);
+        }
         let range = |&(low, high): &(i32, i32)| {
             let [low, high] = [low, high].map(Angle::from_millideg);
             (low, high)

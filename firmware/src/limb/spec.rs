@@ -96,29 +96,35 @@ impl LineSpec {
     /// Of [`Self::limit`], above the lowest threshold.
     pub const LIMIT: Range = Range::new("limit", 1, 200_000);
 
-    fn check(&self) -> Result<(), OutOfRange> {
-        Self::CHANNEL.check(self.channel)?;
-        Self::VIA_COUNT.check(self.vias.len() as i64)?; // at most 6
+    /// Tells `note` of every field that is not within its range.
+    fn check(&self, note: &mut dyn FnMut(OutOfRange)) {
+        let mut hold = |checked: Result<(), OutOfRange>| {
+            if let Err(range) = checked {
+                note(range);
+            }
+        };
+        hold(Self::CHANNEL.check(self.channel));
+        hold(Self::VIA_COUNT.check(self.vias.len() as i64)); // at most 6
         // A segment below the one before, or no joint between first and last, is
         // told by the segment that would do.
         let mut lowest = 0;
         for via in &self.vias {
-            Self::SEGMENT.from(lowest).check(via.segment)?;
-            lowest = via.segment.into();
+            hold(Self::SEGMENT.from(lowest).check(via.segment));
+            lowest = via.segment.min(3).into();
             for um in via.at_um {
-                Self::AT_UM.check(um)?;
+                hold(Self::AT_UM.check(um));
             }
         }
         let joint = u32::from(self.joint.index());
         let ends = (self.vias.first(), self.vias.last());
         if let (Some(first), Some(last)) = ends {
-            Self::SEGMENT.up_to(joint).check(first.segment)?;
-            Self::SEGMENT.from(joint + 1).check(last.segment)?; // joint is 0…2
+            hold(Self::SEGMENT.up_to(joint).check(first.segment));
+            hold(Self::SEGMENT.from(joint + 1).check(last.segment)); // joint is 0…2
         }
-        Self::GAIN_MN_PER_MA.check(self.gain_mn_per_ma)?;
-        Self::THRESHOLD.check(self.threshold.get())?;
-        let above = self.threshold.get() + 1; // at most 200 000
-        Self::LIMIT.from(above).check(self.limit.get())
+        hold(Self::GAIN_MN_PER_MA.check(self.gain_mn_per_ma));
+        hold(Self::THRESHOLD.check(self.threshold.get()));
+        let above = self.threshold.get().saturating_add(1);
+        hold(Self::LIMIT.from(above).check(self.limit.get()));
     }
 }
 
@@ -132,29 +138,32 @@ impl LimbSpec {
     /// Of those of middle axes.
     pub const MIDDLE_MDEG: Range = Range::new("ranges_mdeg", -80_000, 80_000);
 
-    /// Every field against its documented range.
-    pub(super) fn check(&self) -> Result<(), LimbError> {
-        for (n, way) in (0u8..).zip(&self.ways_um) {
-            check_way(n, way).map_err(|range| LimbError::Way { way: n, range })?;
+    /// Tells `note` of every mistake, bones first.
+    pub fn mistakes(&self, note: &mut dyn FnMut(LimbError)) {
+        for (way, um) in (0u8..).zip(&self.ways_um) {
+            if let Err(range) = check_way(way, um) {
+                note(LimbError::Way { way, range });
+            }
         }
         for (axis, &range_mdeg) in (0u8..).zip(&self.ranges_mdeg) {
-            let checked = check_range(axis, range_mdeg);
-            checked.map_err(|range| LimbError::Axis { axis, range })?;
+            if let Err(range) = check_range(axis, range_mdeg) {
+                note(LimbError::Axis { axis, range });
+            }
         }
-        let count = Self::LINE_COUNT.check(self.lines.len() as i64); // at most 10
-        count.map_err(LimbError::Lines)?;
+        // At most 10.
+        if let Err(range) = Self::LINE_COUNT.check(self.lines.len() as i64) {
+            note(LimbError::Lines(range));
+        }
         let mut taken = 0u32;
-        for (n, line) in (0u8..).zip(&self.lines) {
-            line.check()
-                .map_err(|range| LimbError::Line { line: n, range })?;
-            let channel = line.channel;
-            let bit = 1u32.wrapping_shl(channel.into()); // 0…9
+        for (line, spec) in (0u8..).zip(&self.lines) {
+            spec.check(&mut |range| note(LimbError::Line { line, range }));
+            let channel = spec.channel;
+            let bit = 1u32.wrapping_shl(channel.into()); // 0…9, or told already
             if taken & bit != 0 {
-                return Err(LimbError::ChannelTwice { line: n, channel });
+                note(LimbError::ChannelTwice { line, channel });
             }
             taken |= bit;
         }
-        Ok(())
     }
 }
 
