@@ -204,3 +204,50 @@ fn forces_become_amplitudes_within_limits() {
     // 7 N at 6 N/mA above 8 mA.
     assert_eq!(found, [(2, 25_000), (3, 9_167)]);
 }
+
+/// Whatever is wanted in whatever posture of the range, what comes is within limits or
+/// refused, and what is no number recruits nothing.
+#[test]
+fn no_wish_brings_an_amplitude_outside_the_wearer_s_range() {
+    let spec = nominal();
+    let limb = Limb::<f32>::new(&spec).unwrap();
+    let strange = [
+        0.0,
+        -0.0,
+        1e-30,
+        3.0,
+        1e30,
+        f32::MAX,
+        f32::INFINITY,
+        f32::NAN,
+    ];
+    for n in 0..64_usize {
+        let mut posture = before_the_trunk();
+        for (axis, angle) in posture.iter_mut().enumerate() {
+            let (low, high) = spec.ranges_mdeg[axis];
+            *angle = Angle::from_millideg(if n >> (axis % 6) & 1 == 0 { low } else { high });
+        }
+        let given = limb.refresh(&posture).unwrap();
+        for x in strange {
+            for z in strange {
+                let wanted = Wrench::of_force(x, if n % 2 == 0 { -x } else { x }, z);
+                match limb.recruit(&given, &wanted) {
+                    Ok(recruited) => {
+                        let range = Amplitude::new(8_000)..=Amplitude::new(25_000);
+                        assert!(
+                            recruited
+                                .orders
+                                .iter()
+                                .all(|order| range.contains(&order.1))
+                        );
+                        assert!(x.is_finite() && z.is_finite() || recruited.orders.is_empty());
+                    }
+                    Err(ReachError::TooStrong { share, .. }) => {
+                        assert!((0.0..1.0).contains(&share), "{share}");
+                    }
+                    Err(ReachError::NoMuscleHelps) => {}
+                }
+            }
+        }
+    }
+}

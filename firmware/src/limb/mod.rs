@@ -28,9 +28,9 @@ pub use nearest::{Choice, nearest};
 pub use number::{Number, TURN_ERROR};
 pub use recruitment::{Orders, Recruited};
 pub use refusal::{LimbError, PostureError, ReachError};
-pub use skeleton::{Pose, Skeleton, Turn};
+pub use skeleton::{Pose, Skeleton};
 pub use spec::{JointName, LimbSpec, LineSpec, ViaSpec};
-pub use vector::{Rotation, Vector};
+pub use vector::{Rotation, Turn, Vector};
 pub use wrench::Wrench;
 
 use crate::units::Angle;

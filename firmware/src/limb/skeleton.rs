@@ -1,17 +1,6 @@
 //! Forward kinematics: where the joints, their axes and the hand are.
 
-use super::{AXES, JOINTS, LimbSpec, Number, Rotation, Vector};
-
-/// An axis of a segment.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Turn {
-    /// Backward.
-    X,
-    /// To the right.
-    Y,
-    /// Upward.
-    Z,
-}
+use super::{AXES, JOINTS, LimbSpec, Number, Rotation, Turn, Vector};
 
 /// Four segments in a chain: thorax, shoulder girdle, upper arm, forearm with hand.
 ///

@@ -1,7 +1,6 @@
 //! Vectors and turns in space.
 
 use super::Number;
-use super::skeleton::Turn;
 
 /// A vector in space, seen from the thorax: x backward, y to the right, z upward, as
 /// the axes of a segment lie while the arm hangs.
@@ -83,6 +82,17 @@ impl<N: Number> Vector<N> {
     pub fn direction(self) -> Self {
         self.times(self.dot(self).inverse_root())
     }
+}
+
+/// An axis of a segment.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Turn {
+    /// Backward.
+    X,
+    /// To the right.
+    Y,
+    /// Upward.
+    Z,
 }
 
 /// How a segment is turned: where its own axes point.

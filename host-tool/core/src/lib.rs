@@ -6,7 +6,7 @@
 //! limits and muscles, from a file, which `calibration` finds with an operator; `fields`
 //! holds such files and sessions against what they may say, `disk` replaces files as a
 //! whole. `statistics` is what analyses of experiments share, `identify` makes a muscle's
-//! numbers of measured force.
+//! numbers of measured force, `limb` finds muscles for a force at the hand.
 
 pub mod analysis;
 pub mod calibration;
@@ -14,6 +14,7 @@ pub mod choice;
 pub mod disk;
 pub mod fields;
 pub mod identify;
+pub mod limb;
 pub mod link;
 mod number;
 pub mod plot;

@@ -3,6 +3,8 @@
 mod calibration;
 mod choice;
 mod identify;
+mod limb_geometry;
+mod limb_least_squares;
 mod link_native;
 mod report_page;
 mod report_truth;

@@ -18,9 +18,9 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
     ("firmware", &[&["board"], &["bench"], &["lockstep"], &["device"], &["link"], &["haptics"], &["limb"], &["control"], &["muscle"], &["safety"], &["pulse"], &["arithmetic", "crc", "range", "seal", "units"]]),
     ("hal-sim", &[&["chip", "qemu"], &["world"], &["native"], &["lockstep"], &["body", "images", "trace", "wire"], &["random"]]),
     ("host-tool", &[&["cli"], &["live", "selftest"]]),
-    ("host-tool/core", &[&["calibration", "choice", "report"], &["run"], &["analysis"], &["record"], &["session"], &["wearer"], &["disk", "fields", "link", "plot"], &["identify", "number", "statistics"]]),
+    ("host-tool/core", &[&["calibration", "choice", "report"], &["run"], &["analysis"], &["record"], &["session"], &["wearer"], &["disk", "fields", "link", "plot"], &["identify", "limb", "number", "statistics"]]),
     ("host-tool/methods", &[&["bench"], &["control", "muscle"], &["real"]]),
-    ("host-tool/studies", &[&["experiments", "faults", "figures"], &["hands"], &["lee", "ramps", "two_points"], &["accuracy", "laboratory", "ladder", "stability"], &["tracking"], &["bench", "subjects"]]),
+    ("host-tool/studies", &[&["experiments", "faults", "figures"], &["hands"], &["lee", "ramps", "two_points"], &["accuracy", "laboratory", "ladder", "limb", "stability"], &["tracking"], &["bench", "subjects"]]),
     ("tests", &[&["differential", "expectation", "fuzz", "verify"], &["desk"]]),
 ];
 

@@ -1,0 +1,238 @@
+//! The device's geometry in double precision against differences of itself, and the
+//! device's own numbers against that.
+
+use firmware::bench::limb::{before_the_trunk, nominal};
+use firmware::limb::{
+    AXES, JointName, Limb, LimbSpec, LineSpec, Number, Pose, Vector, ViaSpec, Wrench,
+};
+use firmware::units::{Amplitude, Angle};
+use hal_sim::random;
+use host_core::limb::{Exact, Posed, Single, ToDouble};
+
+const POSTURES: u64 = 200;
+/// A step of central differences: h² of the third derivative and 1e-16/h both stay
+/// below 1e-9.
+const STEP: f64 = 1e-5;
+
+/// A triceps' long head: from the shoulder blade over shoulder and elbow.
+fn with_biarticular() -> LimbSpec {
+    let mut spec = nominal();
+    let via = |segment, at_um| ViaSpec { segment, at_um };
+    let line = LineSpec {
+        channel: 9,
+        joint: JointName::Elbow,
+        vias: [
+            via(1, [45_000, 140_000, -10_000]),
+            via(2, [25_000, 0, -290_000]),
+            via(3, [20_000, 0, 15_000]),
+        ]
+        .into_iter()
+        .collect(),
+        gain_mn_per_ma: 8_000,
+        threshold: Amplitude::new(8_000),
+        limit: Amplitude::new(25_000),
+    };
+    spec.lines.push(line).unwrap();
+    spec
+}
+
+/// Posture `n` within the nominal arm's ranges, radians.
+fn posture(n: u64, spec: &LimbSpec) -> [f64; AXES] {
+    let mut index = n * AXES as u64;
+    spec.ranges_mdeg.map(|(low, high)| {
+        index += 1;
+        let (low, high) = (f64::from(low), f64::from(high));
+        ((high - low) * random::unit(18, index) + low) / 1000.0 * std::f64::consts::PI / 180.0
+    })
+}
+
+fn exact(radians: [f64; AXES]) -> [Exact; AXES] {
+    radians.map(Exact)
+}
+
+/// d/dθ of whatever a pose tells, by central differences.
+fn derivative<const N: usize>(
+    limb: &Limb<Exact>,
+    at: [f64; AXES],
+    axis: usize,
+    tell: impl Fn(&Pose<Exact>) -> [f64; N],
+) -> [f64; N] {
+    let side = |step: f64| {
+        let mut there = at;
+        there[axis] += step;
+        tell(&limb.skeleton().pose(&exact(there)))
+    };
+    let (after, before) = (side(STEP), side(-STEP));
+    std::array::from_fn(|n| (after[n] - before[n]) / (2.0 * STEP))
+}
+
+#[test]
+fn both_jacobians_are_the_differences_of_lengths_and_places() {
+    let spec = with_biarticular();
+    let limb = Limb::<Exact>::new(&spec).unwrap();
+    let (mut arm, mut muscles, mut lines_moved) = (0.0_f64, 0.0_f64, 0);
+    for n in 0..POSTURES {
+        let at = posture(n, &spec);
+        let jacobians = limb.jacobians(&exact(at));
+        let levers: Vec<_> = jacobians.muscles().collect();
+        for axis in 0..AXES {
+            let lengths = derivative::<10>(&limb, at, axis, |pose| {
+                std::array::from_fn(|line| limb.lines()[line].length(pose).0)
+            });
+            for (line, slope) in lengths.into_iter().enumerate() {
+                let lever = levers[line][axis].0;
+                muscles = muscles.max((lever + slope).abs());
+                lines_moved += usize::from(lever.abs() > 1e-3);
+            }
+            let hand = derivative::<3>(&limb, at, axis, |pose| pose.hand.to_array().map(|x| x.0));
+            let column = jacobians.arm()[axis].linear.to_array();
+            for (slope, Exact(part)) in hand.into_iter().zip(column) {
+                arm = arm.max((part - slope).abs());
+            }
+        }
+    }
+    println!("arm {arm:.1e} m/rad, muscles {muscles:.1e} m/rad");
+    assert!(arm < 1e-8 && muscles < 1e-8, "{arm} {muscles}");
+    // Every line crosses a joint with some lever, the two-joint ones two.
+    assert!(lines_moved > POSTURES as usize * 10 * 2, "{lines_moved}");
+}
+
+/// How the forearm turns with each axis: the columns' other half.
+#[test]
+fn the_axes_are_those_that_the_forearm_turns_about() {
+    let spec = nominal();
+    let limb = Limb::<Exact>::new(&spec).unwrap();
+    let mut worst = 0.0_f64;
+    for n in 0..POSTURES {
+        let at = posture(n, &spec);
+        let pose = limb.skeleton().pose(&exact(at));
+        let [.., (_, forearm)] = pose.segments;
+        for axis in 0..AXES {
+            let turned = derivative::<3>(&limb, at, axis, |pose| {
+                let [.., (_, forearm)] = pose.segments;
+                forearm.x.to_array().map(|x| x.0)
+            });
+            let expected = pose.axes[axis].cross(forearm.x).to_array();
+            for (found, Exact(expected)) in turned.into_iter().zip(expected) {
+                worst = worst.max((found - expected).abs());
+            }
+        }
+    }
+    assert!(worst < 1e-8, "{worst}");
+}
+
+/// A line over two joints turns both; the nearest neighbour considers it at one.
+#[test]
+fn a_line_over_two_joints_has_levers_at_both() {
+    let limb = Limb::<Exact>::new(&with_biarticular()).unwrap();
+    let jacobians = limb.refresh(&before_the_trunk()).unwrap();
+    let long_head = jacobians.muscles().nth(9).unwrap().map(|lever| lever.0);
+    let about = |axes: std::ops::Range<usize>| {
+        long_head[axes]
+            .iter()
+            .map(|lever| lever * lever)
+            .sum::<f64>()
+            .sqrt()
+    };
+    let [sc, gh, el] = [about(0..3), about(3..6), about(6..9)];
+    assert!(sc == 0.0 && gh > 5e-3 && el > 10e-3, "{sc} {gh} {el}");
+}
+
+/// Equation (3) for one stretch is the negative of this lever; with a stretch in one
+/// segment it averages that in, which turns nothing.
+#[test]
+fn the_print_s_average_is_minus_the_lever_for_one_stretch_only() {
+    let limb = Limb::<Exact>::new(&nominal()).unwrap();
+    let radians = limb.radians(&before_the_trunk()).unwrap();
+    let pose = limb.skeleton().pose(&radians);
+    let [.., (elbow, _)] = pose.segments;
+    let printed = |line: usize| {
+        let points: Vec<_> = limb.lines()[line].points(&pose).map(|(_, at)| at).collect();
+        let stretches = points.len() - 1;
+        let sum = points.windows(2).fold(Vector::ZERO, |sum, pair| {
+            let u = pair[1].minus(pair[0]).direction();
+            sum.plus(pair[1].minus(elbow).cross(u))
+        });
+        sum.times(Exact(1.0 / stretches as f64))
+    };
+    let ours = |line: usize| limb.lines()[line].torques(&pose)[2];
+    let apart = |line: usize| {
+        let sum = printed(line).plus(ours(line));
+        sum.dot(sum).0.sqrt() / ours(line).dot(ours(line)).0.sqrt()
+    };
+    let (biceps, triceps) = (apart(0), apart(1));
+    println!("biceps, one stretch: {biceps:.1e}; triceps, two: {triceps:.3} of the lever");
+    assert!(biceps < 1e-12 && triceps > 0.05, "{biceps} {triceps}");
+}
+
+/// Hand and levers of the device against double precision, over the whole range, and
+/// what is left with exact functions in its numbers.
+#[test]
+fn the_device_s_numbers_stay_near_exact_ones() {
+    let spec = nominal();
+    let exact = Limb::<Exact>::new(&spec).unwrap();
+    fn off<N: Number + ToDouble>(spec: &LimbSpec, exact: &Limb<Exact>) -> (f64, f64) {
+        let limb = Limb::<N>::new(spec).unwrap();
+        let (mut hand, mut lever) = (0.0_f64, 0.0_f64);
+        for n in 0..POSTURES {
+            let posture = posture(n, spec).map(|radians| {
+                Angle::from_millideg((radians * 180_000.0 / std::f64::consts::PI) as i32)
+            });
+            let both = (
+                limb.radians(&posture).unwrap(),
+                exact.radians(&posture).unwrap(),
+            );
+            let here = limb.skeleton().pose(&both.0).hand.to_array();
+            let there = exact.skeleton().pose(&both.1).hand.to_array();
+            let apart = here
+                .into_iter()
+                .zip(there)
+                .map(|(a, b)| a.to_double() - b.0);
+            hand = hand.max(apart.map(|x| x * x).sum::<f64>().sqrt());
+            let (here, there) = (limb.jacobians(&both.0), exact.jacobians(&both.1));
+            for (a, b) in here.muscles().flatten().zip(there.muscles().flatten()) {
+                lever = lever.max((a.to_double() - b.0).abs());
+            }
+        }
+        (hand, lever)
+    }
+    let (hand, lever) = off::<f32>(&spec, &exact);
+    let (hand_rounded, lever_rounded) = off::<Single>(&spec, &exact);
+    println!(
+        "device: hand {:.3} mm, levers {:.4} mm; rounding alone {:.1e} mm, {:.1e} mm",
+        hand * 1e3,
+        lever * 1e3,
+        hand_rounded * 1e3,
+        lever_rounded * 1e3
+    );
+    // Nine turns of at most 1.1 mrad at up to 0.7 m are 7 mm.
+    assert!((2e-4..3e-3).contains(&hand), "{hand}");
+    assert!((1e-5..3e-4).contains(&lever), "{lever}");
+    assert!(
+        hand_rounded < 2e-6 && lever_rounded < 2e-6,
+        "{hand_rounded} {lever_rounded}"
+    );
+}
+
+/// A wrench's torques, read back as a wrench, are that wrench.
+#[test]
+fn a_wrench_is_told_from_its_torques() {
+    let limb = Limb::<Exact>::new(&nominal()).unwrap();
+    let jacobians = limb.refresh(&before_the_trunk()).unwrap();
+    let posed = Posed::new(&jacobians).unwrap();
+    let wanted = nalgebra::SVector::from([12.0, -7.0, 30.0, 0.4, -1.1, 0.6]);
+    let back = posed.given * posed.torques(&wanted);
+    assert!((back - wanted).amax() < 1e-10);
+    // And the device's room says the same torques.
+    let wrench = Wrench {
+        force: Vector::new(Exact(12.0), Exact(-7.0), Exact(30.0)),
+        torque: Vector::new(Exact(0.4), Exact(-1.1), Exact(0.6)),
+    };
+    for (ours, theirs) in posed
+        .torques(&wanted)
+        .iter()
+        .zip(jacobians.torques(&wrench))
+    {
+        assert!((ours - theirs.0).abs() < 1e-12);
+    }
+}

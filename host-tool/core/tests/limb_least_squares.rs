@@ -1,0 +1,273 @@
+//! Bounded least squares against the crate `nnls`, against its own conditions of a
+//! minimum, and on arms.
+
+use firmware::bench::limb::{before_the_trunk, nominal};
+use firmware::limb::{JointName, LINES, Limb, LimbSpec, LineSpec, ViaSpec};
+use firmware::units::{Amplitude, Angle};
+use hal_sim::random;
+use host_core::limb::{Bounded, Exact, LeastSquares, Posed, Trouble, Weights, amplitudes, force};
+use nalgebra::{SMatrix, SVector};
+use ndarray::{Array1, Array2};
+
+type Square = SMatrix<f64, LINES, LINES>;
+type Column = SVector<f64, LINES>;
+
+/// Problem `n`: rows of levers, a torque wanted, limits in newtons, some of them 0.
+fn problem(n: u64) -> Bounded {
+    let mut index = n * 1000;
+    let mut part = || {
+        index += 1;
+        random::unit(7, index) - 0.5
+    };
+    let levers = SMatrix::<f64, 9, LINES>::from_fn(|_, _| part() * 0.06);
+    let wanted = SVector::<f64, 9>::from_fn(|_, _| part() * 10.0);
+    Bounded {
+        curvature: levers.transpose() * levers + Square::identity() * 1e-5,
+        slope: levers.transpose() * wanted,
+        upper: Column::from_fn(|line, _| match (n + line as u64) % 23 {
+            0 => 0.0,
+            _ => 60.0 + 110.0 * part(),
+        }),
+    }
+}
+
+/// The same by Lawson and Hanson's least-distance programming (Solving Least Squares
+/// Problems, chapter 23), whose one non-negative problem `nnls` solves: with
+/// H = L·Lᵀ and z = Lᵀ(x − H⁻¹c), the shortest z with G·z ≥ h.
+fn by_nnls(problem: &Bounded) -> Column {
+    let factor = problem.curvature.cholesky().unwrap();
+    let unbounded = factor.solve(&problem.slope);
+    let back = factor.l().transpose().try_inverse().unwrap();
+    let mut e = Array2::<f64>::zeros((LINES + 1, 2 * LINES));
+    for j in 0..LINES {
+        for i in 0..LINES {
+            e[(i, j)] = back[(j, i)];
+            e[(i, j + LINES)] = -back[(j, i)];
+        }
+        e[(LINES, j)] = -unbounded[j];
+        e[(LINES, j + LINES)] = unbounded[j] - problem.upper[j];
+    }
+    let mut f = Array1::<f64>::zeros(LINES + 1);
+    f[LINES] = 1.0;
+    let (y, _) = nnls::nnls(e.view(), f.view());
+    let r = e.dot(&y) - &f;
+    let z = Column::from_fn(|i, _| -r[i] / r[LINES]);
+    unbounded + back * z
+}
+
+#[test]
+fn answers_are_those_of_another_implementation() {
+    let (mut worst, mut at_bounds) = (0.0_f64, [0; 3]);
+    // Of muscles with a limit of 0 both bounds are one, where `nnls` ends the program.
+    for problem in (0..3000).map(problem).filter(|p| p.upper.min() > 0.0) {
+        let x = problem.solve().unwrap();
+        let scale = problem.upper.amax();
+        worst = worst.max((x - by_nnls(&problem)).amax() / scale);
+        for (x, upper) in x.iter().zip(&problem.upper) {
+            let place = usize::from(*x > 0.0) + usize::from(x == upper);
+            at_bounds[place] += 1;
+        }
+    }
+    println!("worst {worst:.1e} of the largest limit; at 0, between, at limit {at_bounds:?}");
+    assert!(worst < 1e-9, "{worst}");
+    assert!(at_bounds.iter().all(|&count| count > 1000), "{at_bounds:?}");
+}
+
+/// At a minimum in a box every slope points against a bound or is nothing.
+#[test]
+fn answers_meet_the_conditions_of_a_minimum() {
+    let mut worst = 0.0_f64;
+    for problem in (0..20_000).map(problem) {
+        let x = problem.solve().unwrap();
+        let gradient = problem.curvature * x - problem.slope;
+        let scale = problem.slope.amax();
+        for line in 0..LINES {
+            let (x, upper) = (x[line], problem.upper[line]);
+            assert!((0.0..=upper).contains(&x));
+            let slope = gradient[line] / scale;
+            let off = match (x == 0.0, x == upper) {
+                (true, true) => 0.0,
+                (true, false) => -slope,
+                (false, true) => slope,
+                (false, false) => slope.abs(),
+            };
+            worst = worst.max(off);
+        }
+    }
+    println!("worst {worst:.1e} of the largest slope");
+    assert!(worst < 1e-9, "{worst}");
+}
+
+/// Two muscles alike, which end `nnls`: each takes half.
+#[test]
+fn muscles_that_are_alike_share() {
+    let alike = Square::from_fn(|i, j| match (i < 2 && j < 2, i == j) {
+        (true, _) => 1.0 + if i == j { 0.5 } else { 0.0 },
+        (false, same) => f64::from(u8::from(same)),
+    });
+    for (upper, expected) in [(9.0, 0.8), (0.3, 0.3)] {
+        let mut slope = Column::zeros();
+        (slope[0], slope[1]) = (2.0, 2.0);
+        let problem = Bounded {
+            curvature: alike,
+            slope,
+            upper: Column::repeat(upper),
+        };
+        let x = problem.solve().unwrap();
+        assert!(
+            (x[0] - expected).abs() < 1e-12 && (x[1] - expected).abs() < 1e-12,
+            "{x}"
+        );
+        assert_eq!(x.rows(2, 8).amax(), 0.0);
+    }
+}
+
+fn arm(spec: &LimbSpec) -> (Limb<Exact>, Posed) {
+    let limb = Limb::<Exact>::new(spec).unwrap();
+    let posed = Posed::new(&limb.refresh(&before_the_trunk()).unwrap()).unwrap();
+    (limb, posed)
+}
+
+/// A weak wish is met nearly, a strong one up to the limits.
+#[test]
+fn forces_stay_between_nothing_and_the_most() {
+    let (limb, posed) = arm(&nominal());
+    let most: Vec<f64> = limb.most().map(|most| most.0).collect();
+    let mut squares = LeastSquares::new(&limb, Weights::DECLARED).unwrap();
+    for n in 0..200_u32 {
+        let angle = f64::from(n);
+        let strength = f64::from(n) * 2.0;
+        let wanted = force([angle.cos(), angle.sin(), (0.37 * angle).sin()].map(|x| x * strength));
+        let found = squares.recruit(&posed, &wanted).unwrap();
+        for (line, most) in most.iter().enumerate() {
+            assert!((0.0..=*most).contains(&found.forces[line]));
+        }
+        // The tenth has no line.
+        assert_eq!(found.forces[9], 0.0);
+        // Better than nothing at all, whose value is 0.
+        let problem = squares.problem(&posed, &wanted);
+        let x = found.forces;
+        let value = 0.5 * x.dot(&(problem.curvature * x)) - problem.slope.dot(&x);
+        assert!(n == 0 || value < 0.0, "{n}");
+        let device = Limb::<f32>::new(&nominal()).unwrap();
+        let orders = amplitudes(&device, &found.forces);
+        assert!(
+            orders
+                .iter()
+                .all(|(_, a)| (8_000..=25_000).contains(&a.get()))
+        );
+    }
+}
+
+/// A second elbow extensor from the shoulder blade: least squares use it for what it
+/// does at both joints.
+#[test]
+fn a_two_joint_muscle_is_used_for_both_joints() {
+    let one = nominal();
+    let mut two = one.clone();
+    let via = |segment, at_um| ViaSpec { segment, at_um };
+    let vias = [
+        via(1, [45_000, 140_000, -10_000]),
+        via(2, [25_000, 0, -290_000]),
+        via(3, [20_000, 0, 15_000]),
+    ];
+    let long_head = LineSpec {
+        channel: 9,
+        joint: JointName::Elbow,
+        vias: vias.into_iter().collect(),
+        ..one.lines[1].clone()
+    };
+    two.lines.push(long_head).unwrap();
+    let missed = |spec: &LimbSpec| {
+        let (limb, posed) = arm(spec);
+        // Extends the elbow and draws the upper arm back.
+        let wanted = posed.given
+            * (posed.levers * Column::from_fn(|n, _| f64::from(u8::from(n == 9)) * 40.0));
+        let (wanted, used) = match limb.lines().len() {
+            10 => (wanted, true),
+            _ => (force([8.0, 0.0, -8.0]), false),
+        };
+        let found = LeastSquares::new(&limb, Weights::DECLARED)
+            .unwrap()
+            .recruit(&posed, &wanted);
+        let found = found.unwrap();
+        (found.missed_n(&wanted), used && found.forces[9] > 10.0)
+    };
+    let (misses, is_used) = missed(&two);
+    assert!(is_used && misses < 1.0, "{misses}");
+    assert!(!missed(&one).1);
+}
+
+/// Along a wanted force that turns slowly, what a change costs shows in less change.
+#[test]
+fn the_weight_of_change_smooths() {
+    let (limb, posed) = arm(&nominal());
+    let walked = |weights| {
+        let mut recruit = LeastSquares::new(&limb, weights).unwrap();
+        let mut last: Option<Column> = None;
+        let (mut largest, mut missed) = (0.0_f64, 0.0);
+        for step in 0..400 {
+            let angle = f64::from(step) * std::f64::consts::TAU / 400.0;
+            let wanted = force([20.0 * angle.cos(), 20.0 * angle.sin(), 0.0]);
+            let found = recruit.recruit(&posed, &wanted).unwrap();
+            if let Some(last) = last {
+                largest = largest.max((found.forces - last).amax());
+            }
+            missed += found.missed_n(&wanted) / 400.0;
+            last = Some(found.forces);
+        }
+        (largest, missed)
+    };
+    let ((rough, exact), (smooth, late)) = (walked(Weights::DECLARED), walked(Weights::SMOOTH));
+    println!("largest step {rough:.2} N, smoothed {smooth:.2} N; missed {exact:.2} N, {late:.2} N");
+    assert!(smooth < rough, "{smooth} {rough}");
+    assert!(late > exact, "{late} {exact}");
+}
+
+#[test]
+fn what_cannot_be_had_is_told() {
+    let mut spec = nominal();
+    spec.lines[3].gain_mn_per_ma = 0;
+    spec.ranges_mdeg[4].0 = -90_000;
+    let mistakes = Trouble::of_spec(&spec).unwrap_err().to_string();
+    assert_eq!(
+        mistakes,
+        "E700 the arm has mistakes:\n  \
+         axis 4: ranges_mdeg = -90000 is outside -80000..=80000 (shoulder abduction)\n  \
+         line 3: gain_mn_per_ma = 0 is outside 1..=100000000 (channel 3): a muscle without \
+         gain gives no force at any amplitude"
+    );
+    let (limb, posed) = arm(&nominal());
+    let mut posture = before_the_trunk();
+    posture[6] = Angle::from_centideg(14_000);
+    let refused = Trouble::from(limb.refresh(&posture).unwrap_err()).to_string();
+    assert!(refused.starts_with("E701 elbow flexion is 140°, outside this wearer's 0…130°"));
+    let none = Weights {
+        effort: 0.0,
+        ..Weights::DECLARED
+    };
+    let refused = LeastSquares::new(&limb, none).unwrap_err().to_string();
+    assert_eq!(
+        refused,
+        "E705 the weight `effort` of the least squares is 0: it must be above 0"
+    );
+    let mut recruit = LeastSquares::new(&limb, Weights::DECLARED).unwrap();
+    let refused = recruit.recruit_within(&posed, &force([0.0, 0.0, 900.0]), 5.0);
+    let Err(Trouble::Beyond { nearest, wanted_n }) = refused else {
+        panic!("{refused:?}");
+    };
+    assert_eq!(wanted_n, 900.0);
+    // What is named can be had, and hardly more.
+    let times = |share: f64| force(nearest.map(|part| part * share));
+    assert!(recruit.recruit_within(&posed, &times(1.0), 5.0).is_ok());
+    assert!(recruit.recruit_within(&posed, &times(1.001), 5.0).is_err());
+    let not_finite = recruit.recruit(&posed, &force([f64::NAN, 0.0, 0.0]));
+    assert_eq!(not_finite, Err(Trouble::NotConverged));
+    // Bones in one line, hanging: the line itself carries a load.
+    let mut plumb = nominal();
+    plumb.ways_um[1] = [0, 0, -150_000];
+    let hanging = Limb::<Exact>::new(&plumb)
+        .unwrap()
+        .jacobians(&[Exact(0.0); 9]);
+    assert_eq!(Posed::new(&hanging).err(), Some(Trouble::Singular));
+}
