@@ -2,7 +2,7 @@
 //!
 //! `bench` measures the device's algorithms and cycles; `accuracy` and `tracking`
 //! compare muscle models and control laws, `stability` maps where methods fail,
-//! `ladder` judges the choice of muscle models; `laboratory` is what protocols share;
+//! `ladder` judges the choice of muscle models, `limb` what recruitments of an arm give; `laboratory` is what protocols share;
 //! `experiments` are the papers' protocols, `lee` that which identifies a muscle, `ramps`
 //! Harris' characterization; `faults` are campaigns of what breaks; `figures` draw them. `subjects` are whom
 //! muscle models are compared on.
@@ -16,6 +16,7 @@ pub mod hands;
 pub mod laboratory;
 pub mod ladder;
 pub mod lee;
+pub mod limb;
 pub mod ramps;
 pub mod stability;
 mod subjects;

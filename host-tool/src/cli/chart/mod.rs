@@ -4,6 +4,7 @@ mod accuracy;
 mod control;
 mod hands;
 mod ladder;
+mod limb;
 mod stability;
 
 use super::Output;
@@ -17,6 +18,7 @@ pub enum Chart {
     Accuracy(accuracy::Accuracy),
     Control(control::Control),
     Ladder(ladder::Ladder),
+    Limb(limb::Limb),
     Stability(stability::Stability),
 }
 
@@ -25,6 +27,7 @@ pub fn main(chart: &Chart, output: Output) -> anyhow::Result<()> {
         Chart::Accuracy(args) => accuracy::main(args, output),
         Chart::Control(args) => control::main(args, output),
         Chart::Ladder(args) => ladder::main(args, output),
+        Chart::Limb(args) => limb::main(args, output),
         Chart::Stability(args) => stability::main(args, output),
     }
 }

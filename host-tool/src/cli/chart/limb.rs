@@ -1,0 +1,98 @@
+//! `flexor chart limb`: recruitments for a force at the hand, and the device's numbers.
+
+use super::write;
+use crate::cli::{Output, within};
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use studies::limb::{DECLARED, Pace, Row, Study, Verdict, pace, study};
+
+/// Compare recruitments for a force at the hand on drawn arms
+#[derive(Args, Debug)]
+pub struct Limb {
+    /// Folder for limb.csv
+    #[arg(long, default_value = "docs/charts")]
+    out: PathBuf,
+    /// Arms drawn, instead of the declared ones; then no file is written
+    #[arg(long)]
+    draws: Option<u64>,
+}
+
+/// # Errors
+/// E700 to E707; E575: a file cannot be written.
+pub fn main(args: &Limb, output: Output) -> anyhow::Result<()> {
+    if let Some(draws) = args.draws {
+        within("--draws", draws as f64, 1.0, 100_000.0)?;
+    }
+    let bar = output.bar("drawn arms");
+    let found = study(args.draws);
+    bar.finish();
+    let found = found?;
+    let pace = pace()?;
+    if args.draws.is_none() {
+        write(&args.out.join("limb.csv"), &found.csv())?;
+    }
+    output.say(|| people(&found, &pace), || machine(&found, &pace))
+}
+
+fn machine(found: &Study, pace: &Pace) -> Value {
+    json!({
+        "name": "limb", "seed": found.declared.seed, "simulated": true,
+        "declared": { "text": DECLARED, "draws": found.declared.arms.draws },
+        "rows": found.rows(), "shares": found.verdicts(), "numbers": found.numbers,
+        "pace": pace, "is_debug_build": cfg!(debug_assertions),
+    })
+}
+
+/// At most 80 columns.
+fn people(found: &Study, pace: &Pace) -> String {
+    let mut out = format!("{:<52}{:>9}{:>9}{:>9}\n", "", "median", "95 %", "most");
+    for row in found.rows() {
+        let Row {
+            quantity,
+            unit,
+            ours,
+            p95,
+            most,
+            ..
+        } = row;
+        let words = match unit {
+            "" => quantity,
+            unit => format!("{quantity}, {unit}"),
+        };
+        out.push_str(&format!("{words:<52}{ours:>9.3}{p95:>9.3}{most:>9.3}\n"));
+    }
+    let numbers = &found.numbers;
+    out.push_str(&format!(
+        "{} drawn arms, 12 targets and 3 walks each; {} postures for the device's numbers,\n\
+         at {} of which they recruit other muscles (at {} by rounding alone).\n\
+         By the arm's own model: simulated, no evidence about bodies or people.\n\n",
+        found.arms.len(),
+        numbers.n,
+        numbers.device.other_choices,
+        numbers.rounding.other_choices
+    ));
+    for verdict in found.verdicts() {
+        let Verdict {
+            claim,
+            holds,
+            of,
+            share: [_, low, high],
+        } = verdict;
+        out.push_str(&format!(
+            "{claim}:\n  in {holds} of {of} arms (95 %: {:.0}…{:.0} %)\n",
+            100.0 * low,
+            100.0 * high
+        ));
+    }
+    let build = match cfg!(debug_assertions) {
+        true => "a build for tests",
+        false => "a release build",
+    };
+    out.push_str(&format!(
+        "\nOne wanted force to ten amplitudes by least squares, on this computer, in\n\
+         {build}: {:.1} µs; with a new posture's Jacobians {:.1} µs (medians of {}).",
+        pace.least_squares_us, pace.with_posture_us, pace.n
+    ));
+    out
+}

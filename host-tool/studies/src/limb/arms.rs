@@ -1,0 +1,86 @@
+//! Arms drawn around the nominal one.
+
+use super::declared::{Arms, Declared};
+use firmware::bench::limb::{before_the_trunk, nominal};
+use firmware::limb::{AXES, LimbSpec, Posture};
+use firmware::units::Angle;
+use hal_sim::random;
+
+/// Even deviates in −1…1, one after the other.
+struct Deviates {
+    seed: u64,
+    index: u64,
+}
+
+impl Deviates {
+    /// Those of arm `n`: 1000 of their own.
+    const fn of(seed: u64, n: u64) -> Self {
+        Self {
+            seed,
+            index: n * 1000,
+        }
+    }
+
+    fn next(&mut self) -> f64 {
+        self.index += 1;
+        2.0 * random::unit(self.seed, self.index) - 1.0
+    }
+
+    /// `number` changed by up to `percent` of it.
+    fn percent(&mut self, number: i32, percent: f64) -> i32 {
+        let factor = 1.0 + self.next() * percent / 100.0;
+        (f64::from(number) * factor).round() as i32
+    }
+}
+
+/// Arm `n` and the posture in which forces are wanted of it.
+pub(super) fn drawn(declared: &Declared, n: u64) -> (LimbSpec, Posture) {
+    let Arms {
+        bones_percent,
+        points_mm,
+        gains_percent,
+        posture_deg,
+        ..
+    } = declared.arms;
+    let mut deviates = Deviates::of(declared.seed, n);
+    let mut spec = nominal();
+    for way in &mut spec.ways_um {
+        let factor = 1.0 + deviates.next() * bones_percent / 100.0;
+        *way = way.map(|um| (f64::from(um) * factor).round() as i32);
+    }
+    for line in &mut spec.lines {
+        let points = line.vias.iter_mut().flat_map(|via| &mut via.at_um);
+        for um in points {
+            *um += (deviates.next() * points_mm * 1000.0).round() as i32;
+        }
+        let gain = deviates.percent(line.gain_mn_per_ma.cast_signed(), gains_percent);
+        line.gain_mn_per_ma = gain.cast_unsigned();
+    }
+    let mut posture = before_the_trunk();
+    for (angle, &(low, high)) in posture.iter_mut().zip(&spec.ranges_mdeg) {
+        let mdeg = angle.to_millideg() + (deviates.next() * posture_deg * 1000.0) as i32;
+        *angle = Angle::from_millideg(mdeg.clamp(low, high));
+    }
+    (spec, posture)
+}
+
+/// Posture `n` anywhere in the nominal arm's ranges, and a direction anywhere.
+pub(super) fn anywhere(declared: &Declared, n: u64) -> (Posture, [f64; 3]) {
+    // Beyond the arms' own deviates.
+    let mut deviates = Deviates::of(declared.seed ^ 0x5EED, n);
+    let mut posture = Posture::default();
+    let ranges: [(i32, i32); AXES] = nominal().ranges_mdeg;
+    for (angle, (low, high)) in posture.iter_mut().zip(ranges) {
+        let middle = f64::from(low) + f64::from(high);
+        let span = f64::from(high) - f64::from(low);
+        let mdeg = 0.5 * (middle + deviates.next() * span);
+        *angle = Angle::from_millideg(mdeg as i32);
+    }
+    // A height and an azimuth, both even: even on the sphere (Archimedes).
+    let (up, azimuth) = (deviates.next(), deviates.next() * std::f64::consts::PI);
+    let around = (1.0 - up * up).sqrt();
+    (
+        posture,
+        [around * azimuth.cos(), around * azimuth.sin(), up],
+    )
+}

@@ -1,0 +1,144 @@
+//! Recruitments on drawn arms: what each misses, and how it switches.
+
+use super::arms::drawn;
+use super::declared::Declared;
+use super::method::{Arm, Method, Recruiter};
+use super::numbers::{Spread, apart};
+use host_core::limb::Trouble;
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// One arm under one method.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Scored {
+    /// Which method.
+    pub method: Method,
+    /// Rms of what the force at the hand misses over the targets, % of each wanted.
+    pub targets_rmse_percent: f64,
+    /// The largest change of a line between two answers along the walks, % of its most.
+    pub largest_step_percent: f64,
+    /// How often a line goes on or off in one walk around.
+    pub switches: f64,
+    /// Rms along the walks, % of the wanted, with an answer at every step.
+    pub walk_rmse_percent: f64,
+    /// The same with answers held.
+    pub held_rmse_percent: f64,
+}
+
+/// All of one arm's.
+pub type Judged = [Scored; 3];
+
+/// Every drawn arm.
+///
+/// # Errors
+/// [`Trouble`] where an arm was refused.
+pub fn compared(declared: &Declared) -> Result<Vec<Judged>, Trouble> {
+    let arms = (0..declared.arms.draws).into_par_iter();
+    arms.map(|n| {
+        let (spec, posture) = drawn(declared, n);
+        let arm = Arm::new(&spec, &posture)?;
+        let [a, b, c] = Method::ALL.map(|method| scored(declared, &arm, method));
+        Ok([a?, b?, c?])
+    })
+    .collect()
+}
+
+/// Backward, forward, right, left, up, down.
+const DIRECTIONS: [[f64; 3]; 6] = [
+    [1.0, 0.0, 0.0],
+    [-1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, -1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [0.0, 0.0, -1.0],
+];
+
+fn scored(declared: &Declared, arm: &Arm, method: Method) -> Result<Scored, Trouble> {
+    let mut recruiter = Recruiter::new(arm, method)?;
+    let mut squares = Vec::new();
+    for direction in DIRECTIONS {
+        // Where nothing helps there is nothing to want.
+        let share = arm.share(direction);
+        if !share.is_finite() {
+            continue;
+        }
+        for part in &declared.targets.shares {
+            let wanted = direction.map(|x| x * share * part);
+            recruiter.forget();
+            let given = arm.given(&recruiter.recruit(wanted)?);
+            squares.push((apart(given, wanted) / (share * part)).powi(2));
+        }
+    }
+    let walked = walked(declared, arm, &mut recruiter)?;
+    Ok(Scored {
+        method,
+        targets_rmse_percent: rms_percent(&squares),
+        ..walked.scored(method)
+    })
+}
+
+/// What came along the walks.
+#[derive(Default)]
+struct Walked {
+    largest: f64,
+    switches: u32,
+    at_each: Vec<f64>,
+    held: Vec<f64>,
+}
+
+impl Walked {
+    fn scored(&self, method: Method) -> Scored {
+        Scored {
+            method,
+            targets_rmse_percent: 0.0,
+            largest_step_percent: 100.0 * self.largest,
+            switches: f64::from(self.switches) / 3.0,
+            walk_rmse_percent: rms_percent(&self.at_each),
+            held_rmse_percent: rms_percent(&self.held),
+        }
+    }
+}
+
+fn walked(declared: &Declared, arm: &Arm, recruiter: &mut Recruiter) -> Result<Walked, Trouble> {
+    let can = DIRECTIONS.map(|direction| arm.share(direction));
+    let strength = 0.5 * can.into_iter().fold(f64::INFINITY, f64::min);
+    let mut walked = Walked::default();
+    for plane in 0..3 {
+        recruiter.forget();
+        let mut last = None;
+        let mut held = [0.0; 3];
+        for step in 0..declared.walk.steps {
+            let angle = f64::from(step) / f64::from(declared.walk.steps) * std::f64::consts::TAU;
+            let mut wanted = [0.0; 3];
+            wanted[plane] = strength * angle.cos();
+            wanted[(plane + 1) % 3] = strength * angle.sin();
+            let forces = recruiter.recruit(wanted)?;
+            let given = arm.given(&forces);
+            if step % declared.walk.hold.max(1) == 0 {
+                held = given;
+            }
+            let missed = |given| (apart(given, wanted) / strength).powi(2);
+            walked.at_each.push(missed(given));
+            walked.held.push(missed(held));
+            if let Some(last) = last.replace(forces) {
+                walked.largest = walked.largest.max(arm.largest_change(&last, &forces));
+                let lines = last.iter().zip(&forces);
+                let turned = lines.filter(|(a, b)| (**a > 0.0) != (**b > 0.0));
+                walked.switches += turned.count() as u32; // at most 10
+            }
+        }
+    }
+    Ok(walked)
+}
+
+/// Of squares of parts of one.
+fn rms_percent(squares: &[f64]) -> f64 {
+    100.0 * (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}
+
+/// Of one quantity over all arms.
+#[must_use]
+pub fn spread(arms: &[Judged], method: usize, of: impl Fn(&Scored) -> f64) -> Spread {
+    let all = arms.iter().filter_map(|arm| arm.get(method));
+    Spread::of(all.map(of).collect())
+}

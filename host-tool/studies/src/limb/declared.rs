@@ -1,0 +1,87 @@
+//! What was declared before it was looked at.
+
+use serde::{Deserialize, Serialize};
+
+/// The file itself.
+pub const DECLARED: &str = include_str!("../../../limb/recruitments.toml");
+
+/// host-tool/limb/recruitments.toml.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Declared {
+    /// Of all that is drawn.
+    pub seed: u64,
+    /// Of the device's numbers.
+    pub numbers: Numbers,
+    /// Who is drawn.
+    pub arms: Arms,
+    /// What is wanted one by one.
+    pub targets: Targets,
+    /// What is wanted in turn.
+    pub walk: Walk,
+    /// What is judged.
+    pub claim: Vec<Claim>,
+}
+
+/// Of the device's numbers.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Numbers {
+    /// How many.
+    pub postures: u64,
+}
+
+/// Arms around the nominal one, even either way.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Arms {
+    /// How many.
+    pub draws: u64,
+    /// Lengths.
+    pub bones_percent: f64,
+    /// Each coordinate of each point.
+    pub points_mm: f64,
+    /// Gains.
+    pub gains_percent: f64,
+    /// Each angle.
+    pub posture_deg: f64,
+}
+
+/// Six directions by these.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Targets {
+    /// Of what the nearest neighbour can make.
+    pub shares: Vec<f64>,
+}
+
+/// Around the three planes.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Walk {
+    /// Answers once around.
+    pub steps: u32,
+    /// Answers that one is held for.
+    pub hold: u32,
+}
+
+/// A claim.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Claim {
+    /// By which its verdict is found.
+    pub name: String,
+    /// In words.
+    pub says: String,
+}
+
+impl Declared {
+    /// As committed, with other draws where asked.
+    ///
+    /// # Errors
+    /// What is wrong with the committed file: a build of this program with one that
+    /// cannot be read.
+    pub fn read() -> Result<Self, toml::de::Error> {
+        toml::from_str(DECLARED)
+    }
+}

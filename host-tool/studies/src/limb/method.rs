@@ -1,0 +1,147 @@
+//! The recruitments, each from a wanted force to a force of each line.
+
+use firmware::limb::{Choice, Jacobians, LINES, Limb, LimbSpec, Posture, Vector, Wrench, nearest};
+use host_core::limb::{Exact, Forces, LeastSquares, Posed, Trouble, Weights, force};
+use serde::Serialize;
+
+/// A recruitment.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Algorithm 1 of Sierotowicz 2023.
+    Nearest,
+    /// Least squares with bounds.
+    LeastSquares,
+    /// The same with change weighed.
+    Smooth,
+}
+
+impl Method {
+    /// In the order of tables.
+    pub const ALL: [Self; 3] = [Self::Nearest, Self::LeastSquares, Self::Smooth];
+
+    /// For tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Nearest => "nearest neighbour",
+            Self::LeastSquares => "least squares",
+            Self::Smooth => "least squares, smooth",
+        }
+    }
+}
+
+/// An arm at its posture.
+pub(super) struct Arm {
+    pub limb: Limb<Exact>,
+    pub jacobians: Jacobians<Exact>,
+    pub posed: Posed,
+    most: Forces,
+}
+
+impl Arm {
+    pub fn new(spec: &LimbSpec, posture: &Posture) -> Result<Self, Trouble> {
+        Trouble::of_spec(spec)?;
+        let limb = Limb::<Exact>::new(spec).map_err(|e| Trouble::Spec(vec![e.to_string()]))?;
+        let jacobians = limb.refresh(posture)?;
+        let posed = Posed::new(&jacobians)?;
+        let mut most = Forces::zeros();
+        for (to, Exact(from)) in most.iter_mut().zip(limb.most()) {
+            *to = from;
+        }
+        Ok(Self {
+            limb,
+            jacobians,
+            posed,
+            most,
+        })
+    }
+
+    /// The nearest neighbour's forces, whatever the limits.
+    pub fn nearest(&self, wanted: [f64; 3]) -> Forces {
+        let [x, y, z] = wanted.map(Exact);
+        let wrench = Wrench {
+            force: Vector::new(x, y, z),
+            torque: Vector::ZERO,
+        };
+        chosen(
+            nearest(&self.jacobians, &wrench).map(|choice| match choice {
+                Choice::Line(line, Exact(force)) => Some((line, force)),
+                Choice::None | Choice::Unhelped => None,
+            }),
+        )
+    }
+
+    /// How much of a force the nearest neighbour can make: its factor, which may be
+    /// above 1, or infinite where nothing helps.
+    pub fn share(&self, wanted: [f64; 3]) -> f64 {
+        let forces = self.nearest(wanted);
+        let asked = forces
+            .iter()
+            .zip(&self.most)
+            .filter(|(force, _)| **force > 0.0);
+        let shares = asked.map(|(force, most)| most / force);
+        shares.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Of each line's share of its most, the largest change.
+    pub fn largest_change(&self, before: &Forces, now: &Forces) -> f64 {
+        let changes = before.iter().zip(now).zip(&self.most);
+        let shares = changes.filter(|(_, most)| **most > 0.0);
+        shares
+            .map(|((before, now), most)| (now - before).abs() / most)
+            .fold(0.0, f64::max)
+    }
+
+    /// The force at the hand, N.
+    pub fn given(&self, forces: &Forces) -> [f64; 3] {
+        let [x, y, z, ..] = self.posed.wrench(forces).data.0[0];
+        [x, y, z]
+    }
+}
+
+/// Forces of lines from the three joints' choices.
+pub(super) fn chosen(choices: [Option<(u8, f64)>; 3]) -> Forces {
+    let mut forces = Forces::zeros();
+    for (line, force) in choices.into_iter().flatten() {
+        let place = usize::from(line).min(LINES - 1);
+        forces[place] = force;
+    }
+    forces
+}
+
+/// A method at work on an arm.
+pub(super) struct Recruiter<'a> {
+    arm: &'a Arm,
+    squares: Option<LeastSquares>,
+}
+
+impl<'a> Recruiter<'a> {
+    pub fn new(arm: &'a Arm, method: Method) -> Result<Self, Trouble> {
+        let squares = |weights| LeastSquares::new(&arm.limb, weights).map(Some);
+        let squares = match method {
+            Method::Nearest => None,
+            Method::LeastSquares => squares(Weights::DECLARED)?,
+            Method::Smooth => squares(Weights::SMOOTH)?,
+        };
+        Ok(Self { arm, squares })
+    }
+
+    /// The forces for a wanted one, N.
+    pub fn recruit(&mut self, wanted: [f64; 3]) -> Result<Forces, Trouble> {
+        match &mut self.squares {
+            None => Ok(self.arm.nearest(wanted)),
+            Some(squares) => {
+                let found = squares.recruit(&self.arm.posed, &force(wanted))?;
+                Ok(found.forces)
+            }
+        }
+    }
+
+    /// As if nothing had been asked before.
+    pub fn forget(&mut self) {
+        if let Some(squares) = &mut self.squares {
+            squares.forget();
+        }
+    }
+}

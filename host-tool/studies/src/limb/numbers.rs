@@ -1,0 +1,194 @@
+//! What the device's single precision and micromath's sine and cosine add to the error
+//! of a force at the hand.
+
+use super::arms::anywhere;
+use super::declared::Declared;
+use super::method::{Arm, chosen};
+use firmware::bench::limb::nominal;
+use firmware::limb::{Choice, Limb, Number, Posture, Vector, Wrench, nearest};
+use host_core::limb::{Forces, Single, ToDouble, Trouble};
+use host_core::statistics::quantile_of;
+use serde::Serialize;
+
+/// Of one kind of numbers, over all postures.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Error {
+    /// How far the hand is from where double precision has it, mm.
+    pub hand_mm: Spread,
+    /// How far the force at the hand is from what double precision's recruitment gives
+    /// where both recruit the same muscles, % of it.
+    pub force_percent: Spread,
+    /// That as a share of how far the recruitment itself misses the wanted force, %.
+    pub share_percent: Spread,
+    /// Postures at which other muscles were recruited.
+    pub other_choices: u64,
+}
+
+/// Median, 95th percentile and most.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Spread {
+    /// Half are below.
+    pub median: f64,
+    /// 95 % are below.
+    pub p95: f64,
+    /// None is above.
+    pub most: f64,
+}
+
+impl Spread {
+    /// Of numbers in any order.
+    pub(super) fn of(mut all: Vec<f64>) -> Self {
+        all.sort_by(f64::total_cmp);
+        let at = |part| quantile_of(&all, part);
+        Self {
+            median: at(0.5),
+            p95: at(0.95),
+            most: at(1.0),
+        }
+    }
+}
+
+/// The device's numbers, and the same precision with exact functions.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Numbers {
+    /// f32 with micromath's functions.
+    pub device: Error,
+    /// f32 with functions exact to the last place: what rounding alone does.
+    pub rounding: Error,
+    /// How far the exact recruitment misses the wanted force by the arm's own model, %
+    /// of it.
+    pub recruitment_percent: Spread,
+    /// Postures, in each one force.
+    pub n: u64,
+}
+
+/// Over the declared postures.
+///
+/// # Errors
+/// [`Trouble`] where a posture or the arm were refused.
+pub fn numbers(declared: &Declared) -> Result<Numbers, Trouble> {
+    let (mut device, mut rounding) = (Tally::default(), Tally::default());
+    let mut missed = Vec::new();
+    for n in 0..declared.numbers.postures {
+        let (posture, wanted) = anywhere(declared, n);
+        let arm = match Arm::new(&nominal(), &posture) {
+            // An arm stretched out: no force can be told.
+            Err(Trouble::Singular) => continue,
+            arm => arm?,
+        };
+        let forces = arm.nearest(wanted);
+        if forces.amax() == 0.0 {
+            continue;
+        }
+        let given = arm.given(&forces);
+        let recruitment = apart(given, wanted);
+        missed.push(100.0 * recruitment);
+        let hand = arm.limb.skeleton().pose(&arm.limb.radians(&posture)?).hand;
+        let case = Case {
+            arm: &arm,
+            posture: &posture,
+            wanted,
+            forces,
+            recruitment,
+            hand: hand.to_array().map(ToDouble::to_double),
+        };
+        device.add(case.of::<f32>()?);
+        rounding.add(case.of::<Single>()?);
+    }
+    Ok(Numbers {
+        n: missed.len() as u64,
+        device: device.error(),
+        rounding: rounding.error(),
+        recruitment_percent: Spread::of(missed),
+    })
+}
+
+/// One posture and wanted force, N of length 1, in double precision.
+struct Case<'a> {
+    arm: &'a Arm,
+    posture: &'a Posture,
+    wanted: [f64; 3],
+    forces: Forces,
+    recruitment: f64,
+    hand: [f64; 3],
+}
+
+/// How far off other numbers are.
+struct Off {
+    hand_m: f64,
+    /// N, where the same muscles are recruited.
+    force: Option<f64>,
+    given: f64,
+    recruitment: f64,
+}
+
+impl Case<'_> {
+    fn of<N: Number + ToDouble>(&self) -> Result<Off, Trouble> {
+        let spec = nominal();
+        let limb = Limb::<N>::new(&spec).map_err(|e| Trouble::Spec(vec![e.to_string()]))?;
+        let radians = limb.radians(self.posture)?;
+        let hand = limb.skeleton().pose(&radians).hand;
+        // To a millionth of a newton.
+        let [x, y, z] = self
+            .wanted
+            .map(|part| N::ratio((part * 1e6).round() as i32, 1_000_000));
+        let wrench = Wrench {
+            force: Vector::new(x, y, z),
+            torque: Vector::ZERO,
+        };
+        let choices = nearest(&limb.jacobians(&radians), &wrench);
+        let forces = chosen(choices.map(|choice| match choice {
+            Choice::Line(line, force) => Some((line, force.to_double())),
+            Choice::None | Choice::Unhelped => None,
+        }));
+        let same = forces.iter().zip(&self.forces);
+        let is_same = same
+            .clone()
+            .all(|(ours, exact)| (*ours > 0.0) == (*exact > 0.0));
+        let given = self.arm.given(&self.forces);
+        let force = is_same.then(|| apart(self.arm.given(&forces), given));
+        Ok(Off {
+            hand_m: apart(hand.to_array().map(ToDouble::to_double), self.hand),
+            force,
+            given: apart(given, [0.0; 3]),
+            recruitment: self.recruitment,
+        })
+    }
+}
+
+/// What came over all postures.
+#[derive(Default)]
+struct Tally {
+    hand_mm: Vec<f64>,
+    force_percent: Vec<f64>,
+    share_percent: Vec<f64>,
+    other_choices: u64,
+}
+
+impl Tally {
+    fn add(&mut self, off: Off) {
+        self.hand_mm.push(1000.0 * off.hand_m);
+        match off.force {
+            None => self.other_choices += 1,
+            Some(force) => {
+                self.force_percent.push(100.0 * force / off.given);
+                self.share_percent.push(100.0 * force / off.recruitment);
+            }
+        }
+    }
+
+    fn error(self) -> Error {
+        Error {
+            hand_mm: Spread::of(self.hand_mm),
+            force_percent: Spread::of(self.force_percent),
+            share_percent: Spread::of(self.share_percent),
+            other_choices: self.other_choices,
+        }
+    }
+}
+
+/// The distance of two places or forces.
+pub(super) fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let parts = a.into_iter().zip(b);
+    parts.map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}

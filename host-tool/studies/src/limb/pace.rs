@@ -1,0 +1,63 @@
+//! How long a recruitment takes on this computer.
+
+use super::LimbError;
+use super::arms::anywhere;
+use super::declared::Declared;
+use firmware::bench::limb::{before_the_trunk, nominal};
+use firmware::limb::Limb;
+use host_core::limb::{Exact, LeastSquares, Posed, Trouble, Weights, amplitudes, force};
+use serde::Serialize;
+use std::hint::black_box;
+use std::time::Instant;
+
+/// Microseconds of one, the median of all.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Pace {
+    /// A wanted force to ten amplitudes by least squares, the posture as before.
+    pub least_squares_us: f64,
+    /// The same with Jacobians and matrices of a new posture.
+    pub with_posture_us: f64,
+    /// How many were timed.
+    pub n: usize,
+}
+
+const TIMED: u64 = 4000;
+
+/// Times it.
+///
+/// # Errors
+/// [`LimbError`].
+pub fn pace() -> Result<Pace, LimbError> {
+    let declared = Declared::read()?;
+    let spec = nominal();
+    let refused = |e: firmware::limb::LimbError| Trouble::Spec(vec![e.to_string()]);
+    let device = Limb::<f32>::new(&spec).map_err(refused)?;
+    let exact = Limb::<Exact>::new(&spec).map_err(refused)?;
+    let mut squares = LeastSquares::new(&exact, Weights::SMOOTH)?;
+    let before = exact.refresh(&before_the_trunk()).map_err(Trouble::from)?;
+    let fixed = Posed::new(&before)?;
+    let (mut alone, mut with_posture) = (Vec::new(), Vec::new());
+    for n in 0..TIMED {
+        let (posture, direction) = anywhere(&declared, n);
+        let wanted = force(direction.map(|part| 30.0 * part));
+        let begin = Instant::now();
+        let found = squares.recruit(black_box(&fixed), black_box(&wanted))?;
+        black_box(amplitudes(&device, &found.forces));
+        alone.push(begin.elapsed().as_secs_f64() * 1e6);
+        let begin = Instant::now();
+        let jacobians = exact.refresh(black_box(&posture)).map_err(Trouble::from)?;
+        let Ok(posed) = Posed::new(&jacobians) else {
+            continue;
+        };
+        let found = squares.recruit(&posed, black_box(&wanted))?;
+        black_box(amplitudes(&device, &found.forces));
+        with_posture.push(begin.elapsed().as_secs_f64() * 1e6);
+    }
+    let n = alone.len();
+    let median = |all| super::Spread::of(all).median;
+    Ok(Pace {
+        least_squares_us: median(alone),
+        with_posture_us: median(with_posture),
+        n,
+    })
+}

@@ -1,0 +1,182 @@
+//! The study as rows and verdicts.
+
+use super::compared::spread;
+use super::{Judged, Method, Scored, Spread, Study};
+use host_core::statistics::share;
+use serde::Serialize;
+
+/// A number with its spread over arms or postures.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Unique.
+    pub id: String,
+    /// In words.
+    pub quantity: String,
+    /// Of the numbers.
+    pub unit: &'static str,
+    /// The paper prints none of these.
+    pub paper: Option<f64>,
+    /// The median.
+    pub ours: f64,
+    /// 95 % are below.
+    pub p95: f64,
+    /// None is above.
+    pub most: f64,
+    /// Arms or postures.
+    pub n: u64,
+}
+
+/// A claim and the arms in which it holds.
+#[derive(Clone, Debug, Serialize)]
+pub struct Verdict {
+    /// As declared.
+    pub claim: String,
+    /// Arms.
+    pub holds: u64,
+    /// Of so many.
+    pub of: u64,
+    /// The share, Wilson's 95 % interval.
+    pub share: [f64; 3],
+}
+
+/// A quantity of an arm under a method: its key, its words, its unit, itself.
+type Quantity = (&'static str, &'static str, &'static str, fn(&Scored) -> f64);
+
+const QUANTITIES: [Quantity; 5] = [
+    ("targets", "missed of 12 targets, rms", "%", |s| {
+        s.targets_rmse_percent
+    }),
+    ("walk", "missed along walks, 200 Hz, rms", "%", |s| {
+        s.walk_rmse_percent
+    }),
+    ("held", "missed along walks, 20 Hz, rms", "%", |s| {
+        s.held_rmse_percent
+    }),
+    ("step", "largest step of a line, of its most", "%", |s| {
+        s.largest_step_percent
+    }),
+    ("switches", "on and off, once around", "", |s| s.switches),
+];
+
+impl Study {
+    /// All numbers.
+    #[must_use]
+    pub fn rows(&self) -> Vec<Row> {
+        let mut rows = Vec::new();
+        let of = |id: String, quantity: String, unit, spread: Spread, n| Row {
+            id,
+            quantity,
+            unit,
+            paper: None,
+            ours: spread.median,
+            p95: spread.p95,
+            most: spread.most,
+            n,
+        };
+        let arms = self.arms.len() as u64;
+        for (key, words, unit, quantity) in QUANTITIES {
+            for (n, method) in Method::ALL.into_iter().enumerate() {
+                let spread = spread(&self.arms, n, quantity);
+                let words = format!("{}: {words}", method.name());
+                rows.push(of(
+                    format!("{method:?}_{key}").to_lowercase(),
+                    words,
+                    unit,
+                    spread,
+                    arms,
+                ));
+            }
+        }
+        let numbers = &self.numbers;
+        let mut number = |id: &str, words: &str, unit, spread| {
+            rows.push(of(id.to_owned(), words.to_owned(), unit, spread, numbers.n));
+        };
+        let missed = "nearest neighbour, exact: missed, of the wanted force";
+        number(
+            "numbers_recruitment",
+            missed,
+            "%",
+            numbers.recruitment_percent,
+        );
+        for (key, kind, error) in [
+            ("device", "device (micromath)", &numbers.device),
+            ("rounding", "rounding alone", &numbers.rounding),
+        ] {
+            number(
+                &format!("{key}_hand"),
+                &format!("{kind}: hand misplaced"),
+                "mm",
+                error.hand_mm,
+            );
+            let words = format!("{kind}: force at the hand, of the given");
+            number(&format!("{key}_force"), &words, "%", error.force_percent);
+            let words = format!("{kind}: share of what is missed");
+            number(&format!("{key}_share"), &words, "%", error.share_percent);
+        }
+        rows
+    }
+
+    /// The declared claims; one that no rule judges is not among them.
+    #[must_use]
+    pub fn verdicts(&self) -> Vec<Verdict> {
+        let claims = self.declared.claim.iter();
+        claims
+            .filter_map(|claim| {
+                let holds = rule(&claim.name)?;
+                let held = self.arms.iter().filter(|arm| holds(arm)).count() as u64;
+                let of = self.arms.len() as u64;
+                let wilson = share(held as f64, of, 0.95).ok()?;
+                Some(Verdict {
+                    claim: claim.says.clone(),
+                    holds: held,
+                    of,
+                    share: [wilson.share, wilson.low, wilson.high],
+                })
+            })
+            .collect()
+    }
+
+    /// A line each row.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let mut csv = "id,unit,median,p95,most,n\n".to_owned();
+        for row in self.rows() {
+            let Row {
+                id,
+                unit,
+                ours,
+                p95,
+                most,
+                n,
+                ..
+            } = row;
+            csv.push_str(&format!("{id},{unit},{ours:.4},{p95:.4},{most:.4},{n}\n"));
+        }
+        for verdict in self.verdicts() {
+            let Verdict {
+                claim, holds, of, ..
+            } = verdict;
+            csv.push_str(&format!("\"{claim}\",arms,{holds},,,{of}\n"));
+        }
+        csv
+    }
+}
+
+/// How a claim is judged on an arm.
+fn rule(name: &str) -> Option<fn(&Judged) -> bool> {
+    Some(match name {
+        "misses_less" => {
+            |[nearest, squares, _]| squares.targets_rmse_percent < nearest.targets_rmse_percent
+        }
+        "switches_less" => {
+            |[nearest, squares, _]| squares.largest_step_percent < nearest.largest_step_percent
+        }
+        "smooth_switches_less" => {
+            |[_, squares, smooth]| smooth.largest_step_percent < squares.largest_step_percent
+        }
+        "slow_is_no_worse" => {
+            |[nearest, ..]| nearest.held_rmse_percent <= 1.1 * nearest.walk_rmse_percent
+        }
+        _ => return None,
+    })
+}
