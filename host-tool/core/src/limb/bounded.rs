@@ -44,6 +44,10 @@ impl Bounded {
     /// [`Trouble::NotConverged`]: the curvature is not positive definite, or what it
     /// was given is no number.
     pub fn solve(&self) -> Result<SVector<f64, LINES>, Trouble> {
+        let mut numbers = self.curvature.iter().chain(&self.slope).chain(&self.upper);
+        if !numbers.all(|number| number.is_finite()) {
+            return Err(Trouble::NotConverged);
+        }
         let mut places = [Place::Lower; LINES];
         let mut x = Column::zeros();
         // Half of what 16 digits resolve of the gradient.

@@ -14,12 +14,12 @@ mod numbers;
 mod pace;
 mod table;
 
-pub use compared::{Judged, Scored, compared};
+pub use compared::{Judged, Lines, Scored, compared};
 pub use declared::{DECLARED, Declared};
 pub use method::Method;
 pub use numbers::{Numbers, Spread, numbers};
 pub use pace::{Pace, pace};
-pub use table::{Row, Verdict};
+pub use table::{ONE_JOINT, Row, Verdict};
 
 use host_core::limb::Trouble;
 
@@ -43,6 +43,8 @@ pub struct Study {
     pub numbers: Numbers,
     /// Every arm.
     pub arms: Vec<Judged>,
+    /// The same with lines over one joint each.
+    pub one_joint: Vec<Judged>,
 }
 
 /// The declared study, with `draws` arms instead of the declared where some are named.
@@ -54,7 +56,11 @@ pub fn study(draws: Option<u64>) -> Result<Study, LimbError> {
     declared.arms.draws = draws.unwrap_or(declared.arms.draws);
     Ok(Study {
         numbers: numbers(&declared)?,
-        arms: compared(&declared)?,
+        arms: compared(&declared, Lines::AsDrawn)?,
+        one_joint: match declared.one_joint.judged {
+            true => compared(&declared, Lines::OneJoint)?,
+            false => Vec::new(),
+        },
         declared,
     })
 }
