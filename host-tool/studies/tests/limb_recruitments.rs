@@ -41,9 +41,14 @@ fn arms_differ_and_repeat() {
             missed.windows(2).all(|pair| pair[0] != pair[1]),
             "{method:?}"
         );
-        // Resting all the time misses 100 %.
+        // Resting all the time misses 100 %: least squares never do worse.
+        let most = if method == Method::Nearest {
+            1000.0
+        } else {
+            100.0
+        };
         assert!(
-            missed.iter().all(|missed| (0.1..150.0).contains(missed)),
+            missed.iter().all(|missed| (0.1..most).contains(missed)),
             "{missed:?}"
         );
     }
