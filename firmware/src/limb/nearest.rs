@@ -33,12 +33,12 @@ pub fn nearest<N: Number>(jacobians: &Jacobians<N>, wanted: &Wrench<N>) -> [Choi
     });
     let mut best = [N::ZERO; JOINTS];
     for (n, (at, levers)) in (0u8..).zip(&jacobians.muscles) {
-        let joints = levers
+        let mut joints = levers
             .iter()
             .zip(&wanted)
             .zip(found.iter_mut())
             .zip(&mut best);
-        let Some((((&lever, &torque), found), best)) = joints.skip((*at).into()).next() else {
+        let Some((((&lever, &torque), found), best)) = joints.nth((*at).into()) else {
             continue;
         };
         // Shorter than 1 µm is no lever, only the rounding of one.

@@ -9,7 +9,6 @@ mod faults;
 mod laboratory;
 mod ladder_judge;
 mod lee;
-mod limb_recruitments;
 mod limit_cycle;
 mod put_out;
 mod ramps;

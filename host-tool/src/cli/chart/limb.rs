@@ -5,7 +5,7 @@ use crate::cli::{Output, within};
 use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use studies::limb::{DECLARED, ONE_JOINT, Pace, Row, Study, Verdict, pace, study};
+use studies::limb::{DECLARED, Pace, Row, Study, Verdict, pace, study};
 
 /// Compare recruitments for a force at the hand on drawn arms
 #[derive(Args, Debug)]
@@ -46,52 +46,8 @@ fn machine(found: &Study, pace: &Pace) -> Value {
 
 /// At most 80 columns.
 fn people(found: &Study, pace: &Pace) -> String {
-    let mut out = String::new();
-    let (rows, verdicts) = (found.rows(), found.verdicts());
-    let is_one_joint = |id: &str| id.starts_with(ONE_JOINT);
-    for (heading, wants) in [
-        ("lines as drawn", false),
-        ("lines over one joint each", true),
-    ] {
-        let (rows, verdicts) = (rows.iter(), verdicts.iter());
-        write_rows(
-            &mut out,
-            heading,
-            rows.filter(|row| is_one_joint(&row.id) == wants),
-        );
-        write_verdicts(
-            &mut out,
-            verdicts.filter(|it| is_one_joint(&it.id) == wants),
-        );
-    }
-    let numbers = &found.numbers;
-    out.push_str(&format!(
-        "{} drawn arms, 12 targets and 3 walks each. {} postures for the device's\n\
-         numbers, at {} of which they recruit other muscles ({} by rounding alone).\n\
-         By the arm's own model: simulated, no evidence about bodies or people.\n\n",
-        found.arms.len(),
-        numbers.n,
-        numbers.device.other_choices,
-        numbers.rounding.other_choices
-    ));
-    let build = match cfg!(debug_assertions) {
-        true => "a build for tests",
-        false => "a release build",
-    };
-    out.push_str(&format!(
-        "One wanted force to ten amplitudes by least squares, on this computer, in\n\
-         {build}: {:.1} µs; with a new posture's Jacobians {:.1} µs (medians of {}).",
-        pace.least_squares_us, pace.with_posture_us, pace.n
-    ));
-    out
-}
-
-fn write_rows<'a>(out: &mut String, heading: &str, rows: impl Iterator<Item = &'a Row>) {
-    out.push_str(&format!(
-        "{heading:<53}{:>9}{:>9}{:>9}\n",
-        "median", "95 %", "most"
-    ));
-    for row in rows {
+    let mut out = format!("{:<52}{:>9}{:>9}{:>9}\n", "", "median", "95 %", "most");
+    for row in found.rows() {
         let Row {
             quantity,
             unit,
@@ -100,22 +56,28 @@ fn write_rows<'a>(out: &mut String, heading: &str, rows: impl Iterator<Item = &'
             most,
             ..
         } = row;
-        let words = match *unit {
-            "" => quantity.clone(),
+        let words = match unit {
+            "" => quantity,
             unit => format!("{quantity}, {unit}"),
         };
-        out.push_str(&format!("{words:<53}{ours:>9.3}{p95:>9.3}{most:>9.3}\n"));
+        out.push_str(&format!("{words:<52}{ours:>9.3}{p95:>9.3}{most:>9.3}\n"));
     }
-}
-
-fn write_verdicts<'a>(out: &mut String, verdicts: impl Iterator<Item = &'a Verdict>) {
-    for verdict in verdicts {
+    let numbers = &found.numbers;
+    out.push_str(&format!(
+        "{} drawn arms, 12 targets and 3 walks each; {} postures for the device's numbers,\n\
+         at {} of which they recruit other muscles (at {} by rounding alone).\n\
+         By the arm's own model: simulated, no evidence about bodies or people.\n\n",
+        found.arms.len(),
+        numbers.n,
+        numbers.device.other_choices,
+        numbers.rounding.other_choices
+    ));
+    for verdict in found.verdicts() {
         let Verdict {
             claim,
             holds,
             of,
             share: [_, low, high],
-            ..
         } = verdict;
         out.push_str(&format!(
             "{claim}:\n  in {holds} of {of} arms (95 %: {:.0}…{:.0} %)\n",
@@ -123,5 +85,14 @@ fn write_verdicts<'a>(out: &mut String, verdicts: impl Iterator<Item = &'a Verdi
             100.0 * high
         ));
     }
-    out.push('\n');
+    let build = match cfg!(debug_assertions) {
+        true => "a build for tests",
+        false => "a release build",
+    };
+    out.push_str(&format!(
+        "\nOne wanted force to ten amplitudes by least squares, on this computer, in\n\
+         {build}: {:.1} µs; with a new posture's Jacobians {:.1} µs (medians of {}).",
+        pace.least_squares_us, pace.with_posture_us, pace.n
+    ));
+    out
 }

@@ -64,26 +64,6 @@ pub(super) fn drawn(declared: &Declared, n: u64) -> (LimbSpec, Posture) {
     (spec, posture)
 }
 
-/// The same arm with each line over its own joint only: points above it move to the
-/// segment next to it, where they lie while the arm hangs.
-pub(super) fn one_joint(mut spec: LimbSpec) -> LimbSpec {
-    let ways = spec.ways_um;
-    for line in &mut spec.lines {
-        let own = line.joint.index();
-        for via in &mut line.vias {
-            let passed = ways.iter().zip(0u8..);
-            let passed = passed.filter(|(_, n)| (via.segment..own).contains(n));
-            for (way, _) in passed {
-                for (at, way) in via.at_um.iter_mut().zip(way) {
-                    *at -= way;
-                }
-            }
-            via.segment = via.segment.max(own);
-        }
-    }
-    spec
-}
-
 /// Posture `n` anywhere in the nominal arm's ranges, and a direction anywhere.
 pub(super) fn anywhere(declared: &Declared, n: u64) -> (Posture, [f64; 3]) {
     // Beyond the arms' own deviates.

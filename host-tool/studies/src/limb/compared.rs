@@ -1,6 +1,6 @@
 //! Recruitments on drawn arms: what each misses, and how it switches.
 
-use super::arms::{drawn, one_joint};
+use super::arms::drawn;
 use super::declared::Declared;
 use super::method::{Arm, Method, Recruiter};
 use super::numbers::{Spread, apart};
@@ -28,27 +28,14 @@ pub struct Scored {
 /// All of one arm's.
 pub type Judged = [Scored; 3];
 
-/// Over which joints the lines of arms go.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Lines {
-    /// As they are drawn.
-    AsDrawn,
-    /// Each over its own joint only.
-    OneJoint,
-}
-
 /// Every drawn arm.
 ///
 /// # Errors
 /// [`Trouble`] where an arm was refused.
-pub fn compared(declared: &Declared, lines: Lines) -> Result<Vec<Judged>, Trouble> {
+pub fn compared(declared: &Declared) -> Result<Vec<Judged>, Trouble> {
     let arms = (0..declared.arms.draws).into_par_iter();
     arms.map(|n| {
         let (spec, posture) = drawn(declared, n);
-        let spec = match lines {
-            Lines::AsDrawn => spec,
-            Lines::OneJoint => one_joint(spec),
-        };
         let arm = Arm::new(&spec, &posture)?;
         let [a, b, c] = Method::ALL.map(|method| scored(declared, &arm, method));
         Ok([a?, b?, c?])

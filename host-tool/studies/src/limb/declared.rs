@@ -19,8 +19,6 @@ pub struct Declared {
     pub targets: Targets,
     /// What is wanted in turn.
     pub walk: Walk,
-    /// The same arms with lines over one joint each.
-    pub one_joint: OneJoint,
     /// What is judged.
     pub claim: Vec<Claim>,
 }
@@ -65,14 +63,6 @@ pub struct Walk {
     pub steps: u32,
     /// Answers that one is held for.
     pub hold: u32,
-}
-
-/// The same arms with lines over one joint each.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct OneJoint {
-    /// Whether they are judged, too.
-    pub judged: bool,
 }
 
 /// A claim.

@@ -20,23 +20,13 @@ impl Method {
     /// In the order of tables.
     pub const ALL: [Self; 3] = [Self::Nearest, Self::LeastSquares, Self::Smooth];
 
-    /// For ids.
-    #[must_use]
-    pub const fn key(self) -> &'static str {
-        match self {
-            Self::Nearest => "nearest",
-            Self::LeastSquares => "squares",
-            Self::Smooth => "smooth",
-        }
-    }
-
     /// For tables.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Nearest => "nearest neighbour",
             Self::LeastSquares => "least squares",
-            Self::Smooth => "smooth squares",
+            Self::Smooth => "least squares, smooth",
         }
     }
 }

@@ -14,12 +14,12 @@ mod numbers;
 mod pace;
 mod table;
 
-pub use compared::{Judged, Lines, Scored, compared};
+pub use compared::{Judged, Scored, compared};
 pub use declared::{DECLARED, Declared};
 pub use method::Method;
 pub use numbers::{Numbers, Spread, numbers};
 pub use pace::{Pace, pace};
-pub use table::{ONE_JOINT, Row, Verdict};
+pub use table::{Row, Verdict};
 
 use host_core::limb::Trouble;
 
@@ -43,8 +43,6 @@ pub struct Study {
     pub numbers: Numbers,
     /// Every arm.
     pub arms: Vec<Judged>,
-    /// The same with lines over one joint each.
-    pub one_joint: Vec<Judged>,
 }
 
 /// The declared study, with `draws` arms instead of the declared where some are named.
@@ -56,11 +54,7 @@ pub fn study(draws: Option<u64>) -> Result<Study, LimbError> {
     declared.arms.draws = draws.unwrap_or(declared.arms.draws);
     Ok(Study {
         numbers: numbers(&declared)?,
-        arms: compared(&declared, Lines::AsDrawn)?,
-        one_joint: match declared.one_joint.judged {
-            true => compared(&declared, Lines::OneJoint)?,
-            false => Vec::new(),
-        },
+        arms: compared(&declared)?,
         declared,
     })
 }

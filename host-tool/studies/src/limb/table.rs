@@ -29,8 +29,6 @@ pub struct Row {
 /// A claim and the arms in which it holds.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
-    /// Its name, behind what the ids of these arms begin with.
-    pub id: String,
     /// As declared.
     pub claim: String,
     /// Arms.
@@ -41,34 +39,26 @@ pub struct Verdict {
     pub share: [f64; 3],
 }
 
-/// What ids of arms with lines over one joint each begin with.
-pub const ONE_JOINT: &str = "one_joint_";
-
 /// A quantity of an arm under a method: its key, its words, its unit, itself.
 type Quantity = (&'static str, &'static str, &'static str, fn(&Scored) -> f64);
 
 const QUANTITIES: [Quantity; 5] = [
-    ("targets", "12 targets missed, rms", "%", |s| {
+    ("targets", "missed of 12 targets, rms", "%", |s| {
         s.targets_rmse_percent
     }),
-    ("walk", "walks missed at 200 Hz, rms", "%", |s| {
+    ("walk", "missed along walks, 200 Hz, rms", "%", |s| {
         s.walk_rmse_percent
     }),
-    ("held", "walks missed at 20 Hz, rms", "%", |s| {
+    ("held", "missed along walks, 20 Hz, rms", "%", |s| {
         s.held_rmse_percent
     }),
-    ("step", "largest step, of a line's most", "%", |s| {
+    ("step", "largest step of a line, of its most", "%", |s| {
         s.largest_step_percent
     }),
     ("switches", "on and off, once around", "", |s| s.switches),
 ];
 
 impl Study {
-    /// Arms as drawn and with lines over one joint each, with what their ids begin with.
-    fn sets(&self) -> [(&'static str, &[Judged]); 2] {
-        [("", &self.arms), (ONE_JOINT, &self.one_joint)]
-    }
-
     /// All numbers.
     #[must_use]
     pub fn rows(&self) -> Vec<Row> {
@@ -83,21 +73,25 @@ impl Study {
             most: spread.most,
             n,
         };
-        for (prefix, arms) in self.sets() {
-            for (key, words, unit, quantity) in QUANTITIES {
-                for (n, method) in Method::ALL.into_iter().enumerate() {
-                    let id = format!("{prefix}{}_{key}", method.key());
-                    let spread = spread(arms, n, quantity);
-                    let words = format!("{}: {words}", method.name());
-                    rows.push(of(id, words, unit, spread, arms.len() as u64));
-                }
+        let arms = self.arms.len() as u64;
+        for (key, words, unit, quantity) in QUANTITIES {
+            for (n, method) in Method::ALL.into_iter().enumerate() {
+                let spread = spread(&self.arms, n, quantity);
+                let words = format!("{}: {words}", method.name());
+                rows.push(of(
+                    format!("{method:?}_{key}").to_lowercase(),
+                    words,
+                    unit,
+                    spread,
+                    arms,
+                ));
             }
         }
         let numbers = &self.numbers;
         let mut number = |id: &str, words: &str, unit, spread| {
             rows.push(of(id.to_owned(), words.to_owned(), unit, spread, numbers.n));
         };
-        let missed = "nearest neighbour, f64: missed of the wanted";
+        let missed = "nearest neighbour, exact: missed, of the wanted force";
         number(
             "numbers_recruitment",
             missed,
@@ -105,7 +99,7 @@ impl Study {
             numbers.recruitment_percent,
         );
         for (key, kind, error) in [
-            ("device", "device's numbers", &numbers.device),
+            ("device", "device (micromath)", &numbers.device),
             ("rounding", "rounding alone", &numbers.rounding),
         ] {
             number(
@@ -114,7 +108,7 @@ impl Study {
                 "mm",
                 error.hand_mm,
             );
-            let words = format!("{kind}: force at the hand");
+            let words = format!("{kind}: force at the hand, of the given");
             number(&format!("{key}_force"), &words, "%", error.force_percent);
             let words = format!("{kind}: share of what is missed");
             number(&format!("{key}_share"), &words, "%", error.share_percent);
@@ -122,28 +116,24 @@ impl Study {
         rows
     }
 
-    /// The declared claims on arms as drawn, then with lines over one joint each; one
-    /// that no rule judges is not among them.
+    /// The declared claims; one that no rule judges is not among them.
     #[must_use]
     pub fn verdicts(&self) -> Vec<Verdict> {
-        let sets = self.sets().into_iter();
-        sets.flat_map(|(prefix, arms)| {
-            let claims = self.declared.claim.iter();
-            claims.filter_map(move |claim| {
+        let claims = self.declared.claim.iter();
+        claims
+            .filter_map(|claim| {
                 let holds = rule(&claim.name)?;
-                let held = arms.iter().filter(|arm| holds(arm)).count() as u64;
-                let of = arms.len() as u64;
+                let held = self.arms.iter().filter(|arm| holds(arm)).count() as u64;
+                let of = self.arms.len() as u64;
                 let wilson = share(held as f64, of, 0.95).ok()?;
                 Some(Verdict {
-                    id: format!("{prefix}{}", claim.name),
                     claim: claim.says.clone(),
                     holds: held,
                     of,
                     share: [wilson.share, wilson.low, wilson.high],
                 })
             })
-        })
-        .collect()
+            .collect()
     }
 
     /// A line each row.
@@ -163,8 +153,10 @@ impl Study {
             csv.push_str(&format!("{id},{unit},{ours:.4},{p95:.4},{most:.4},{n}\n"));
         }
         for verdict in self.verdicts() {
-            let Verdict { id, holds, of, .. } = verdict;
-            csv.push_str(&format!("{id},arms,{holds},,,{of}\n"));
+            let Verdict {
+                claim, holds, of, ..
+            } = verdict;
+            csv.push_str(&format!("\"{claim}\",arms,{holds},,,{of}\n"));
         }
         csv
     }
