@@ -1,0 +1,379 @@
+//! Where bones are: a declared posture of the right arm, its joints and their axes.
+//!
+//! Axes x forward, y to the left, z up; the origin is the sternoclavicular joint.
+
+use super::anatomy::{Bone, Line, Muscle, from_das3};
+use super::elbow_arms::{self, RANGE_DEG};
+use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
+
+/// Ways in which the arm turns: sternoclavicular about x, y, z, glenohumeral about x, y, z,
+/// elbow flexion, pronation.
+pub const TURNS: usize = 8;
+/// A value for each of them.
+pub type Turns = SVector<f64, TURNS>;
+
+/// Clavicle and scapula as DAS3 has them at rest: turns about y, z, x, rad.
+const CLAVICLE_RAD: [f64; 3] = [-0.584_440_78, 0.0873, 0.574_463_78];
+const SCAPULA_RAD: [f64; 3] = [0.795_362_6, 0.007_997_97, -0.210_516_55];
+/// The sternoclavicular joint on the thorax, the acromion's angle on the clavicle and the
+/// glenohumeral joint on the scapula, m (DAS3).
+const STERNAL_M: [f64; 3] = [0.0014, -0.0152, 0.0028];
+const ACROMION_M: [f64; 3] = [0.2077, -0.0001, 0.0282];
+const SOCKET_M: [f64; 3] = [0.002, -0.023, -0.0439];
+/// Arm of the biceps about the forearm's axis, m, supinating. Assumed (6 to 14 mm).
+const BICEPS_SUPINATES_M: f64 = 0.010;
+
+/// A posture of upper arm and forearm, degrees. Clavicle and scapula are at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Posture {
+    /// Vertical plane of the upper arm: 0 forward, 90 to the side.
+    pub plane_deg: f64,
+    /// How far it is raised in it: 0 hangs, 90 is level.
+    pub elevation_deg: f64,
+    /// How far the forearm is turned about the upper arm, inward positive, from where its
+    /// flexion points most forward.
+    pub rotation_deg: f64,
+    /// Elbow flexion, 0 straight, within [`RANGE_DEG`].
+    pub elbow_deg: f64,
+}
+
+impl Posture {
+    /// What the study assumes, for none is printed: upper arm half raised between forward
+    /// and to the side, elbow at a right angle, hand in front of the shoulder.
+    pub const STUDY: Self = Self {
+        plane_deg: 45.0,
+        elevation_deg: 45.0,
+        rotation_deg: 0.0,
+        elbow_deg: 90.0,
+    };
+
+    /// Whether the moment arms are known there.
+    #[must_use]
+    pub fn is_known(&self) -> bool {
+        let all = [self.plane_deg, self.elevation_deg, self.rotation_deg];
+        let [low, high] = RANGE_DEG;
+        all.iter().all(|it| it.is_finite())
+            && (1.0..=120.0).contains(&self.elevation_deg)
+            && (low..=high).contains(&self.elbow_deg)
+    }
+}
+
+/// Lengths that put joints where they are, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lengths {
+    /// Of DAS3's shoulder: 1 is as it is.
+    pub shoulder: f64,
+    /// Shoulder to elbow.
+    pub upper_arm_m: f64,
+    /// Elbow to wrist.
+    pub forearm_m: f64,
+    /// Elbow to the middle of the cuff.
+    pub cuff_m: f64,
+}
+
+/// Bones, joints and axes in a posture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Skeleton {
+    /// Of what size.
+    pub lengths: Lengths,
+    /// Glenohumeral joint, m.
+    pub shoulder: Vector3<f64>,
+    /// Elbow, m.
+    pub elbow: Vector3<f64>,
+    /// Middle of the cuff, where force is measured, m.
+    pub cuff: Vector3<f64>,
+    /// Direction of the upper arm, from shoulder to elbow.
+    pub upper_arm: Vector3<f64>,
+    /// Direction of the forearm, from elbow to wrist.
+    pub forearm: Vector3<f64>,
+    /// Elbow's axis: turning about it flexes.
+    pub hinge: Vector3<f64>,
+    posture: Posture,
+    clavicle: Matrix3<f64>,
+    scapula: Matrix3<f64>,
+    acromion: Vector3<f64>,
+    humerus: Matrix3<f64>,
+}
+
+fn turned([y, z, x]: [f64; 3]) -> Matrix3<f64> {
+    let turn = |axis, rad| Rotation3::from_axis_angle(&axis, rad);
+    let turn = turn(Vector3::y_axis(), y) * turn(Vector3::z_axis(), z) * turn(Vector3::x_axis(), x);
+    turn.into_inner()
+}
+
+fn ours(das3: Vector3<f64>) -> Vector3<f64> {
+    from_das3(das3.into())
+}
+
+impl Skeleton {
+    /// This posture with these lengths.
+    #[must_use]
+    pub fn new(posture: Posture, lengths: Lengths) -> Self {
+        let clavicle = turned(CLAVICLE_RAD);
+        let scapula = clavicle * turned(SCAPULA_RAD);
+        let acromion = clavicle * Vector3::from(ACROMION_M);
+        let socket = acromion + scapula * Vector3::from(SOCKET_M);
+        let shoulder = lengths.shoulder * ours(socket);
+        let (sine, cosine) = posture.elevation_deg.to_radians().sin_cos();
+        let (aside, ahead) = posture.plane_deg.to_radians().sin_cos();
+        let upper_arm = Vector3::new(sine * ahead, -sine * aside, -cosine);
+        let forward = Vector3::x() - upper_arm * upper_arm.x;
+        let inward = nalgebra::Unit::new_normalize(-upper_arm);
+        let turn = Rotation3::from_axis_angle(&inward, posture.rotation_deg.to_radians());
+        let front = turn * forward.normalize();
+        let (sine, cosine) = posture.elbow_deg.to_radians().sin_cos();
+        let forearm = cosine * upper_arm + sine * front;
+        let hinge = upper_arm.cross(&front);
+        let elbow = shoulder + lengths.upper_arm_m * upper_arm;
+        // DAS3's humerus: y up along it, z backward, x outward.
+        let (y, z) = (-upper_arm, -front);
+        let humerus = Matrix3::from_columns(&[y.cross(&z), y, z]);
+        Self {
+            shoulder,
+            elbow,
+            cuff: elbow + lengths.cuff_m * forearm,
+            upper_arm,
+            forearm,
+            hinge,
+            posture,
+            clavicle,
+            scapula,
+            acromion,
+            humerus,
+            lengths,
+        }
+    }
+
+    /// A point of a bone, m.
+    fn point(&self, (bone, at): (Bone, [f64; 3])) -> Vector3<f64> {
+        let scale = self.lengths.shoulder;
+        let at = Vector3::from(at);
+        match bone {
+            Bone::Thorax => scale * ours(at - Vector3::from(STERNAL_M)),
+            Bone::Clavicle => scale * ours(self.clavicle * at),
+            Bone::Scapula => scale * ours(self.acromion + self.scapula * at),
+            Bone::Humerus => self.shoulder + scale * (self.humerus * at),
+        }
+    }
+
+    /// Direction from the sternoclavicular to the glenohumeral joint.
+    #[must_use]
+    pub fn clavicle_axis(&self) -> Vector3<f64> {
+        self.shoulder.normalize()
+    }
+
+    /// Frames of clavicle, upper arm and forearm: columns are axes in ours. Of the arm's,
+    /// the second points back along the segment, the third away from where flexion points.
+    #[must_use]
+    pub fn frames(&self) -> [Matrix3<f64>; 3] {
+        let clavicle = {
+            let x = self.clavicle_axis();
+            let y = Vector3::z().cross(&x).normalize();
+            Matrix3::from_columns(&[x, y, x.cross(&y)])
+        };
+        let y = -self.forearm;
+        let forearm = Matrix3::from_columns(&[self.hinge, y, self.hinge.cross(&y)]);
+        [clavicle, self.humerus, forearm]
+    }
+
+    /// Axes of the turns, as columns.
+    #[must_use]
+    pub fn axes(&self) -> SMatrix<f64, 3, TURNS> {
+        let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
+        SMatrix::from_columns(&[x, y, z, x, y, z, self.hinge, self.forearm])
+    }
+
+    /// How a point of a segment moves with each turn, m/rad; `segment` 0 is the clavicle
+    /// with the scapula, 1 the upper arm, 2 the forearm.
+    #[must_use]
+    pub fn jacobian(&self, at: &Vector3<f64>, segment: usize) -> SMatrix<f64, 3, TURNS> {
+        let axes = self.axes();
+        let mut all = SMatrix::<f64, 3, TURNS>::zeros();
+        let turns = self.turns_of(segment);
+        for turn in 0..turns {
+            let joint = match turn {
+                0..3 => Vector3::zeros(),
+                3..6 => self.shoulder,
+                _ => self.elbow,
+            };
+            let axis: Vector3<f64> = axes.column(turn).into();
+            all.set_column(turn, &axis.cross(&(at - joint)));
+        }
+        all
+    }
+
+    /// How a segment turns with each turn.
+    #[must_use]
+    pub fn turning(&self, segment: usize) -> SMatrix<f64, 3, TURNS> {
+        let mut all = self.axes();
+        for turn in self.turns_of(segment)..TURNS {
+            all.set_column(turn, &Vector3::zeros());
+        }
+        all
+    }
+
+    const fn turns_of(&self, segment: usize) -> usize {
+        match segment {
+            0 => 3,
+            1 => 6,
+            _ => TURNS,
+        }
+    }
+
+    /// Motion of the cuff (m/rad above, rad/rad below) with each turn.
+    #[must_use]
+    pub fn cuff_jacobian(&self) -> SMatrix<f64, 6, TURNS> {
+        let mut all = SMatrix::<f64, 6, TURNS>::zeros();
+        all.fixed_rows_mut::<3>(0)
+            .copy_from(&self.jacobian(&self.cuff, 2));
+        all.fixed_rows_mut::<3>(3).copy_from(&self.turning(2));
+        all
+    }
+
+    /// Torque of one newton of a muscle about each turn's axis, m. `azimuth_deg` turns its
+    /// line about the bone it is attached to: about the upper arm for the shoulder, about
+    /// the clavicle for the trapezius; of what only crosses the elbow, flexion into
+    /// supination.
+    #[must_use]
+    pub fn arms_m(&self, muscle: Muscle, azimuth_deg: f64) -> Turns {
+        let mut all = Turns::zeros();
+        if let Some(line) = muscle.line() {
+            let part = muscle.shoulder_part();
+            let [sternal, shoulder] = self.about_shoulder(&line);
+            let turn = |axis: Vector3<f64>, arm: Vector3<f64>| {
+                let axis = nalgebra::Unit::new_normalize(axis);
+                part * (Rotation3::from_axis_angle(&axis, azimuth_deg.to_radians()) * arm)
+            };
+            all.fixed_rows_mut::<3>(0)
+                .copy_from(&turn(self.clavicle_axis(), sternal));
+            all.fixed_rows_mut::<3>(3)
+                .copy_from(&turn(self.upper_arm, shoulder));
+        }
+        let scale = self.lengths.shoulder;
+        let [biceps, triceps, brachialis, brachioradialis] =
+            elbow_arms::arms_m(self.posture.elbow_deg).unwrap_or_default();
+        let (flexes, supinates) = match muscle {
+            Muscle::Biceps => (biceps, BICEPS_SUPINATES_M),
+            Muscle::Triceps => (triceps, 0.0),
+            Muscle::Brachialis => (brachialis, 0.0),
+            Muscle::Brachioradialis => (brachioradialis, 0.0),
+            _ => (0.0, 0.0),
+        };
+        let (sine, cosine) = azimuth_deg.to_radians().sin_cos();
+        all[6] = scale * (cosine * flexes - sine * supinates);
+        // The right forearm's axis points to the hand: turning about it supinates.
+        all[7] = scale * (sine * flexes + cosine * supinates);
+        all
+    }
+
+    /// Moments of one newton along this line about the sternoclavicular and the
+    /// glenohumeral joint, m.
+    fn about_shoulder(&self, line: &Line) -> [Vector3<f64>; 2] {
+        let (from, to) = (self.point(line.origin), self.point(line.insertion));
+        let pull = (from - to).normalize();
+        let on = |bone: Bone, moves: &[Bone]| moves.contains(&bone);
+        let (start, end) = (line.origin.0, line.insertion.0);
+        let sternal = match on(start, &[Bone::Thorax]) {
+            true => to.cross(&pull),
+            false => Vector3::zeros(),
+        };
+        let shoulder = match on(end, &[Bone::Humerus]) {
+            true => (to - self.shoulder).cross(&pull),
+            false => Vector3::zeros(),
+        };
+        let least = self.lengths.shoulder * line.wrap_m;
+        let wraps = shoulder.norm() > 0.0 && shoulder.norm() < least;
+        let factor = if wraps { least / shoulder.norm() } else { 1.0 };
+        [sternal, factor * shoulder]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::anatomy::ALL;
+    use super::*;
+
+    fn nominal() -> Skeleton {
+        let lengths = Lengths {
+            shoulder: 1.0,
+            upper_arm_m: 0.327,
+            forearm_m: 0.257,
+            cuff_m: 0.218,
+        };
+        Skeleton::new(Posture::STUDY, lengths)
+    }
+
+    /// Work: a moment is minus the line's change of length as its insertion turns.
+    #[test]
+    fn moments_are_what_lengths_lose() {
+        let bones = nominal();
+        for muscle in ALL {
+            let Some(mut line) = muscle.line() else {
+                continue;
+            };
+            line.wrap_m = 0.0;
+            let moments = bones.about_shoulder(&line);
+            let (from, to) = (bones.point(line.origin), bones.point(line.insertion));
+            for (joint, moment) in [Vector3::zeros(), bones.shoulder].iter().zip(moments) {
+                if moment == Vector3::zeros() {
+                    continue;
+                }
+                for axis in [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()] {
+                    let length = |rad: f64| {
+                        let turned = Rotation3::from_axis_angle(&axis, rad) * (to - joint);
+                        (joint + turned - from).norm()
+                    };
+                    let slope = (length(1e-5) - length(-1e-5)) / 2e-5;
+                    let off = moment.dot(&axis) + slope;
+                    assert!(off.abs() < 1e-9, "{muscle:?}: {off}");
+                }
+            }
+        }
+    }
+
+    /// The cuff's motion against finite turns of everything beyond each joint.
+    #[test]
+    fn the_cuff_moves_as_turning_moves_it() {
+        let bones = nominal();
+        let all = bones.cuff_jacobian();
+        let axes = bones.axes();
+        for turn in 0..TURNS {
+            let joint = match turn {
+                0..3 => Vector3::zeros(),
+                3..6 => bones.shoulder,
+                _ => bones.elbow,
+            };
+            let axis: Vector3<f64> = axes.column(turn).into();
+            let axis = nalgebra::Unit::new_normalize(axis);
+            let at =
+                |rad: f64| joint + Rotation3::from_axis_angle(&axis, rad) * (bones.cuff - joint);
+            let moved = (at(1e-6) - at(-1e-6)) / 2e-6;
+            let off = (moved - all.fixed_view::<3, 1>(0, turn)).norm();
+            assert!(off < 1e-9, "turn {turn}: {off}");
+        }
+    }
+
+    /// Where lines would run through the shoulder they lie on a ball, in their direction.
+    #[test]
+    fn deltoids_do_not_run_through_the_joint() {
+        let bones = nominal();
+        for muscle in [
+            Muscle::DeltoidSuperior,
+            Muscle::DeltoidAnterior,
+            Muscle::DeltoidPosterior,
+        ] {
+            let arms = bones.arms_m(muscle, 0.0);
+            let about: Vector3<f64> = arms.fixed_rows::<3>(3).into();
+            assert!((0.025..0.045).contains(&about.norm()), "{muscle:?} {about}");
+        }
+    }
+
+    /// DAS3 at rest puts the shoulder to the right of, behind and above the breastbone.
+    #[test]
+    fn the_shoulder_is_where_shoulders_are() {
+        let at = nominal().shoulder;
+        assert!(at.y < -0.12 && at.y > -0.22, "{at}");
+        assert!(at.x < 0.0 && at.x > -0.12, "{at}");
+        assert!(at.z.abs() < 0.08, "{at}");
+    }
+}
