@@ -1,5 +1,6 @@
 //! The simulators' tests, one program: a room each.
 
+mod body_arm;
 mod body_bench;
 mod body_bench_elbow;
 mod body_elbow;

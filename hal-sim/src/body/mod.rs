@@ -6,12 +6,13 @@
 //! (the same with another muscle structure and friction, drawn at random), `elbow`
 //! (and the person who moves it), `hand` (a forearm under many pads), `bench` (limbs
 //! fixed to a force sensor, as a laboratory measures them), `array` (ten electrodes in a
-//! force frame), `still`.
+//! force frame), `arm` (from the shoulder girdle to the hand), `still`.
 //! Not here: anything of the firmware. A body shares no code with the device it
 //! tests, so it cannot agree with the device's mistakes.
 //! In: pulses as the electrodes saw them, and time in microseconds.
 //! Out: the joint angle (true and sensed) and the electrode loads.
 
+pub mod arm;
 pub mod array;
 pub mod bench;
 pub mod elbow;

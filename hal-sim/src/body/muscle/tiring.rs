@@ -75,6 +75,11 @@ impl Tiring {
         self.c += 1.0;
     }
 
+    /// The latest pulse reached more: `gain` from now on, no calcium more.
+    pub const fn regain(&mut self, gain: f64) {
+        self.gain = gain;
+    }
+
     /// Force, N.
     pub const fn force(&self) -> f64 {
         self.force

@@ -1,0 +1,119 @@
+//! Arms drawn at random.
+
+use super::anatomy::{ELECTRODES, MUSCLES};
+use super::posture::Posture;
+use super::sensors::{ForceSpec, ImuFault, ImuSpec};
+use super::spec::{ArmSpec, HoldSpec, SEGMENTS};
+use crate::body::muscle::{Parameters, SUBJECTS};
+use crate::body::random_finger::Draws;
+use crate::body::wearer::RECRUITMENT_CURVATURE;
+use crate::random;
+
+/// The stream of [`Draws`] that arms come from.
+const STREAM: u64 = 0xA63;
+/// Rate of pulses at which forces are those of full recruitment, 1/s. Assumed: the paper
+/// prints none for its trains (its device gives 0.5 to 100).
+pub const FREQUENCY_HZ: f64 = 40.0;
+
+impl HoldSpec {
+    /// The middle of what is assumed.
+    pub const NOMINAL: Self = Self {
+        passive_nm_per_rad: [60.0, 60.0, 60.0, 10.0, 10.0, 10.0, 2.0, 1.0],
+        voluntary_nm_per_rad: [60.0, 60.0, 60.0, 20.0, 20.0, 20.0, 10.0, 2.0],
+        damping: 0.3,
+        cuff: [10_000.0, 60.0],
+    };
+}
+
+impl ForceSpec {
+    /// The middle of what is assumed.
+    pub const NOMINAL: Self = Self {
+        noise_n: 0.1,
+        noise_nm: 0.005,
+        bias_n: 2.0,
+        wander_n: 0.7,
+        wander_s: 2.0,
+    };
+}
+
+impl ImuSpec {
+    /// The middle of what is assumed.
+    pub const NOMINAL: Self = Self {
+        gyro_noise_rad_s: 0.005,
+        gyro_bias_rad_s: 0.01,
+        accel_noise_m_s2: 0.05,
+        accel_bias_m_s2: 0.1,
+        askew_deg: 5.0,
+    };
+}
+
+impl ArmSpec {
+    /// The middle of every range, nothing turned.
+    #[must_use]
+    pub fn nominal() -> Self {
+        Self {
+            stature_m: 1.76,
+            mass_kg: 77.3,
+            length_factors: [1.0; 2],
+            shoulder_factor: 1.0,
+            inertia_factors: [1.0; SEGMENTS],
+            posture: Posture::STUDY,
+            azimuth_deg: [0.0; MUSCLES],
+            reached: [0.08; MUSCLES],
+            threshold_ma: [10.0; ELECTRODES],
+            max_ma: [30.0; ELECTRODES],
+            curvature: RECRUITMENT_CURVATURE,
+            crosstalk: [0.3; ELECTRODES],
+            dynamics: Parameters::mean_subject().normalised_at(FREQUENCY_HZ),
+            delay_us: 25_000,
+            fatigue_floor: 0.5,
+            fatigue_time_s: 60.0,
+            force_noise: 0.08,
+            hold: HoldSpec::NOMINAL,
+            force: ForceSpec::NOMINAL,
+            imu: ImuSpec::NOMINAL,
+            imu_faults: [ImuFault::None; SEGMENTS],
+            load_ohm: 1_000.0,
+            seed: 0,
+        }
+    }
+
+    /// Arm `index` of `seed`, drawn evenly over the ranges that [`ArmSpec`] names; stature
+    /// and mass normally, with the paper's means and deviations, within two of them.
+    #[must_use]
+    pub fn drawn(seed: u64, index: u64) -> Self {
+        let draws = &mut Draws::new(seed, index, STREAM);
+        let subject = draws.even(0.0, SUBJECTS.len() as f64) as usize % SUBJECTS.len();
+        let stream = random::word(random::word(seed, index), STREAM);
+        let normal = |which| random::standard_normal(stream, which).clamp(-2.0, 2.0);
+        let log = |draws: &mut Draws, low: f64, high: f64| draws.even(low.ln(), high.ln()).exp();
+        let mut spec = Self {
+            stature_m: 1.76 + 0.09 * normal(0),
+            mass_kg: 77.3 + 6.67 * normal(1),
+            dynamics: SUBJECTS[subject].normalised_at(FREQUENCY_HZ),
+            seed: random::word(stream, 2),
+            ..Self::nominal()
+        };
+        spec.length_factors = [0; 2].map(|_| draws.around(0.07));
+        spec.shoulder_factor = spec.stature_m / 1.76 * draws.around(0.05);
+        spec.inertia_factors = [0; SEGMENTS].map(|_| draws.around(0.2));
+        spec.azimuth_deg = [0; MUSCLES].map(|_| draws.even(-30.0, 30.0));
+        spec.reached = [0; MUSCLES].map(|_| log(draws, 0.04, 0.16));
+        spec.threshold_ma = [0; ELECTRODES].map(|_| draws.even(6.0, 16.0));
+        spec.max_ma = [0; ELECTRODES].map(|_| draws.even(20.0, 45.0));
+        spec.curvature *= draws.around(0.5);
+        spec.crosstalk = [0; ELECTRODES].map(|_| draws.even(0.1, 0.6));
+        spec.delay_us = draws.even(10_000.0, 50_000.0) as u32;
+        spec.fatigue_floor = draws.even(0.3, 0.7);
+        spec.fatigue_time_s = draws.even(30.0, 120.0);
+        spec.force_noise = draws.even(0.06, 0.10);
+        let girdle = log(draws, 20.0, 150.0);
+        spec.hold.passive_nm_per_rad[..3].fill(girdle);
+        spec.hold.voluntary_nm_per_rad[..3].fill(girdle);
+        spec.hold.damping = draws.even(0.1, 0.5);
+        spec.hold.cuff = [log(draws, 3e3, 3e4), log(draws, 20.0, 200.0)];
+        spec.force.wander_n = log(draws, 0.3, 2.0);
+        spec.imu.askew_deg = draws.even(2.0, 10.0);
+        spec
+    }
+}

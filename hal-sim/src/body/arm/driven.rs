@@ -1,0 +1,139 @@
+//! A muscle under pulses: recruitment, calcium, force, tiredness.
+
+use super::anatomy::ELECTRODES;
+use super::spec::ArmSpec;
+use crate::body::muscle::tiring::{Fatigue, Tiring};
+use crate::body::wearer::{effective_voltage, recruitment};
+use crate::random;
+use std::collections::VecDeque;
+
+/// Within so long of a pulse fibres do not answer another, µs (Kopec 1978: 2.5 to 3.0 ms).
+const REFRACTORY_US: u64 = 2_750;
+/// A pulse after so long begins a contraction, µs. Ours.
+const PAUSE_US: u64 = 300_000;
+/// Below this part of its force a muscle that gets no pulse rests.
+const RESTING: f64 = 1e-6;
+
+/// One muscle in motion.
+#[derive(Debug, Clone)]
+pub(super) struct Driven {
+    muscle: Tiring,
+    /// When each pulse acts, µs, and the part of the muscle it gets.
+    under_way: VecDeque<(u64, f64)>,
+    last_us: Option<u64>,
+    last_part: f64,
+    force_n: f64,
+    noise: f64,
+    strength: f64,
+    contractions: u64,
+    seed: u64,
+    now_us: u64,
+    is_awake: bool,
+}
+
+/// Tiring that ends at this floor where full recruitment never ends.
+fn fatigue(spec: &ArmSpec) -> Fatigue {
+    // Kept at full recruitment, F ends at the floor: A₀ - A = α τ F.
+    let lost = (1.0 - spec.fatigue_floor) / spec.fatigue_floor.max(1e-3);
+    Fatigue {
+        alpha_a_per_s2: lost * spec.dynamics.a_n_per_s / spec.fatigue_time_s,
+        tau_fat_s: spec.fatigue_time_s,
+        ..Fatigue::NEVER
+    }
+}
+
+impl Driven {
+    /// At rest, with this force at full recruitment.
+    pub fn new(spec: &ArmSpec, force_n: f64, seed: u64) -> Self {
+        Self {
+            muscle: Tiring::new(spec.dynamics, fatigue(spec)),
+            under_way: VecDeque::new(),
+            last_us: None,
+            last_part: 0.0,
+            force_n,
+            noise: spec.force_noise,
+            strength: 1.0,
+            contractions: 0,
+            seed,
+            now_us: 0,
+            is_awake: false,
+        }
+    }
+
+    /// A pulse that gets `part` of it acts at `due_us`.
+    pub fn excite(&mut self, due_us: u64, part: f64) {
+        if part > 0.0 {
+            self.under_way.push_back((due_us, part));
+        }
+    }
+
+    /// Time goes on to `to_us`.
+    pub fn pass(&mut self, to_us: u64) {
+        while let Some((due_us, part)) = self.under_way.front().copied() {
+            if due_us >= to_us {
+                break;
+            }
+            self.under_way.pop_front();
+            self.flow(due_us);
+            self.pulse(due_us, part);
+        }
+        self.flow(to_us);
+    }
+
+    fn flow(&mut self, to_us: u64) {
+        let span_us = to_us.saturating_sub(self.now_us);
+        // A muscle that never had a pulse has nothing to recover from either.
+        if span_us > 0 && self.is_awake {
+            self.muscle.pass(span_us as u32);
+        }
+        self.now_us = self.now_us.max(to_us);
+    }
+
+    /// Pulses of two electrodes that fall together get the larger part, not both.
+    fn pulse(&mut self, at_us: u64, part: f64) {
+        let since = self.last_us.map(|last| at_us.saturating_sub(last));
+        self.is_awake = true;
+        if since.is_none_or(|since| since > PAUSE_US) {
+            let deviate = random::standard_normal(self.seed, self.contractions);
+            self.strength = (1.0 + self.noise * deviate).max(0.0);
+            self.contractions += 1;
+        }
+        if since.is_some_and(|since| since < REFRACTORY_US) {
+            if part > self.last_part {
+                self.last_part = part;
+                self.muscle.regain(part);
+            }
+            return;
+        }
+        (self.last_us, self.last_part) = (Some(at_us), part);
+        self.muscle.pulse(part);
+    }
+
+    /// Its force, N.
+    pub fn force_n(&self) -> f64 {
+        let force = self.muscle.force();
+        if force < RESTING {
+            return 0.0;
+        }
+        self.force_n * self.strength * force
+    }
+
+    /// What tiredness leaves, 0 to 1.
+    pub fn freshness(&self, spec: &ArmSpec) -> f64 {
+        self.muscle.parameters().a_n_per_s / spec.dynamics.a_n_per_s
+    }
+}
+
+/// Part of a muscle that a current gets, by the electrode's own range.
+pub(super) fn part(spec: &ArmSpec, electrode: usize, current_ma: f64, width_us: u32) -> f64 {
+    if electrode >= ELECTRODES {
+        return 0.0;
+    }
+    let nominal = |ma: f64| effective_voltage(ma, 200);
+    recruitment(
+        effective_voltage(current_ma, width_us),
+        nominal(spec.threshold_ma[electrode]),
+        nominal(spec.max_ma[electrode]),
+        spec.curvature,
+    )
+}

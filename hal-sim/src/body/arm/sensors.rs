@@ -1,0 +1,178 @@
+//! What is measured: angular velocity and gravity on three segments, force at the cuff.
+
+use crate::random;
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+/// Gravity, m/s².
+pub const GRAVITY_M_S2: f64 = 9.80665;
+
+/// A small inertial sensor. All assumed, of the order of common consumer parts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ImuSpec {
+    /// White noise of a sample at 1 kHz, rad/s (0.001 to 0.01).
+    pub gyro_noise_rad_s: f64,
+    /// Standard deviation of a constant offset of each axis, rad/s (0 to 0.02).
+    pub gyro_bias_rad_s: f64,
+    /// The same of acceleration, m/s² (0.01 to 0.1).
+    pub accel_noise_m_s2: f64,
+    /// The same, m/s² (0 to 0.3).
+    pub accel_bias_m_s2: f64,
+    /// Standard deviation of how the sensor sits askew on its segment about each axis,
+    /// degrees (2 to 10).
+    pub askew_deg: f64,
+}
+
+/// What is wrong with an IMU.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ImuFault {
+    /// Nothing.
+    #[default]
+    None,
+    /// It reads nothing: all zero.
+    Missing,
+    /// Its axes are read in this order, each reversed where the sign is negative: 1, 2, 3
+    /// are as they should be.
+    Swapped([i8; 3]),
+}
+
+/// A six-axis force sensor and the person behind it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceSpec {
+    /// White noise of a sample at 1 kHz, N (0.02 to 0.2).
+    pub noise_n: f64,
+    /// The same of torque, N m.
+    pub noise_nm: f64,
+    /// Constant offset of each axis, standard deviation, N (0 to 5; the arm's weight comes
+    /// on top).
+    pub bias_n: f64,
+    /// How a person's hold wanders, standard deviation of each axis, N (0.3 to 2).
+    pub wander_n: f64,
+    /// Over what time it does, s (0.5 to 5).
+    pub wander_s: f64,
+}
+
+/// What an IMU reads, in its own axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Imu {
+    /// Angular velocity, rad/s.
+    pub gyro_rad_s: [f64; 3],
+    /// Specific force, m/s²: at rest it points up.
+    pub accel_m_s2: [f64; 3],
+}
+
+/// One IMU on its segment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MountedImu {
+    spec: ImuSpec,
+    fault: ImuFault,
+    /// From our axes to the sensor's.
+    to_sensor: Matrix3<f64>,
+    gyro_bias: Vector3<f64>,
+    accel_bias: Vector3<f64>,
+    seed: u64,
+}
+
+/// A normal deviate of each axis.
+fn deviates(seed: u64, index: u64) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| random::standard_normal(seed, 3 * index + axis as u64))
+}
+
+impl MountedImu {
+    /// On a segment with this frame (columns are its axes in ours); `seed` decides how it
+    /// sits, its offsets and its noise.
+    #[must_use]
+    pub fn new(spec: ImuSpec, fault: ImuFault, frame: &Matrix3<f64>, seed: u64) -> Self {
+        let fixed = random::word(seed, 0);
+        let askew = spec.askew_deg.to_radians() * deviates(fixed, 0);
+        let mount = Rotation3::new(askew).into_inner();
+        Self {
+            to_sensor: (frame * mount).transpose(),
+            gyro_bias: spec.gyro_bias_rad_s * deviates(fixed, 1),
+            accel_bias: spec.accel_bias_m_s2 * deviates(fixed, 2),
+            seed: random::word(seed, 1),
+            spec,
+            fault,
+        }
+    }
+
+    /// What it reads at millisecond `tick` of a segment that turns at `rate` rad/s; the
+    /// segment's own acceleration is left out: read it at rest.
+    #[must_use]
+    pub fn read(&self, rate: &Vector3<f64>, tick: u64) -> Imu {
+        let noise = |what: u64| deviates(random::word(self.seed, what), tick);
+        let gyro = self.to_sensor * rate + self.gyro_bias + self.spec.gyro_noise_rad_s * noise(0);
+        let up = GRAVITY_M_S2 * Vector3::z();
+        let accel = self.to_sensor * up + self.accel_bias + self.spec.accel_noise_m_s2 * noise(1);
+        Imu {
+            gyro_rad_s: self.fault.of(gyro.into()),
+            accel_m_s2: self.fault.of(accel.into()),
+        }
+    }
+}
+
+impl ImuFault {
+    fn of(self, read: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::None => read,
+            Self::Missing => [0.0; 3],
+            Self::Swapped(order) => order.map(|axis| {
+                let place = usize::from(axis.unsigned_abs()).saturating_sub(1);
+                f64::from(axis.signum()) * read.get(place).copied().unwrap_or(0.0)
+            }),
+        }
+    }
+}
+
+/// The force sensor's own state: how the person's hold wanders, and its noise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ForceSensor {
+    spec: ForceSpec,
+    offset: [f64; 6],
+    wander: [f64; 3],
+    keeps: f64,
+    seed: u64,
+    tick: u64,
+}
+
+impl ForceSensor {
+    /// With the arm's weight on it, N, a force downwards; `seed` decides the rest.
+    #[must_use]
+    pub fn new(spec: ForceSpec, weight_n: f64, seed: u64) -> Self {
+        let bias = |axis: u64| spec.bias_n * random::standard_normal(random::word(seed, 7), axis);
+        let mut offset =
+            std::array::from_fn(|axis| bias(axis as u64) * if axis < 3 { 1.0 } else { 0.1 });
+        offset[2] -= weight_n;
+        Self {
+            offset,
+            wander: [0.0; 3],
+            keeps: (-1e-3 / spec.wander_s).exp(),
+            seed,
+            tick: 0,
+            spec,
+        }
+    }
+
+    /// A millisecond passes.
+    pub fn step(&mut self) {
+        self.tick += 1;
+        let push = self.spec.wander_n * (1.0 - self.keeps * self.keeps).sqrt();
+        let deviates = deviates(random::word(self.seed, 8), self.tick);
+        for (wander, deviate) in self.wander.iter_mut().zip(deviates.iter()) {
+            *wander = self.keeps * *wander + push * deviate;
+        }
+    }
+
+    /// What it reads where the arm pushes with `wrench` (N, N m).
+    #[must_use]
+    pub fn read(&self, wrench: &[f64; 6]) -> [f64; 6] {
+        let noise = [9, 10].map(|what| deviates(random::word(self.seed, what), self.tick));
+        std::array::from_fn(|axis| {
+            let wander = self.wander.get(axis).copied().unwrap_or(0.0);
+            let noise = match axis {
+                0..3 => self.spec.noise_n * noise[0][axis],
+                _ => self.spec.noise_nm * noise[1][axis - 3],
+            };
+            wrench[axis] + self.offset[axis] + wander + noise
+        })
+    }
+}
