@@ -2,13 +2,15 @@
 //!
 //! `bench` measures the device's algorithms and cycles; `accuracy` and `tracking`
 //! compare muscle models and control laws, `stability` maps where methods fail,
-//! `ladder` judges the choice of muscle models, `limb` what recruitments of an arm give; `laboratory` is what protocols share;
-//! `experiments` are the papers' protocols, `lee` that which identifies a muscle, `ramps`
-//! Harris' characterization; `faults` are campaigns of what breaks; `figures` draw them. `subjects` are whom
-//! muscle models are compared on.
+//! `ladder` judges the choice of muscle models, `limb` what recruitments of an arm give;
+//! `laboratory` is what protocols share; `experiments` are the papers' protocols,
+//! `endpoint` that of a wanted force at the hand, `lee` that which identifies a muscle,
+//! `ramps` Harris' characterization; `faults` are campaigns of what breaks; `figures` draw
+//! them. `subjects` are whom muscle models are compared on.
 
 pub mod accuracy;
 pub mod bench;
+pub mod endpoint;
 pub mod experiments;
 pub mod faults;
 pub mod figures;

@@ -1,0 +1,25 @@
+//! Sierotowicz 2023 on simulated arms: do nine muscles make a wanted force at the hand, and
+//! does the calibration from twitches help?
+//!
+//! Lives here: what was declared (`host-tool/endpoint/study.toml`), how the device thinks
+//! an arm works (`limb`), how it shares a wrench out (`recruit`), its calibration
+//! (`calibrate`, `imus`), participants and their conditions C1 to C4 (`participant`,
+//! `replication`), what they come to (`metrics`, `regression`, `population`). Not here: the
+//! body (`hal_sim::body::arm`), the command (`cli`). In: a seed. Out: numbers beside the
+//! paper's. All simulated: no evidence about people.
+
+mod declaration;
+mod error;
+mod limb;
+mod metrics;
+mod recruit;
+mod regression;
+
+pub use declaration::{DECLARED, Study};
+pub use error::EndpointError;
+pub use limb::{Action, Frame, JOINT_NAMES, JOINTS, Limb, Point, Segment, cursory};
+pub use metrics::{Correlation, Measures, Target, align, measures, median, pearson};
+pub use recruit::{
+    LeastSquares, NearestNeighbour, Recruits, Switches, reachable_n, switches, torques,
+};
+pub use regression::{Features, Score, folds, predicted, ridge, score};
