@@ -8,18 +8,28 @@
 //! body (`hal_sim::body::arm`), the command (`cli`). In: a seed. Out: numbers beside the
 //! paper's. All simulated: no evidence about people.
 
+mod calibrate;
 mod declaration;
 mod error;
+mod imus;
 mod limb;
 mod metrics;
+mod participant;
 mod recruit;
 mod regression;
+mod replication;
 
+pub use calibrate::{calibrated, geometry_error_deg, routed, twitches};
 pub use declaration::{DECLARED, Study};
 pub use error::EndpointError;
+pub use imus::check as check_imus;
 pub use limb::{Action, Frame, JOINT_NAMES, JOINTS, Limb, Point, Segment, cursory};
 pub use metrics::{Correlation, Measures, Target, align, measures, median, pearson};
+pub use participant::{Command, DIRECTION_NAMES, DIRECTIONS, Participant};
 pub use recruit::{
     LeastSquares, NearestNeighbour, Recruits, Switches, reachable_n, switches, torques,
 };
 pub use regression::{Features, Score, folds, predicted, ridge, score};
+pub use replication::{
+    CONDITIONS, Condition, PARTICIPANTS, Person, Replication, frame_of, person, replication,
+};

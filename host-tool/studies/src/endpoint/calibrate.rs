@@ -1,0 +1,203 @@
+//! Routing and gains from twitches (section 2.2): origin and insertion go to the azimuths
+//! that lie nearest to the plane in which a twitch turns the limb (equation 6), gains come
+//! from how fast it turns (equation 5).
+
+use super::declaration::Study;
+use super::error::EndpointError;
+use super::imus::Tracker;
+use super::limb::{Action, Limb, Point, Segment};
+use hal_sim::body::arm::{Arm, ELECTRODES, Held, Muscle, anatomy::ALL};
+use hal_sim::body::{Body, Drive, Pulse};
+use nalgebra::{Matrix3, Vector3};
+
+/// Least turning rate of a twitch that says anything, rad/s: ten times a sensor's noise.
+const LEAST_RAD_S: f64 = 0.05;
+
+/// Twitches of one channel: the greatest turning rate of each about the muscle's joint.
+pub type Twitches = Vec<Vector3<f64>>;
+
+/// Pulses of `channel` at `current_ma` from now on for `lasts_s`.
+pub(super) fn pulses(
+    arm: &mut Arm,
+    from_us: u64,
+    currents: &[f64; ELECTRODES],
+    (lasts_s, frequency_hz, width_us): (f64, f64, u32),
+    each_ms: &mut dyn FnMut(&Arm),
+) -> u64 {
+    let period_us = (1e6 / frequency_hz).round() as u64;
+    let end_us = from_us + (1e6 * lasts_s).round() as u64;
+    let mut due_us = from_us;
+    let mut now_us = from_us;
+    while now_us < end_us {
+        if now_us >= due_us {
+            let on = currents.iter().enumerate().filter(|(_, ma)| **ma > 0.0);
+            for (channel, ma) in on {
+                arm.pulse(&Pulse {
+                    t_us: due_us,
+                    channel,
+                    drive: Drive::Milliamps(*ma),
+                    width_us,
+                    conducted: false,
+                });
+            }
+            due_us += period_us;
+        }
+        now_us += 1_000;
+        arm.advance(now_us);
+        each_ms(arm);
+    }
+    now_us
+}
+
+/// Twitches of every channel at its greatest current, the arm held freely; time goes on.
+pub fn twitches(
+    arm: &mut Arm,
+    limb: &Limb,
+    study: &Study,
+    now_us: &mut u64,
+) -> [Twitches; ELECTRODES] {
+    let (how, protocol) = (&study.calibration, &study.protocol);
+    arm.hold(Held::Freely);
+    let mut all: [Twitches; ELECTRODES] = Default::default();
+    for (channel, found) in all.iter_mut().enumerate() {
+        let joint = limb.actions[channel].joint;
+        let mut currents = [0.0; ELECTRODES];
+        currents[channel] = limb.ranges_ma[channel][1];
+        for _ in 0..how.twitches {
+            let tracker = Tracker::at_rest(arm, now_us);
+            let mut greatest = Vector3::zeros();
+            let mut watch = |arm: &Arm| {
+                let now = tracker.turning(arm, joint);
+                if now.norm() > greatest.norm() {
+                    greatest = now;
+                }
+            };
+            let train = (how.twitch_s, protocol.frequency_hz, protocol.width_us);
+            let after = pulses(arm, *now_us, &currents, train, &mut watch);
+            let rest = how.watched_s - how.twitch_s;
+            let still = (rest, protocol.frequency_hz, protocol.width_us);
+            let none = [0.0; ELECTRODES];
+            *now_us = pulses(arm, after, &none, still, &mut watch);
+            *now_us += (1e6 * how.wait_s) as u64;
+            arm.advance(*now_us);
+            found.push(greatest);
+        }
+    }
+    arm.hold(Held::InCuff);
+    all
+}
+
+/// Azimuths at which a point of a cylinder lies nearest to planes through the joint whose
+/// normals are `normals` (equation 6): one or two local minima.
+fn nearest(segment: &Segment, point: &Point, normals: &[Vector3<f64>]) -> Vec<f64> {
+    let cost = |azimuth: f64| -> f64 {
+        let at = segment.at(&Point { azimuth, ..*point });
+        normals.iter().map(|it| at.dot(it).powi(2)).sum()
+    };
+    let step = std::f64::consts::TAU / 720.0;
+    let mut found = Vec::new();
+    for place in 0..720 {
+        let at = step * f64::from(place);
+        let [before, here, after] = [at - step, at, at + step].map(cost);
+        if here < before && here <= after {
+            // The cost is a trigonometric polynomial of degree two: a parabola over a
+            // degree is exact to a thousandth of it.
+            let bend = before - 2.0 * here + after;
+            let shift = match bend > 0.0 {
+                true => 0.5 * (before - after) / bend,
+                false => 0.0,
+            };
+            found.push(at + step * shift);
+        }
+    }
+    if found.is_empty() {
+        found.push(point.azimuth);
+    }
+    found
+}
+
+/// The line of action that fits these twitches: of the azimuths nearest to the plane, those
+/// that turn the limb the way it turned.
+#[must_use]
+pub fn routed(limb: &Limb, channel: usize, turning: &[Vector3<f64>]) -> Action {
+    let action = limb.actions[channel];
+    let segments = limb.frame.segments()[action.joint];
+    let normals: Vec<Vector3<f64>> = turning.iter().map(Vector3::normalize).collect();
+    let mean = normals.iter().sum::<Vector3<f64>>();
+    let [origins, insertions] =
+        [0, 1].map(|end| nearest(&segments[end], &action.points[end], &normals));
+    let mut best = (f64::NEG_INFINITY, action);
+    for origin in &origins {
+        for insertion in &insertions {
+            let mut points = action.points;
+            (points[0].azimuth, points[1].azimuth) = (*origin, *insertion);
+            let next = Action { points, ..action };
+            let along = limb.frame.arm_m(&next).normalize().dot(&mean);
+            if along > best.0 {
+                best = (along, next);
+            }
+        }
+    }
+    best.1
+}
+
+/// Force per current of these twitches, N/mA (equations 5 and 3).
+fn gain(
+    limb: &Limb,
+    channel: usize,
+    turning: &[Vector3<f64>],
+    inertia: &Matrix3<f64>,
+    twitch_s: f64,
+) -> f64 {
+    let arm = limb.frame.arm_m(&limb.actions[channel]).norm();
+    let [least, greatest] = limb.ranges_ma[channel];
+    let torque = |it: &Vector3<f64>| (inertia * it).norm() / twitch_s;
+    let mean = turning.iter().map(torque).sum::<f64>() / turning.len() as f64;
+    mean / (arm * (greatest - least))
+}
+
+/// `limb` with routing and gains as `twitches` of a person of `mass_kg` say.
+///
+/// # Errors
+/// E718: a channel's twitches turn nothing. E719: a gain that is none.
+pub fn calibrated(
+    limb: &Limb,
+    twitches: &[Twitches; ELECTRODES],
+    mass_kg: f64,
+    study: &Study,
+) -> Result<Limb, EndpointError> {
+    let mut limb = limb.clone();
+    let inertias = limb.frame.inertias(mass_kg);
+    for (channel, turning) in twitches.iter().enumerate() {
+        let name = ALL
+            .get(channel)
+            .map_or("a channel", |it: &Muscle| it.name());
+        if turning.is_empty() || turning.iter().any(|it| it.norm() < LEAST_RAD_S) {
+            return Err(EndpointError::NoTwitch(name));
+        }
+        limb.actions[channel] = routed(&limb, channel, turning);
+        let inertia = &inertias[limb.actions[channel].joint];
+        let gain = gain(&limb, channel, turning, inertia, study.calibration.twitch_s);
+        if !(gain.is_finite() && gain > 0.0) {
+            return Err(EndpointError::Gain(name, gain));
+        }
+        limb.gains[channel] = gain;
+    }
+    Ok(limb)
+}
+
+/// Angle between what the device thinks a muscle turns about its joint and what the body
+/// makes of it, degrees, of each channel.
+#[must_use]
+pub fn geometry_error_deg(limb: &Limb, arm: &Arm) -> [f64; ELECTRODES] {
+    let arms = limb.arms_m();
+    std::array::from_fn(|channel| {
+        let turns = arm.arms_m(ALL[channel]);
+        let truly: Vector3<f64> = match limb.actions[channel].joint {
+            0 => turns.fixed_rows::<3>(0).into(),
+            1 => turns.fixed_rows::<3>(3).into(),
+            _ => turns[6] * arm.skeleton().hinge + turns[7] * arm.skeleton().forearm,
+        };
+        truly.angle(&arms[channel]).to_degrees()
+    })
+}

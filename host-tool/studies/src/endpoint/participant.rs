@@ -1,0 +1,224 @@
+//! A participant: a drawn arm, the currents found comfortable, what they are made to push.
+
+use super::calibrate::pulses;
+use super::declaration::Study;
+use super::error::EndpointError;
+use super::limb::{Frame, Limb, cursory};
+use super::metrics::Target;
+use super::recruit::{Recruits, reachable_n};
+use hal_sim::body::Body;
+use hal_sim::body::arm::{Arm, ArmSpec, ELECTRODES};
+use hal_sim::random::{self, Random};
+
+/// The six directions: backward and forward, downward and upward, right and left.
+pub const DIRECTIONS: [[f64; 3]; 6] = [
+    [-1.0, 0.0, 0.0],
+    [1.0, 0.0, 0.0],
+    [0.0, 0.0, -1.0],
+    [0.0, 0.0, 1.0],
+    [0.0, -1.0, 0.0],
+    [0.0, 1.0, 0.0],
+];
+/// What they are called.
+pub const DIRECTION_NAMES: [&str; 6] = ["backward", "forward", "down", "up", "right", "left"];
+/// A baseline is the mean of so long before the contraction, ms. Ours: *immediately
+/// before* is printed.
+const BASELINE_MS: u64 = 100;
+
+/// A person in the study.
+#[derive(Clone, Debug)]
+pub struct Participant {
+    /// The body.
+    pub arm: Arm,
+    /// Time, µs.
+    pub now_us: u64,
+    /// Currents' ranges that were found, mA.
+    pub ranges_ma: [[f64; 2]; ELECTRODES],
+    stream: u64,
+}
+
+/// A command: its number and the wanted force, N.
+pub type Command = (usize, [f64; 3]);
+
+impl Participant {
+    /// Person `index` of the study's seed, in the cuff, currents found.
+    ///
+    /// # Errors
+    /// E716: a drawn arm cannot be.
+    pub fn drawn(study: &Study, seed: u64, index: u64) -> Result<Self, EndpointError> {
+        let spec = ArmSpec::drawn(seed, index);
+        let stream = random::word(random::word(seed, index), 0xE9D);
+        let mut random = Random::new(random::word(stream, 0));
+        let comfort = &study.comfort;
+        let ranges_ma = std::array::from_fn(|at| {
+            let [low, high] = comfort.least;
+            let least = spec.threshold_ma[at] * random.between(low, high);
+            let [low, high] = comfort.greatest;
+            let greatest = spec.max_ma[at] * random.between(low, high);
+            [least, greatest.max(least + 1.0)]
+        });
+        let mut participant = Self {
+            arm: Arm::new(spec)?,
+            now_us: 0,
+            ranges_ma,
+            stream,
+        };
+        participant.pause(1.0);
+        Ok(participant)
+    }
+
+    /// The limb by cursory anatomy, in this person's own lengths and currents; gains are
+    /// not known yet.
+    #[must_use]
+    pub fn cursory(&self) -> Limb {
+        let frame = Frame {
+            stature_m: self.arm.spec().stature_m,
+            posture: self.arm.spec().posture,
+        };
+        Limb {
+            actions: cursory(&frame),
+            gains: [1.0; ELECTRODES],
+            ranges_ma: self.ranges_ma,
+            frame,
+        }
+    }
+
+    /// Another person's frame on this one: their routing, gains and lengths, own currents.
+    #[must_use]
+    pub fn wearing(&self, other: &Limb) -> Limb {
+        Limb {
+            ranges_ma: self.ranges_ma,
+            ..other.clone()
+        }
+    }
+
+    /// Nothing happens for so long.
+    pub fn pause(&mut self, s: f64) {
+        self.now_us += (1e6 * s).round() as u64;
+        self.arm.advance(self.now_us);
+    }
+
+    /// Wanted forces in random order: six directions at each magnitude of what `limb` can
+    /// reach, each so often.
+    #[must_use]
+    pub fn commands(&self, study: &Study, limb: &Limb, condition: u64) -> Vec<Command> {
+        let magnitudes = &study.protocol.magnitudes;
+        let mut all = Vec::new();
+        for (place, direction) in DIRECTIONS.iter().enumerate() {
+            let reach = reachable_n(limb, direction);
+            for (size, magnitude) in magnitudes.iter().enumerate() {
+                let wanted = direction.map(|it| it * magnitude * reach);
+                let command = (place * magnitudes.len() + size, wanted);
+                all.extend(std::iter::repeat_n(command, study.protocol.repetitions));
+            }
+        }
+        Random::new(random::word(self.stream, 16 + condition)).shuffle(&mut all);
+        all
+    }
+
+    /// Every command stimulated in turn: what came of each.
+    pub fn stimulated(
+        &mut self,
+        study: &Study,
+        (limb, recruits): (&Limb, &dyn Recruits),
+        commands: &[Command],
+    ) -> Vec<Target> {
+        let one = |(command, wanted_n): &Command| {
+            let [x, y, z] = *wanted_n;
+            let forces = recruits.forces_n(limb, &[x, y, z, 0.0, 0.0, 0.0]);
+            let currents_ma = limb.currents_ma(&forces);
+            let measured = self.contraction(study, &currents_ma, [0.0; 6]);
+            Target {
+                command: *command,
+                wanted_n: *wanted_n,
+                measured,
+                currents_ma,
+            }
+        };
+        commands.iter().map(one).collect()
+    }
+
+    /// The person pushes by will, with feedback: each direction at all of what `limb`
+    /// reaches.
+    pub fn by_will(&mut self, study: &Study, limb: &Limb) -> Vec<Target> {
+        let aim = &study.voluntary;
+        let mut random = Random::new(random::word(self.stream, 2));
+        let mut all = Vec::new();
+        for _ in 0..study.protocol.voluntary_repetitions {
+            for (place, direction) in DIRECTIONS.iter().enumerate() {
+                let wanted_n = direction.map(|it| it * reachable_n(limb, direction));
+                let deviate = |random: &mut Random| random::standard_normal(random.word(), 0);
+                let size = 1.0 + aim.size * deviate(&mut random);
+                let aside = aim.direction_deg.to_radians();
+                let reach = super::metrics::size(wanted_n);
+                let mut push = [0.0; 6];
+                for axis in 0..3 {
+                    let off = match direction[axis] == 0.0 {
+                        true => reach * aside * deviate(&mut random),
+                        false => 0.0,
+                    };
+                    push[axis] = size * (wanted_n[axis] + off);
+                }
+                let measured = self.contraction(study, &[0.0; ELECTRODES], push);
+                all.push(Target {
+                    command: place,
+                    wanted_n,
+                    measured,
+                    currents_ma: [0.0; ELECTRODES],
+                });
+            }
+        }
+        all
+    }
+
+    /// Two seconds of these currents and of this push, two of nothing: the mean wrench over
+    /// the contraction less that immediately before it (section 2.6).
+    fn contraction(
+        &mut self,
+        study: &Study,
+        currents_ma: &[f64; ELECTRODES],
+        push: [f64; 6],
+    ) -> [f64; 6] {
+        let protocol = &study.protocol;
+        let mut before = Mean::default();
+        for _ in 0..BASELINE_MS {
+            self.now_us += 1_000;
+            self.arm.advance(self.now_us);
+            before.add(self.arm.sensed_wrench());
+        }
+        let mut during = Mean::default();
+        let train = (
+            protocol.contraction_s,
+            protocol.frequency_hz,
+            protocol.width_us,
+        );
+        self.arm.push(push);
+        let mut add = |arm: &Arm| during.add(arm.sensed_wrench());
+        self.now_us = pulses(&mut self.arm, self.now_us, currents_ma, train, &mut add);
+        self.arm.push([0.0; 6]);
+        let rest = protocol.rest_s - 1e-3 * BASELINE_MS as f64;
+        self.pause(rest.max(0.0));
+        let (before, during) = (before.mean(), during.mean());
+        std::array::from_fn(|axis| during[axis] - before[axis])
+    }
+}
+
+/// A mean wrench.
+#[derive(Default)]
+struct Mean {
+    sum: [f64; 6],
+    n: u32,
+}
+
+impl Mean {
+    fn add(&mut self, wrench: [f64; 6]) {
+        self.n += 1;
+        for (sum, it) in self.sum.iter_mut().zip(wrench) {
+            *sum += it;
+        }
+    }
+
+    fn mean(&self) -> [f64; 6] {
+        self.sum.map(|it| it / f64::from(self.n.max(1)))
+    }
+}
