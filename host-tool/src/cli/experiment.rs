@@ -25,9 +25,9 @@ use studies::laboratory::{
 /// Run a paper's protocol on a device; then, simulated, with wearers drawn at random
 #[derive(Args, Debug)]
 pub struct ExperimentArgs {
-    /// hamana-1 to hamana-4, hamana-posture, hamana-hold, open-trains, lee, harris-ramps,
-    /// harris-wall or one of its sequels (-decides, -gentle, -why, -yields), or the file of a
-    /// declaration
+    /// hamana-1 to hamana-4, hamana-posture, hamana-hold, open-trains, lee, sierotowicz,
+    /// harris-ramps, harris-wall or one of its sequels (-decides, -gentle, -why, -yields),
+    /// or the file of a declaration
     pub(super) name: String,
     /// A wearer file (docs/wearers.md): of the Hamana experiments, on a forearm that is a
     /// mechanism, also P, Q, R, S or all (docs/two_points.md)

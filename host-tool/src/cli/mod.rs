@@ -9,6 +9,7 @@ mod compare;
 mod demo;
 mod draw_cost;
 mod edges;
+mod endpoint;
 mod experiment;
 mod explain_model;
 mod faults;
@@ -208,6 +209,7 @@ pub fn main() -> ExitCode {
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
         Command::ExplainModel(args) => explain_model::main(args, output),
+        Command::Experiment(args) if endpoint::is_meant(args) => endpoint::main(args, output),
         Command::Experiment(args) if lee::is_meant(args) => lee::main(args, output),
         Command::Experiment(args) if ramps::is_meant(args) => ramps::main(args, output),
         Command::Experiment(args) if hamana::is_meant(args) => hamana::main(args, output),

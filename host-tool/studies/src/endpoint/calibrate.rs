@@ -10,8 +10,11 @@ use hal_sim::body::arm::{Arm, ELECTRODES, Held, Muscle, anatomy::ALL};
 use hal_sim::body::{Body, Drive, Pulse};
 use nalgebra::{Matrix3, Vector3};
 
-/// Least turning rate of a twitch that says anything, rad/s: ten times a sensor's noise.
-const LEAST_RAD_S: f64 = 0.05;
+/// Samples of 1 ms that a rate is the mean of.
+const SMOOTHED: usize = 10;
+/// Least turning rate of a twitch that says anything, rad/s: ten times the noise of a mean
+/// of so many.
+const LEAST_RAD_S: f64 = 0.02;
 
 /// Twitches of one channel: the greatest turning rate of each about the muscle's joint.
 pub type Twitches = Vec<Vector3<f64>>;
@@ -66,8 +69,13 @@ pub fn twitches(
         for _ in 0..how.twitches {
             let tracker = Tracker::at_rest(arm, now_us);
             let mut greatest = Vector3::zeros();
+            let mut latest = std::collections::VecDeque::with_capacity(SMOOTHED);
             let mut watch = |arm: &Arm| {
-                let now = tracker.turning(arm, joint);
+                if latest.len() == SMOOTHED {
+                    latest.pop_front();
+                }
+                latest.push_back(tracker.turning(arm, joint));
+                let now: Vector3<f64> = latest.iter().sum::<Vector3<f64>>() / SMOOTHED as f64;
                 if now.norm() > greatest.norm() {
                     greatest = now;
                 }
@@ -132,7 +140,8 @@ pub fn routed(limb: &Limb, channel: usize, turning: &[Vector3<f64>]) -> Action {
             let mut points = action.points;
             (points[0].azimuth, points[1].azimuth) = (*origin, *insertion);
             let next = Action { points, ..action };
-            let along = limb.frame.arm_m(&next).normalize().dot(&mean);
+            // Torque towards what turned: a line that runs through the joint has none.
+            let along = limb.frame.arm_m(&next).dot(&mean);
             if along > best.0 {
                 best = (along, next);
             }
@@ -156,23 +165,37 @@ fn gain(
     mean / (arm * (greatest - least))
 }
 
-/// `limb` with routing and gains as `twitches` of a person of `mass_kg` say.
+/// Channels whose twitches turn nothing.
+#[must_use]
+pub fn still(twitches: &[Twitches; ELECTRODES]) -> Vec<usize> {
+    let is_still = |it: &Twitches| it.is_empty() || it.iter().any(|it| it.norm() < LEAST_RAD_S);
+    (0..ELECTRODES)
+        .filter(|at| is_still(&twitches[*at]))
+        .collect()
+}
+
+/// `limb` with routing and gains as `twitches` of a person of `mass_kg` say; channels in
+/// `kept` stay as they are.
 ///
 /// # Errors
 /// E718: a channel's twitches turn nothing. E719: a gain that is none.
 pub fn calibrated(
     limb: &Limb,
-    twitches: &[Twitches; ELECTRODES],
+    (twitches, kept): (&[Twitches; ELECTRODES], &[usize]),
     mass_kg: f64,
     study: &Study,
 ) -> Result<Limb, EndpointError> {
     let mut limb = limb.clone();
     let inertias = limb.frame.inertias(mass_kg);
+    let nothing = still(twitches);
     for (channel, turning) in twitches.iter().enumerate() {
+        if kept.contains(&channel) {
+            continue;
+        }
         let name = ALL
             .get(channel)
             .map_or("a channel", |it: &Muscle| it.name());
-        if turning.is_empty() || turning.iter().any(|it| it.norm() < LEAST_RAD_S) {
+        if nothing.contains(&channel) {
             return Err(EndpointError::NoTwitch(name));
         }
         limb.actions[channel] = routed(&limb, channel, turning);

@@ -9,23 +9,29 @@
 //! paper's. All simulated: no evidence about people.
 
 mod calibrate;
+mod claims;
 mod declaration;
 mod error;
 mod imus;
 mod limb;
 mod metrics;
 mod participant;
+mod picture;
+mod population;
 mod recruit;
 mod regression;
 mod replication;
+mod sheets;
 
-pub use calibrate::{calibrated, geometry_error_deg, routed, twitches};
+pub use calibrate::{calibrated, geometry_error_deg, routed, still, twitches};
 pub use declaration::{DECLARED, Study};
 pub use error::EndpointError;
 pub use imus::check as check_imus;
 pub use limb::{Action, Frame, JOINT_NAMES, JOINTS, Limb, Point, Segment, cursory};
 pub use metrics::{Correlation, Measures, Target, align, measures, median, pearson};
 pub use participant::{Command, DIRECTION_NAMES, DIRECTIONS, Participant};
+pub use picture::page as arms_page;
+pub use population::{Told, outcome};
 pub use recruit::{
     LeastSquares, NearestNeighbour, Recruits, Switches, reachable_n, switches, torques,
 };

@@ -1,6 +1,6 @@
 //! One study of three participants, C1 to C4.
 
-use super::calibrate::{calibrated, geometry_error_deg, twitches};
+use super::calibrate::{calibrated, geometry_error_deg, still, twitches};
 use super::declaration::Study;
 use super::error::EndpointError;
 use super::imus;
@@ -46,6 +46,10 @@ pub struct Person {
     pub switches: [Switches; 2],
     /// Least that tiredness left of a muscle after C2, C3 and C4, 0 to 1.
     pub freshness: [f64; 3],
+    /// Channels whose twitches turned nothing, so that they kept S1's frame.
+    pub untwitched: Vec<usize>,
+    /// Breastbone, shoulder, elbow and cuff, m.
+    pub places_m: [[f64; 3]; 4],
 }
 
 /// What one study came to.
@@ -80,7 +84,8 @@ pub fn frame_of(study: &Study, participant: &Participant) -> Result<Limb, Endpoi
     imus::check(participant.arm.spec())?;
     let limb = participant.cursory();
     let turning = twitches(&mut participant.arm, &limb, study, &mut participant.now_us);
-    calibrated(&limb, &turning, participant.arm.spec().mass_kg, study)
+    let mass_kg = participant.arm.spec().mass_kg;
+    calibrated(&limb, (&turning, &[]), mass_kg, study)
 }
 
 /// A condition of these targets.
@@ -149,6 +154,36 @@ fn table_1(
     Ok(rows)
 }
 
+/// A participant's way through the conditions.
+struct Course<'a> {
+    study: &'a Study,
+    /// S1's frame on this participant.
+    own: Limb,
+    seed: u64,
+    conditions: Vec<Condition>,
+}
+
+impl Course<'_> {
+    /// Stimulates the commands in order `order` by `limb`; with table 1 of the paper's
+    /// conditions. What tiredness left at least of a muscle.
+    fn run(
+        &mut self,
+        (name, order): (&'static str, u64),
+        person: &mut Participant,
+        (limb, recruits): (&Limb, &dyn Recruits),
+    ) -> Result<f64, EndpointError> {
+        let commands = person.commands(self.study, &self.own, order);
+        let targets = person.stimulated(self.study, (limb, recruits), &commands);
+        let is_papers = name.starts_with('C');
+        let table = is_papers.then(|| (limb, random::word(self.seed, order)));
+        let found = condition(self.study, name, targets, table)?;
+        self.conditions.push(found);
+        let left = person.arm.freshness().into_iter().fold(1.0, f64::min);
+        person.pause(self.study.protocol.pause_s);
+        Ok(left)
+    }
+}
+
 /// One participant through all conditions with `s1`, S1's frame.
 ///
 /// # Errors
@@ -165,65 +200,65 @@ pub fn person(
         ridge_m: study.squares.ridge_m,
     };
     let own = person.wearing(s1);
-    let stream = |what: u64| random::word(seed, what);
-    let mut conditions = Vec::new();
     let by_will = person.by_will(study, &own);
-    conditions.push(condition(study, "C1", by_will, None)?);
-    person.pause(study.protocol.pause_s);
-    let before = person.clone();
-
-    let commands = person.commands(study, &own, 2);
-    let c2 = person.stimulated(study, (&own, &near), &commands);
-    conditions.push(condition(study, "C2", c2, Some((&own, stream(2))))?);
-    let mut freshness = [least_fresh(&person); 3];
-    person.pause(study.protocol.pause_s);
-
-    let calibrate = |person: &mut Participant| {
-        imus::check(person.arm.spec())?;
-        let limb = person.cursory();
-        let turning = twitches(&mut person.arm, &limb, study, &mut person.now_us);
-        calibrated(&limb, &turning, person.arm.spec().mass_kg, study)
+    let mut course = Course {
+        study,
+        conditions: vec![condition(study, "C1", by_will, None)?],
+        own: own.clone(),
+        seed,
     };
-    let limb = calibrate(&mut person)?;
     person.pause(study.protocol.pause_s);
+    let mut early = person.clone();
+    let c2 = course.run(("C2", 2), &mut person, (&own, &near))?;
+    let (limb, untwitched) = own_limb(study, &mut person, s1)?;
     let mut other = person.clone();
-
-    let commands = person.commands(study, &own, 3);
-    let c3 = person.stimulated(study, (&limb, &near), &commands);
-    conditions.push(condition(study, "C3", c3, Some((&limb, stream(3))))?);
-    freshness[1] = least_fresh(&person);
-    person.pause(study.protocol.pause_s);
-
+    let c3 = course.run(("C3", 3), &mut person, (&limb, &near))?;
     let reset = Limb {
         gains: s1.gains,
         ..limb.clone()
     };
-    let commands_4 = person.commands(study, &own, 4);
-    let c4 = person.stimulated(study, (&reset, &near), &commands_4);
-    conditions.push(condition(study, "C4", c4, Some((&reset, stream(4))))?);
-    freshness[2] = least_fresh(&person);
-
-    let by_squares = other.stimulated(study, (&limb, &squares), &commands);
-    conditions.push(condition(study, "squares", by_squares, None)?);
-    let mut early = before;
-    let fresh_limb = calibrate(&mut early)?;
-    early.pause(study.protocol.pause_s);
-    let fresh = early.stimulated(study, (&fresh_limb, &near), &commands);
-    conditions.push(condition(study, "fresh", fresh, None)?);
-
+    let c4 = course.run(("C4", 4), &mut person, (&reset, &near))?;
+    course.run(("squares", 3), &mut other, (&limb, &squares))?;
+    let (fresh, _) = own_limb(study, &mut early, s1)?;
+    course.run(("fresh", 3), &mut early, (&fresh, &near))?;
     let size = reachable_n(&limb, &[1.0, 0.0, 0.0]).max(1.0);
     let switching = |recruits: &dyn Recruits| switches(recruits, &limb, size, study.switching.jump);
     Ok(Person {
-        conditions,
+        conditions: course.conditions,
         geometry_deg: [&own, &limb].map(|it| geometry_error_deg(it, &person.arm)),
         gains: [own.gains, limb.gains],
         switches: [switching(&near), switching(&squares)],
-        freshness,
+        freshness: [c2, c3, c4],
+        untwitched,
+        places_m: places(&person),
     })
 }
 
-fn least_fresh(person: &Participant) -> f64 {
-    person.arm.freshness().into_iter().fold(1.0, f64::min)
+/// Sternoclavicular joint, shoulder, elbow and cuff as they are, m.
+fn places(person: &Participant) -> [[f64; 3]; 4] {
+    let bones = person.arm.skeleton();
+    let at = [bones.shoulder, bones.elbow, bones.cuff].map(Into::into);
+    [[0.0; 3], at[0], at[1], at[2]]
+}
+
+/// The calibration of one participant: channels whose twitches turn nothing keep S1's
+/// routing and gain, and are named. A pause follows.
+fn own_limb(
+    study: &Study,
+    person: &mut Participant,
+    s1: &Limb,
+) -> Result<(Limb, Vec<usize>), EndpointError> {
+    imus::check(person.arm.spec())?;
+    let limb = Limb {
+        frame: person.cursory().frame,
+        ..person.wearing(s1)
+    };
+    let turning = twitches(&mut person.arm, &limb, study, &mut person.now_us);
+    let kept = still(&turning);
+    let mass_kg = person.arm.spec().mass_kg;
+    let limb = calibrated(&limb, (&turning, &kept), mass_kg, study)?;
+    person.pause(study.protocol.pause_s);
+    Ok((limb, kept))
 }
 
 /// Study `index` of `seed`.
@@ -245,4 +280,14 @@ pub fn replication(study: &Study, seed: u64, index: u64) -> Result<Replication, 
         })
         .collect::<Result<_, _>>()?;
     Ok(Replication { index, people })
+}
+
+/// S2 and S3 of every study: who wears a frame that is not their own.
+pub(super) fn wearers(all: &[Replication]) -> impl Iterator<Item = &Person> {
+    all.iter().flat_map(|it| it.people.iter().skip(1))
+}
+
+/// Every participant.
+pub(super) fn people(all: &[Replication]) -> impl Iterator<Item = &Person> {
+    all.iter().flat_map(|it| &it.people)
 }

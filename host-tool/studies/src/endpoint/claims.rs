@@ -1,0 +1,134 @@
+//! What was asked, counted over wearers and over studies.
+
+use super::metrics::median;
+use super::replication::{CONDITIONS, Person, Replication, wearers};
+use crate::laboratory::Share;
+use host_core::statistics::{mann_whitney, wilcoxon};
+
+/// The paper's level.
+const SIGNIFICANT: f64 = 0.05;
+
+/// Diagonal coefficients of one condition of a study.
+pub(super) fn diagonal(of: &Replication, name: &str) -> Vec<f64> {
+    let each = of.people.iter().filter_map(|it| it.condition(name));
+    each.flat_map(|it| it.measures.diagonal()).collect()
+}
+
+/// Errors of all participants of one condition of a study, N.
+pub(super) fn errors(of: &Replication, name: &str) -> Vec<f64> {
+    let each = of.people.iter().filter_map(|it| it.condition(name));
+    each.flat_map(|it| it.measures.errors_n.clone()).collect()
+}
+
+/// Median error of a condition, N.
+pub(super) fn median_of(person: &Person, name: &str) -> f64 {
+    person
+        .condition(name)
+        .map_or(f64::NAN, |it| it.measures.median_n())
+}
+
+fn count((id, claim): (&str, &str), paper: Option<bool>, cases: Vec<bool>) -> Share {
+    let holds = cases.iter().filter(|it| **it).count() as u64;
+    let of = cases.len() as u64;
+    Share::counted(id.to_owned(), claim.to_owned(), paper, (holds, of))
+}
+
+/// What was asked, counted.
+pub(super) fn shares(all: &[Replication]) -> Vec<Share> {
+    let mut shares = of_wearers(all);
+    shares.extend(of_studies(all));
+    shares
+}
+
+/// Cases are S2 and S3 of every study.
+fn of_wearers(all: &[Replication]) -> Vec<Share> {
+    let lower = |less: &str, more: &str| -> Vec<bool> {
+        wearers(all)
+            .map(|it| median_of(it, less) < median_of(it, more))
+            .collect()
+    };
+    let higher: Vec<bool> = wearers(all)
+        .map(|it| {
+            let sum = |name| {
+                it.condition(name)
+                    .map_or(f64::NAN, |it| it.measures.diagonal().iter().sum())
+            };
+            sum("C3") > sum("C2")
+        })
+        .collect();
+    let nearer = wearers(all)
+        .map(|it| it.geometry()[1] < it.geometry()[0])
+        .collect();
+    let yes = Some(true);
+    vec![
+        count(
+            ("c3-c2", "C3: lower median error than C2 (wearers)"),
+            yes,
+            lower("C3", "C2"),
+        ),
+        count(
+            ("fresh-c2", "calibrated before tiring: lower than C2"),
+            None,
+            lower("fresh", "C2"),
+        ),
+        count(
+            ("c4-c2", "C4: lower median error than C2"),
+            yes,
+            lower("C4", "C2"),
+        ),
+        count(
+            ("correlation", "C3: higher correlation than C2"),
+            yes,
+            higher,
+        ),
+        count(
+            ("geometry", "calibration: nearer to the body's geometry"),
+            None,
+            nearer,
+        ),
+        count(
+            ("squares", "least squares: lower median error than C3"),
+            None,
+            lower("squares", "C3"),
+        ),
+    ]
+}
+
+/// Cases are studies, or all of them together.
+fn of_studies(all: &[Replication]) -> Vec<Share> {
+    let signed = |name: &str, other: &str| -> f64 {
+        let of = |name| all.iter().flat_map(|it| diagonal(it, name)).sum::<f64>();
+        of(name) - of(other)
+    };
+    let significant = all.iter().map(|it| {
+        let (c2, c3) = (diagonal(it, "C2"), diagonal(it, "C3"));
+        let rises = c3.iter().sum::<f64>() > c2.iter().sum::<f64>();
+        rises && wilcoxon(&c2, &c3).is_ok_and(|it| it.p < SIGNIFICANT)
+    });
+    let smaller = all.iter().map(|it| {
+        let (c2, c3) = (errors(it, "C2"), errors(it, "C3"));
+        let falls = median(&c3) < median(&c2);
+        falls && mann_whitney(&c2, &c3).is_ok_and(|it| it.p < SIGNIFICANT)
+    });
+    let most = CONDITIONS.iter().skip(1).all(|it| signed("C1", it) > 0.0);
+    let less = signed("C4", "C2") < 0.0;
+    let yes = Some(true);
+    vec![
+        count(
+            ("wilcoxon", "a study: C3 correlates more, p < 0.05"),
+            yes,
+            significant.collect(),
+        ),
+        count(
+            ("mann-whitney", "a study: C3 errs less, p < 0.05"),
+            yes,
+            smaller.collect(),
+        ),
+        count(
+            ("c4-sign", "all: C4 correlates less than C2"),
+            yes,
+            vec![less],
+        ),
+        count(("c1-sign", "all: C1 correlates most"), yes, vec![most]),
+    ]
+}

@@ -1,0 +1,142 @@
+//! The arm of each participant of a study with wanted and given forces, as a page.
+
+use super::metrics::force;
+use super::participant::DIRECTION_NAMES;
+use super::replication::{Person, Replication};
+use host_core::plot::ink::{GRID, INK, MUTED, PALETTE, stroke};
+use host_core::plot::{At, Canvas, Paint, Words};
+use host_core::report::{document, draw_bones};
+
+/// Size of a picture, CSS pixels.
+const SIZE: At = (460.0, 400.0);
+/// Where the breastbone is.
+const ORIGIN: At = (120.0, 170.0);
+/// Pixels per metre, and per newton of the largest force.
+const PER_M: f64 = 420.0;
+/// Pixels of the longest arrow.
+const LONGEST: f64 = 95.0;
+/// From where it is seen: so far to the right of straight ahead, and above, degrees.
+const SEEN_DEG: [f64; 2] = [40.0, 20.0];
+
+/// A direction of our axes on the screen, right and down.
+fn seen([x, y, z]: [f64; 3]) -> At {
+    let (aside, ahead) = SEEN_DEG[0].to_radians().sin_cos();
+    let (high, level) = SEEN_DEG[1].to_radians().sin_cos();
+    let right = aside * x + ahead * y;
+    let away = -ahead * x + aside * y;
+    (right, -(level * z + high * away))
+}
+
+fn place(at: [f64; 3]) -> At {
+    let (x, y) = seen(at);
+    (ORIGIN.0 + PER_M * x, ORIGIN.1 + PER_M * y)
+}
+
+/// An arrow from `from`, `(dx, dy)` long.
+fn arrow(canvas: &mut Canvas, from: At, (dx, dy): At, paint: (host_core::plot::Color, f64)) {
+    let to = (from.0 + dx, from.1 + dy);
+    canvas.line(&[from, to], stroke(paint.0, paint.1));
+    let length = dx.hypot(dy);
+    if length < 4.0 {
+        return;
+    }
+    let (ux, uy) = (dx / length, dy / length);
+    let back = (to.0 - 8.0 * ux, to.1 - 8.0 * uy);
+    let corners = [
+        (to.0, to.1),
+        (back.0 - 3.5 * uy, back.1 + 3.5 * ux),
+        (back.0 + 3.5 * uy, back.1 - 3.5 * ux),
+    ];
+    canvas.polygon(&corners, Paint::Full(paint.0));
+}
+
+/// Wanted and mean given forces of a condition at full size, N.
+fn forces(person: &Person, name: &str) -> Vec<[[f64; 3]; 2]> {
+    let Some(condition) = person.condition(name) else {
+        return Vec::new();
+    };
+    let of = |place: usize| {
+        let all = condition
+            .targets
+            .iter()
+            .filter(|it| it.command == 2 * place + 1);
+        let all: Vec<_> = all.collect();
+        let wanted = all.first()?.wanted_n;
+        let given = std::array::from_fn(|axis| {
+            all.iter().map(|it| force(it.measured)[axis]).sum::<f64>() / all.len() as f64
+        });
+        Some([wanted, given])
+    };
+    (0..DIRECTION_NAMES.len()).filter_map(of).collect()
+}
+
+/// The picture of one condition.
+fn picture(person: &Person, name: &str, title: &str) -> String {
+    let mut canvas = Canvas::default();
+    let all = forces(person, name);
+    let sizes = all.iter().flatten().map(|it| {
+        let (x, y) = seen(*it);
+        x.hypot(y)
+    });
+    let largest = sizes.fold(0.0, f64::max).max(1e-9);
+    canvas.text((12.0, 18.0), title, Words::new(13.0, INK).bold());
+    let below = format!("longest arrow {largest:.1} N as seen");
+    canvas.text((12.0, SIZE.1 - 14.0), &below, Words::new(12.0, MUTED));
+    let joints = person.places_m.map(place);
+    let trunk = [place([0.0, 0.0, 0.05]), place([0.0, 0.0, -0.42])];
+    canvas.line(&trunk, stroke(GRID, 10.0));
+    draw_bones(&mut canvas, &joints, 9.0, MUTED);
+    let hand = joints[3];
+    let scaled = |of: [f64; 3]| {
+        let (x, y) = seen(of);
+        (LONGEST * x / largest, LONGEST * y / largest)
+    };
+    for (at, [wanted, given]) in all.iter().enumerate() {
+        let color = PALETTE[at % PALETTE.len()];
+        let (dx, dy) = scaled(*wanted);
+        canvas.line(
+            &[hand, (hand.0 + dx, hand.1 + dy)],
+            stroke(color.towards(GRID, 0.45), 6.0),
+        );
+        arrow(&mut canvas, hand, scaled(*given), (color, 2.2));
+    }
+    let described =
+        format!("{title}: an arm with wanted (broad) and given (arrow) forces at the hand");
+    canvas.svg(SIZE, &described)
+}
+
+/// What each colour is.
+fn legend() -> String {
+    let mut canvas = Canvas::default();
+    for (at, name) in DIRECTION_NAMES.iter().enumerate() {
+        let x = 16.0 + 120.0 * at as f64;
+        canvas.line(&[(x, 14.0), (x + 24.0, 14.0)], stroke(PALETTE[at], 4.0));
+        canvas.text((x + 30.0, 14.0), name, Words::new(13.0, INK));
+    }
+    canvas.svg((740.0, 28.0), "colours of the six wanted directions")
+}
+
+/// A page of the arms of this study's participants.
+#[must_use]
+pub fn page(study: &Replication) -> String {
+    let mut body = format!(
+        "<p class=\"facts\">Simulated arms, no evidence about people. Seen from the front, the \
+         right and above; a broad line is the wanted force at full size, the arrow of its colour \
+         the mean of five measured, turned about the vertical as the study turns all of a \
+         condition.</p>\n<figure>{}</figure>\n",
+        legend()
+    );
+    for (at, person) in study.people.iter().enumerate() {
+        body += &format!("<section><h2>S{}</h2>\n", at + 1);
+        for (name, told) in [
+            ("C2", "C2: S1's frame"),
+            ("C3", "C3: calibrated"),
+            ("squares", "C3 by least squares"),
+        ] {
+            let title = format!("S{}, {told}", at + 1);
+            body += &format!("<figure>{}</figure>\n", picture(person, name, &title));
+        }
+        body += "</section>\n";
+    }
+    document("Wanted and given forces at the hand", &body)
+}

@@ -1,0 +1,295 @@
+//! What all replications come to, as `result.json` and its page have it.
+
+use super::claims::{diagonal, errors, median_of, shares};
+use super::declaration::{DECLARED, Study};
+use super::error::EndpointError;
+use super::replication::{CONDITIONS, Condition, Person, Replication, people, wearers};
+use super::sheets::{figure_7, forces, table_1};
+use crate::laboratory::{Declared, Outcome, Row};
+use host_core::record::sha256;
+use host_core::statistics::{bootstrap_bca, cohens_d_pooled, mann_whitney, quantile_of, wilcoxon};
+
+/// What is said of every result.
+const SIMULATED: &str =
+    "Simulated: drawn arms of mostly assumed parameters; no evidence about people.";
+const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile: over \
+                       participants, or over studies of three where a test is made of one.";
+const FRAME: &str = "Uncalibrated is S1's frame: routing, gains and lengths as the calibration \
+                     has them of S1 of the same study. Wearers are S2 and S3.";
+/// Resamples of an interval.
+const RESAMPLES: usize = 4_000;
+
+/// What the command knows of the run.
+#[derive(Clone, Debug)]
+pub struct Told {
+    /// Of the draws.
+    pub seed: u64,
+    /// Studies asked for.
+    pub draws: u64,
+    /// What a terminal takes to have it again.
+    pub command: String,
+    /// What is missing, for people.
+    pub cut_short: Option<String>,
+    /// Why studies are missing, each.
+    pub failed: Vec<String>,
+}
+
+fn row(id: &str, quantity: &str, unit: &str, paper: Option<f64>, values: Vec<f64>) -> Row {
+    let mut sorted = values;
+    sorted.retain(|it| it.is_finite());
+    sorted.sort_by(f64::total_cmp);
+    let at = |part| (!sorted.is_empty()).then(|| quantile_of(&sorted, part));
+    Row {
+        id: id.to_owned(),
+        quantity: quantity.to_owned(),
+        unit: unit.to_owned(),
+        paper,
+        ours: at(0.5),
+        low: at(0.05),
+        high: at(0.95),
+        n: sorted.len(),
+    }
+}
+
+/// Numbers of one condition over all participants.
+fn condition_rows(study: &Study, all: &[Replication], name: &str) -> [Row; 5] {
+    let of = |pick: &dyn Fn(&Condition) -> f64| -> Vec<f64> {
+        let each = people(all).filter_map(|it| it.condition(name));
+        each.map(pick).collect()
+    };
+    let printed = match name {
+        "C2" => Some(study.paper.c2[0]),
+        "C3" => Some(study.paper.c3[0]),
+        _ => None,
+    };
+    let diagonal = of(&|it| it.measures.diagonal().iter().sum::<f64>() / 3.0);
+    let part = of(&|it| it.measures.rmse_n[3] / it.measures.range_n[3]);
+    let angle = of(&|it| super::metrics::median(&it.measures.angles_deg));
+    let named = |id: &str, quantity: &str, unit: &str, paper, values| {
+        row(
+            &format!("{name}/{id}"),
+            &format!("{name}: {quantity}"),
+            unit,
+            paper,
+            values,
+        )
+    };
+    [
+        named("diagonal", "correlation, diagonal", "", printed, diagonal),
+        named(
+            "median",
+            "median error",
+            "N",
+            None,
+            of(&|it| it.measures.median_n()),
+        ),
+        named(
+            "rmse",
+            "RMSE, size",
+            "N",
+            None,
+            of(&|it| it.measures.rmse_n[3]),
+        ),
+        named("part", "RMSE over greatest wanted", "", None, part),
+        named("angle", "median angle to wanted", "°", None, angle),
+    ]
+}
+
+/// Numbers over all participants.
+fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
+    let paper = &study.paper;
+    let conditions = CONDITIONS.iter();
+    let mut rows: Vec<Row> = conditions
+        .flat_map(|name| condition_rows(study, all, name))
+        .collect();
+    let best = people(all).flat_map(|it| &it.conditions);
+    let best = best.filter(|it| it.name != "C1");
+    let best: Vec<f64> = best.flat_map(|it| it.measures.diagonal()).collect();
+    let best = vec![best.into_iter().fold(f64::NEG_INFINITY, f64::max)];
+    let name = "best correlation of a component";
+    rows.push(row("best", name, "", Some(paper.best), best));
+    rows.extend(geometry_rows(all));
+    rows.extend(tests(study, all));
+    rows
+}
+
+/// Geometry, switching and tiredness.
+fn geometry_rows(all: &[Replication]) -> Vec<Row> {
+    let worn = |at: usize| -> Vec<f64> { wearers(all).map(|it| it.geometry()[at]).collect() };
+    let of = |pick: &dyn Fn(&Person) -> f64| -> Vec<f64> { people(all).map(pick).collect() };
+    let jumps = |at: usize| of(&|it| it.switches[at].jumps as f64);
+    let step = |at: usize| of(&|it| it.switches[at].greatest);
+    let left = |at: usize| of(&|it| it.freshness[at]);
+    let all = [
+        (
+            "geometry/before",
+            "geometry's error, S1's frame",
+            "°",
+            worn(0),
+        ),
+        (
+            "geometry/after",
+            "geometry's error, calibrated",
+            "°",
+            worn(1),
+        ),
+        (
+            "jumps/near",
+            "nearest neighbour: jumps in 1080°",
+            "",
+            jumps(0),
+        ),
+        (
+            "jumps/squares",
+            "least squares: jumps in 1080°",
+            "",
+            jumps(1),
+        ),
+        (
+            "step/near",
+            "nearest neighbour: greatest step of 1°",
+            "",
+            step(0),
+        ),
+        (
+            "step/squares",
+            "least squares: greatest step of 1°",
+            "",
+            step(1),
+        ),
+        ("left/C2", "C2: least left by tiredness", "", left(0)),
+        ("left/C3", "C3: least left by tiredness", "", left(1)),
+        ("left/C4", "C4: least left by tiredness", "", left(2)),
+    ];
+    let each = all.into_iter();
+    each.map(|(id, name, unit, values)| row(id, name, unit, None, values))
+        .collect()
+}
+
+/// The paper's tests, made of each study.
+fn tests(study: &Study, all: &[Replication]) -> Vec<Row> {
+    let d = |it: &Replication| {
+        cohens_d_pooled(&diagonal(it, "C3"), &diagonal(it, "C2")).unwrap_or(f64::NAN)
+    };
+    let w = |it: &Replication| {
+        let found = wilcoxon(&diagonal(it, "C2"), &diagonal(it, "C3"));
+        found.map_or(f64::NAN, |it| it.p)
+    };
+    let u = |it: &Replication| {
+        let found = mann_whitney(&errors(it, "C2"), &errors(it, "C3"));
+        found.map_or(f64::NAN, |it| it.p)
+    };
+    let of = |pick: &dyn Fn(&Replication) -> f64| all.iter().map(pick).collect();
+    vec![
+        row(
+            "d",
+            "a study's d, C3 against C2",
+            "",
+            Some(study.paper.cohens_d),
+            of(&d),
+        ),
+        row(
+            "wilcoxon",
+            "a study's Wilcoxon p, C2 and C3",
+            "",
+            None,
+            of(&w),
+        ),
+        row(
+            "mann-whitney",
+            "a study's Mann-Whitney p, C2 and C3",
+            "",
+            None,
+            of(&u),
+        ),
+    ]
+}
+
+/// Paired differences of medians, C3 less C2, over studies, with an interval.
+fn interval(study: &Study, all: &[Replication], less: &str) -> Option<String> {
+    let each: Vec<f64> = all
+        .iter()
+        .map(|it| {
+            let wearers = it.people.iter().skip(1);
+            let part: Vec<f64> = wearers
+                .map(|it| 100.0 * (median_of(it, less) / median_of(it, "C2") - 1.0))
+                .collect();
+            part.iter().sum::<f64>() / part.len().max(1) as f64
+        })
+        .collect();
+    let level = study.claims.level;
+    let median = |all: &[f64]| super::metrics::median(all);
+    let found = bootstrap_bca(&each, median, RESAMPLES, level, 1).ok()?;
+    Some(format!(
+        "Median error of {less} against C2, change in percent, wearers of a study averaged, median \
+         over studies: {:.1} ({:.0} % interval {:.1} to {:.1}).",
+        found.value,
+        100.0 * level,
+        found.low,
+        found.high
+    ))
+}
+
+/// All of it.
+///
+/// # Errors
+/// E715: the declaration.
+pub fn outcome(study: &Study, all: &[Replication], told: Told) -> Result<Outcome, EndpointError> {
+    let mut sheets = vec![table_1(study, all), figure_7(all)];
+    sheets.extend(forces(all));
+    let mut notes: Vec<String> = [SIMULATED, MEANING, FRAME].map(str::to_owned).to_vec();
+    notes.extend(
+        ["C3", "C4", "fresh"]
+            .iter()
+            .filter_map(|it| interval(study, all, it)),
+    );
+    let untwitched = wearers(all).filter(|it| !it.untwitched.is_empty()).count();
+    if untwitched > 0 {
+        notes.push(format!(
+            "In {untwitched} wearers twitches of some channel turned nothing: it kept S1's frame."
+        ));
+    }
+    let shares = shares(all);
+    if let Some(it) = shares.first().filter(|it| it.of > 0) {
+        let part = it.holds as f64 / it.of as f64;
+        let met = if part >= study.claims.share {
+            "met"
+        } else {
+            "not met"
+        };
+        notes.push(format!(
+            "Asked beforehand: calibrated errs less than S1's frame in {:.0} % of wearers or more: \
+             {met} ({:.0} %).",
+            100.0 * study.claims.share,
+            100.0 * part
+        ));
+    }
+    notes.extend(
+        told.failed
+            .iter()
+            .map(|why| format!("A study is missing: {why}.")),
+    );
+    let as_declared = (told.seed, told.draws) == (study.seed, study.replications);
+    Ok(Outcome {
+        name: "sierotowicz".to_owned(),
+        title: study.title.clone(),
+        seed: told.seed,
+        simulated: Some(true),
+        cut_short: told.cut_short,
+        declared: Declared {
+            asked: "sierotowicz".to_owned(),
+            command: Some(told.command),
+            device: None,
+            sha256: [("study.toml".to_owned(), sha256(DECLARED.as_bytes()))].into(),
+            source: study.source.clone(),
+            draws: told.draws,
+            as_declared,
+        },
+        conditions: Vec::new(),
+        rows: rows(study, all),
+        shares,
+        decides: Vec::new(),
+        sheets,
+        notes,
+    })
+}

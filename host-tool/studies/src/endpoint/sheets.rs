@@ -1,0 +1,126 @@
+//! Tables of all replications beside the paper's.
+
+use super::declaration::Study;
+use super::limb::JOINT_NAMES;
+use super::metrics::{Target, force, size};
+use super::participant::DIRECTION_NAMES;
+use super::regression::Score;
+use super::replication::{CONDITIONS, Replication, people};
+use crate::laboratory::{Grid, Sheet};
+
+/// Table 1: means over participants and C2 to C4.
+pub(super) fn table_1(study: &Study, all: &[Replication]) -> Sheet {
+    let names = ["force", "torque"].into_iter().chain(JOINT_NAMES);
+    let cell = |of: &dyn Fn(&Score) -> f64, place: usize, way: usize| {
+        let each = people(all).flat_map(|it| &it.conditions);
+        let each: Vec<f64> = each
+            .filter_map(|it| it.table_1.get(place))
+            .map(|it| of(&it[way]))
+            .collect();
+        each.iter().sum::<f64>() / each.len().max(1) as f64
+    };
+    let line = |(place, name): (usize, &str)| {
+        let mut cells = vec![name.to_owned()];
+        for way in 0..2 {
+            cells.push(format!("{:.3}", cell(&|it| it.r_squared, place, way)));
+            cells.push(format!("{:.3}", cell(&|it| it.nrmse, place, way)));
+        }
+        let paper = if place < 2 {
+            study.paper.wrench
+        } else {
+            study.paper.joints
+        };
+        cells.extend(paper.map(|it| format!("{it:.3}")));
+        cells
+    };
+    let heads = [
+        "",
+        "R²",
+        "NRMSE",
+        "R² out",
+        "NRMSE out",
+        "paper R²",
+        "paper NRMSE",
+    ];
+    let grid = Grid {
+        heads: heads.map(str::to_owned).to_vec(),
+        rows: names.enumerate().map(line).collect(),
+    };
+    let caption = "Ridge regression on random Fourier features, currents to wrench and to joint \
+                   torques; means over participants and C2 to C4, simulated. Ten folds, then \
+                   leaving out one of twelve commands, of which 60 points are repetitions. The \
+                   paper's are grand means of ten folds.";
+    Sheet::table("Table 1", "what currents predict", caption.to_owned(), grid)
+}
+
+/// Figure 7: the mean matrix of each condition.
+pub(super) fn figure_7(all: &[Replication]) -> Sheet {
+    let axes = ["x", "y", "z"];
+    let mut rows = Vec::new();
+    for name in CONDITIONS {
+        for (wanted, axis) in axes.iter().enumerate() {
+            let mut cells = vec![format!("{name}, wanted {axis}")];
+            for measured in 0..3 {
+                let each = people(all).filter_map(|it| it.condition(name));
+                let each: Vec<f64> = each
+                    .map(|it| it.measures.correlations[wanted][measured].r)
+                    .collect();
+                let mean = each.iter().sum::<f64>() / each.len().max(1) as f64;
+                cells.push(format!("{mean:.3}"));
+            }
+            rows.push(cells);
+        }
+    }
+    let heads = ["", "given x", "given y", "given z"]
+        .map(str::to_owned)
+        .to_vec();
+    let caption = "Correlation of wanted with measured direction, means over participants, \
+                   simulated; x forward, y to the left, z up. The paper's figure 7 has a matrix \
+                   of each participant.";
+    Sheet::table(
+        "Figure 7",
+        "correlation matrices",
+        caption.to_owned(),
+        Grid { heads, rows },
+    )
+}
+
+/// Wanted and mean given force of each direction at its full size, of the first study.
+pub(super) fn forces(all: &[Replication]) -> Option<Sheet> {
+    let first = all.first()?;
+    let names = DIRECTION_NAMES;
+    let mut rows = Vec::new();
+    for (at, person) in first.people.iter().enumerate() {
+        for (place, name) in names.iter().enumerate() {
+            let mut cells = vec![format!("S{}, {name}", at + 1)];
+            for condition in ["C2", "C3"] {
+                let Some(it) = person.condition(condition) else {
+                    continue;
+                };
+                let of = it.targets.iter().filter(|it| it.command == 2 * place + 1);
+                let of: Vec<&Target> = of.collect();
+                let n = of.len().max(1) as f64;
+                let mean: [f64; 3] = std::array::from_fn(|axis| {
+                    of.iter().map(|it| force(it.measured)[axis]).sum::<f64>() / n
+                });
+                let wanted = of.first().map_or(0.0, |it| size(it.wanted_n));
+                if condition == "C2" {
+                    cells.push(format!("{wanted:.1}"));
+                }
+                cells.push(mean.map(|it| format!("{it:.1}")).join(" "));
+            }
+            rows.push(cells);
+        }
+    }
+    let heads = ["", "wanted N", "C2: x y z", "C3: x y z"]
+        .map(str::to_owned)
+        .to_vec();
+    let caption = "Of the first study, simulated: forces at full size, N, means of five. Drawn \
+                   with the arm on arms.html.";
+    Some(Sheet::table(
+        "Forces",
+        "wanted and given",
+        caption.to_owned(),
+        Grid { heads, rows },
+    ))
+}
