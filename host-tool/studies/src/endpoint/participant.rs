@@ -152,12 +152,13 @@ impl Participant {
                 let aside = aim.direction_deg.to_radians();
                 let reach = super::metrics::size(wanted_n);
                 let mut push = [0.0; 6];
-                for axis in 0..3 {
-                    let off = match direction[axis] == 0.0 {
+                let axes = push.iter_mut().zip(direction).zip(wanted_n);
+                for ((push, direction), wanted) in axes {
+                    let off = match *direction == 0.0 {
                         true => reach * aside * deviate(&mut random),
                         false => 0.0,
                     };
-                    push[axis] = size * (wanted_n[axis] + off);
+                    *push = size * (wanted + off);
                 }
                 let measured = self.contraction(study, &[0.0; ELECTRODES], push);
                 all.push(Target {
