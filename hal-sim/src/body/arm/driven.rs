@@ -11,8 +11,9 @@ use std::collections::VecDeque;
 const REFRACTORY_US: u64 = 2_750;
 /// A pulse after so long begins a contraction, µs. Ours.
 const PAUSE_US: u64 = 300_000;
-/// Below this part of its force a muscle that gets no pulse rests.
-const RESTING: f64 = 1e-6;
+/// Below this part of its force a muscle that gets no pulse rests: a hundredth of a newton
+/// at most, under the sensor's noise.
+const RESTING: f64 = 1e-4;
 
 /// One muscle in motion.
 #[derive(Debug, Clone)]
@@ -28,7 +29,7 @@ pub(super) struct Driven {
     contractions: u64,
     seed: u64,
     now_us: u64,
-    is_awake: bool,
+    rests: bool,
 }
 
 /// Tiring that ends at this floor where full recruitment never ends.
@@ -56,7 +57,7 @@ impl Driven {
             contractions: 0,
             seed,
             now_us: 0,
-            is_awake: false,
+            rests: false,
         }
     }
 
@@ -74,7 +75,7 @@ impl Driven {
                 break;
             }
             self.under_way.pop_front();
-            self.flow(due_us);
+            self.wake(due_us);
             self.pulse(due_us, part);
         }
         self.flow(to_us);
@@ -82,17 +83,31 @@ impl Driven {
 
     fn flow(&mut self, to_us: u64) {
         let span_us = to_us.saturating_sub(self.now_us);
-        // A muscle that never had a pulse has nothing to recover from either.
-        if span_us > 0 && self.is_awake {
-            self.muscle.pass(span_us as u32);
+        // What rests is made up for when it is woken.
+        if span_us == 0 || self.rests {
+            return;
         }
-        self.now_us = self.now_us.max(to_us);
+        self.now_us = to_us;
+        // A muscle that never had a pulse has nothing to recover from either.
+        if let Some(last_us) = self.last_us {
+            self.muscle.pass(span_us as u32);
+            let is_pulsed = to_us.saturating_sub(last_us) <= PAUSE_US;
+            self.rests = !is_pulsed && self.muscle.force() < RESTING;
+        }
+    }
+
+    /// Time goes on to a pulse at `at_us`.
+    fn wake(&mut self, at_us: u64) {
+        self.flow(at_us);
+        if self.rests {
+            self.muscle.relax(at_us.saturating_sub(self.now_us));
+            (self.now_us, self.rests) = (self.now_us.max(at_us), false);
+        }
     }
 
     /// Pulses of two electrodes that fall together get the larger part, not both.
     fn pulse(&mut self, at_us: u64, part: f64) {
         let since = self.last_us.map(|last| at_us.saturating_sub(last));
-        self.is_awake = true;
         if since.is_none_or(|since| since > PAUSE_US) {
             let deviate = random::standard_normal(self.seed, self.contractions);
             self.strength = (1.0 + self.noise * deviate).max(0.0);
@@ -118,9 +133,13 @@ impl Driven {
         self.force_n * self.strength * force
     }
 
-    /// What tiredness leaves, 0 to 1.
-    pub fn freshness(&self, spec: &ArmSpec) -> f64 {
-        self.muscle.parameters().a_n_per_s / spec.dynamics.a_n_per_s
+    /// What tiredness leaves at `now_us`, 0 to 1.
+    pub fn freshness(&self, spec: &ArmSpec, now_us: u64) -> f64 {
+        let mut muscle = self.muscle;
+        if self.rests {
+            muscle.relax(now_us.saturating_sub(self.now_us));
+        }
+        muscle.parameters().a_n_per_s / spec.dynamics.a_n_per_s
     }
 }
 

@@ -141,7 +141,10 @@ impl Arm {
     /// What tiredness leaves of each muscle, 0 to 1.
     #[must_use]
     pub fn freshness(&self) -> [f64; MUSCLES] {
-        self.muscles.each_ref().map(|it| it.freshness(&self.spec))
+        let now_us = self.tick * TICK_US;
+        self.muscles
+            .each_ref()
+            .map(|it| it.freshness(&self.spec, now_us))
     }
 
     fn step(&mut self) {

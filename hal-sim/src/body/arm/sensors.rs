@@ -6,6 +6,9 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 /// Gravity, m/s².
 pub const GRAVITY_M_S2: f64 = 9.80665;
 
+/// A hold wanders in steps of so many milliseconds.
+const WANDER_MS: u64 = 10;
+
 /// A small inertial sensor. All assumed, of the order of common consumer parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImuSpec {
@@ -145,7 +148,7 @@ impl ForceSensor {
         Self {
             offset,
             wander: [0.0; 3],
-            keeps: (-1e-3 / spec.wander_s).exp(),
+            keeps: (-1e-3 * WANDER_MS as f64 / spec.wander_s).exp(),
             seed,
             tick: 0,
             spec,
@@ -155,6 +158,9 @@ impl ForceSensor {
     /// A millisecond passes.
     pub fn step(&mut self) {
         self.tick += 1;
+        if !self.tick.is_multiple_of(WANDER_MS) {
+            return;
+        }
         let push = self.spec.wander_n * (1.0 - self.keeps * self.keeps).sqrt();
         let deviates = deviates(random::word(self.seed, 8), self.tick);
         for (wander, deviate) in self.wander.iter_mut().zip(deviates.iter()) {

@@ -80,6 +80,19 @@ impl Tiring {
         self.gain = gain;
     }
 
+    /// Lets `us` microseconds pass of a muscle whose force is next to nothing and has no
+    /// pulse: what is left of its force goes, tiredness recovers exactly.
+    pub fn relax(&mut self, us: u64) {
+        let span = us as f64 * 1e-6;
+        let left = (-span / self.fatigue.tau_fat_s).exp();
+        let (now, fresh) = (&mut self.now, &self.fresh);
+        now.a_n_per_s = fresh.a_n_per_s + left * (now.a_n_per_s - fresh.a_n_per_s);
+        now.k = fresh.k + left * (now.k - fresh.k);
+        now.tau1_s = fresh.tau1_s + left * (now.tau1_s - fresh.tau1_s);
+        self.c *= (-span / fresh.tau_c_s).exp();
+        self.force = 0.0;
+    }
+
     /// Force, N.
     pub const fn force(&self) -> f64 {
         self.force
