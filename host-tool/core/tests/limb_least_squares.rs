@@ -3,7 +3,7 @@
 
 use firmware::bench::limb::{before_the_trunk, nominal};
 use firmware::limb::{JointName, LINES, Limb, LimbSpec, LineSpec, ViaSpec};
-use firmware::units::{Amplitude, Angle};
+use firmware::units::Angle;
 use hal_sim::random;
 use host_core::limb::{Bounded, Exact, LeastSquares, Posed, Trouble, Weights, amplitudes, force};
 use nalgebra::{SMatrix, SVector};

@@ -1,7 +1,9 @@
 //! The recruitments, each from a wanted force to a force of each line.
 
-use firmware::limb::{Choice, Jacobians, LINES, Limb, LimbSpec, Posture, Vector, Wrench, nearest};
-use host_core::limb::{Exact, Forces, LeastSquares, Posed, Trouble, Weights, force};
+use firmware::limb::{
+    Choice, JOINTS, Jacobians, LINES, Limb, LimbSpec, Number, Posture, Vector, Wrench, nearest,
+};
+use host_core::limb::{Exact, Forces, LeastSquares, Posed, ToDouble, Trouble, Weights, force};
 use serde::Serialize;
 
 /// A recruitment.
@@ -31,15 +33,22 @@ impl Method {
     }
 }
 
-/// An arm at its posture.
-pub(super) struct Arm {
+/// An arm at its posture, in double precision.
+#[derive(Clone, Debug)]
+pub struct Arm {
+    /// The arm.
     pub limb: Limb<Exact>,
+    /// At its posture.
     pub jacobians: Jacobians<Exact>,
+    /// The same as matrices.
     pub posed: Posed,
-    most: Forces,
+    /// The most of each line, N.
+    pub most: Forces,
 }
 
 impl Arm {
+    /// # Errors
+    /// [`Trouble`]: all mistakes of the arm, its posture, or no force can be told there.
     pub fn new(spec: &LimbSpec, posture: &Posture) -> Result<Self, Trouble> {
         Trouble::of_spec(spec)?;
         let limb = Limb::<Exact>::new(spec).map_err(|e| Trouble::Spec(vec![e.to_string()]))?;
@@ -57,23 +66,16 @@ impl Arm {
         })
     }
 
-    /// The nearest neighbour's forces, whatever the limits.
+    /// The nearest neighbour's forces, N, whatever the limits.
+    #[must_use]
     pub fn nearest(&self, wanted: [f64; 3]) -> Forces {
         let [x, y, z] = wanted.map(Exact);
-        let wrench = Wrench {
-            force: Vector::new(x, y, z),
-            torque: Vector::ZERO,
-        };
-        chosen(
-            nearest(&self.jacobians, &wrench).map(|choice| match choice {
-                Choice::Line(line, Exact(force)) => Some((line, force)),
-                Choice::None | Choice::Unhelped => None,
-            }),
-        )
+        chosen(choices(&self.jacobians, Vector::new(x, y, z)))
     }
 
     /// How much of a force the nearest neighbour can make: its factor, which may be
     /// above 1, or infinite where nothing helps.
+    #[must_use]
     pub fn share(&self, wanted: [f64; 3]) -> f64 {
         let forces = self.nearest(wanted);
         let asked = forces
@@ -85,6 +87,7 @@ impl Arm {
     }
 
     /// Of each line's share of its most, the largest change.
+    #[must_use]
     pub fn largest_change(&self, before: &Forces, now: &Forces) -> f64 {
         let changes = before.iter().zip(now).zip(&self.most);
         let shares = changes.filter(|(_, most)| **most > 0.0);
@@ -94,14 +97,30 @@ impl Arm {
     }
 
     /// The force at the hand, N.
+    #[must_use]
     pub fn given(&self, forces: &Forces) -> [f64; 3] {
         let [x, y, z, ..] = self.posed.wrench(forces).data.0[0];
         [x, y, z]
     }
 }
 
+/// The lines that the nearest neighbour chooses for a force at the hand, N, at SC, GH and
+/// EL, each with its own force, N.
+#[must_use]
+pub fn choices<N: Number + ToDouble>(
+    jacobians: &Jacobians<N>,
+    force: Vector<N>,
+) -> [Option<(u8, f64)>; JOINTS] {
+    let torque = Vector::ZERO;
+    nearest(jacobians, &Wrench { force, torque }).map(|choice| match choice {
+        Choice::Line(line, force) => Some((line, force.to_double())),
+        Choice::None | Choice::Unhelped => None,
+    })
+}
+
 /// Forces of lines from the three joints' choices.
-pub(super) fn chosen(choices: [Option<(u8, f64)>; 3]) -> Forces {
+#[must_use]
+pub fn chosen(choices: [Option<(u8, f64)>; JOINTS]) -> Forces {
     let mut forces = Forces::zeros();
     for (line, force) in choices.into_iter().flatten() {
         let place = usize::from(line).min(LINES - 1);
@@ -111,12 +130,15 @@ pub(super) fn chosen(choices: [Option<(u8, f64)>; 3]) -> Forces {
 }
 
 /// A method at work on an arm.
-pub(super) struct Recruiter<'a> {
+#[derive(Debug)]
+pub struct Recruiter<'a> {
     arm: &'a Arm,
     squares: Option<LeastSquares>,
 }
 
 impl<'a> Recruiter<'a> {
+    /// # Errors
+    /// None that a method of [`Method::ALL`] can have.
     pub fn new(arm: &'a Arm, method: Method) -> Result<Self, Trouble> {
         let squares = |weights| LeastSquares::new(&arm.limb, weights).map(Some);
         let squares = match method {
@@ -128,6 +150,9 @@ impl<'a> Recruiter<'a> {
     }
 
     /// The forces for a wanted one, N.
+    ///
+    /// # Errors
+    /// [`Trouble::NotConverged`], on what is not finite.
     pub fn recruit(&mut self, wanted: [f64; 3]) -> Result<Forces, Trouble> {
         match &mut self.squares {
             None => Ok(self.arm.nearest(wanted)),

@@ -16,7 +16,7 @@ mod table;
 
 pub use compared::{Judged, Scored, compared};
 pub use declared::{DECLARED, Declared};
-pub use method::Method;
+pub use method::{Arm, Method, Recruiter, choices, chosen};
 pub use numbers::{Numbers, Spread, numbers};
 pub use pace::{Pace, pace};
 pub use table::{Row, Verdict};

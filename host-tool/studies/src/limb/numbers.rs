@@ -3,9 +3,9 @@
 
 use super::arms::anywhere;
 use super::declared::Declared;
-use super::method::{Arm, chosen};
+use super::method::{Arm, choices, chosen};
 use firmware::bench::limb::nominal;
-use firmware::limb::{Choice, Limb, Number, Posture, Vector, Wrench, nearest};
+use firmware::limb::{Limb, Number, Posture, Vector};
 use host_core::limb::{Forces, Single, ToDouble, Trouble};
 use host_core::statistics::quantile_of;
 use serde::Serialize;
@@ -132,15 +132,8 @@ impl Case<'_> {
         let [x, y, z] = self
             .wanted
             .map(|part| N::ratio((part * 1e6).round() as i32, 1_000_000));
-        let wrench = Wrench {
-            force: Vector::new(x, y, z),
-            torque: Vector::ZERO,
-        };
-        let choices = nearest(&limb.jacobians(&radians), &wrench);
-        let forces = chosen(choices.map(|choice| match choice {
-            Choice::Line(line, force) => Some((line, force.to_double())),
-            Choice::None | Choice::Unhelped => None,
-        }));
+        let jacobians = limb.jacobians(&radians);
+        let forces = chosen(choices(&jacobians, Vector::new(x, y, z)));
         let same = forces.iter().zip(&self.forces);
         let is_same = same
             .clone()
