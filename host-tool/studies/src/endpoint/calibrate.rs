@@ -3,10 +3,12 @@
 //! from how fast it turns (equation 5).
 
 use super::declaration::Study;
+use super::device::Device;
 use super::error::EndpointError;
 use super::imus::Tracker;
-use super::limb::{Action, Limb, Point, Segment};
-use hal_sim::body::arm::{Arm, ELECTRODES, Held, Muscle, anatomy::ALL};
+use super::model::{Action, Cylinder, Frame, Model, Point, turned};
+use firmware::limb::JointName;
+use hal_sim::body::arm::{Arm, ELECTRODES, FOREARM, HAND, Held, Muscle, UPPER_ARM, anatomy::ALL};
 use hal_sim::body::{Body, Drive, Pulse};
 use nalgebra::{Matrix3, Vector3};
 
@@ -16,15 +18,20 @@ const SMOOTHED: usize = 10;
 /// of so many.
 const LEAST_RAD_S: f64 = 0.02;
 
-/// Twitches of one channel: the greatest turning rate of each about the muscle's joint.
+/// Twitches of one channel: the greatest turning rate of each about the muscle's joint,
+/// rad/s, in the device's axes.
 pub type Twitches = Vec<Vector3<f64>>;
 
-/// Pulses of `channel` at `current_ma` from now on for `lasts_s`.
+/// A train: for how long, s, at what rate, Hz, how wide, µs.
+pub(super) type Train = (f64, f64, u32);
+
+/// Pulses on all channels from `from_us` on, their currents (mA, 0 for none) asked for at
+/// each, by the time since then, µs. When it ended, µs.
 pub(super) fn pulses(
     arm: &mut Arm,
     from_us: u64,
-    currents: &[f64; ELECTRODES],
-    (lasts_s, frequency_hz, width_us): (f64, f64, u32),
+    currents: &mut dyn FnMut(u64) -> [f64; ELECTRODES],
+    (lasts_s, frequency_hz, width_us): Train,
     each_ms: &mut dyn FnMut(&Arm),
 ) -> u64 {
     let period_us = (1e6 / frequency_hz).round() as u64;
@@ -33,6 +40,7 @@ pub(super) fn pulses(
     let mut now_us = from_us;
     while now_us < end_us {
         if now_us >= due_us {
+            let currents = currents(due_us - from_us);
             let on = currents.iter().enumerate().filter(|(_, ma)| **ma > 0.0);
             for (channel, ma) in on {
                 arm.pulse(&Pulse {
@@ -55,7 +63,7 @@ pub(super) fn pulses(
 /// Twitches of every channel at its greatest current, the arm held freely; time goes on.
 pub fn twitches(
     arm: &mut Arm,
-    limb: &Limb,
+    model: &Model,
     study: &Study,
     now_us: &mut u64,
 ) -> [Twitches; ELECTRODES] {
@@ -63,9 +71,9 @@ pub fn twitches(
     arm.hold(Held::Freely);
     let mut all: [Twitches; ELECTRODES] = Default::default();
     for (channel, found) in all.iter_mut().enumerate() {
-        let joint = limb.actions[channel].joint;
+        let joint = usize::from(model.actions[channel].joint.index());
         let mut currents = [0.0; ELECTRODES];
-        currents[channel] = limb.ranges_ma[channel][1];
+        currents[channel] = model.ranges_ma[channel][1];
         for _ in 0..how.twitches {
             let tracker = Tracker::at_rest(arm, now_us);
             let mut greatest = Vector3::zeros();
@@ -81,14 +89,14 @@ pub fn twitches(
                 }
             };
             let train = (how.twitch_s, protocol.frequency_hz, protocol.width_us);
-            let after = pulses(arm, *now_us, &currents, train, &mut watch);
+            let after = pulses(arm, *now_us, &mut |_| currents, train, &mut watch);
             let rest = how.watched_s - how.twitch_s;
             let still = (rest, protocol.frequency_hz, protocol.width_us);
-            let none = [0.0; ELECTRODES];
-            *now_us = pulses(arm, after, &none, still, &mut watch);
+            let none = &mut |_| [0.0; ELECTRODES];
+            *now_us = pulses(arm, after, none, still, &mut watch);
             *now_us += (1e6 * how.wait_s) as u64;
             arm.advance(*now_us);
-            found.push(greatest);
+            found.push(turned(greatest.into()).into());
         }
     }
     arm.hold(Held::InCuff);
@@ -96,10 +104,10 @@ pub fn twitches(
 }
 
 /// Azimuths at which a point of a cylinder lies nearest to planes through the joint whose
-/// normals are `normals` (equation 6): one or two local minima.
-fn nearest(segment: &Segment, point: &Point, normals: &[Vector3<f64>]) -> Vec<f64> {
+/// normals along the segment's own axes are `normals` (equation 6): one or two local minima.
+fn nearest(cylinder: &Cylinder, point: &Point, normals: &[Vector3<f64>]) -> Vec<f64> {
     let cost = |azimuth: f64| -> f64 {
-        let at = segment.at(&Point { azimuth, ..*point });
+        let at = cylinder.at(&Point { azimuth, ..*point });
         normals.iter().map(|it| at.dot(it).powi(2)).sum()
     };
     let step = std::f64::consts::TAU / 720.0;
@@ -126,40 +134,77 @@ fn nearest(segment: &Segment, point: &Point, normals: &[Vector3<f64>]) -> Vec<f6
 
 /// The line of action that fits these twitches: of the azimuths nearest to the plane, those
 /// that turn the limb the way it turned.
-#[must_use]
-pub fn routed(limb: &Limb, channel: usize, turning: &[Vector3<f64>]) -> Action {
-    let action = limb.actions[channel];
-    let segments = limb.frame.segments()[action.joint];
+///
+/// # Errors
+/// E700 to E704: an arm that the device refuses.
+pub fn routed(
+    model: &Model,
+    channel: usize,
+    turning: &[Vector3<f64>],
+) -> Result<Action, EndpointError> {
+    let action = model.actions[channel];
+    let segments = Device::new(model)?.segments();
     let normals: Vec<Vector3<f64>> = turning.iter().map(Vector3::normalize).collect();
     let mean = normals.iter().sum::<Vector3<f64>>();
-    let [origins, insertions] =
-        [0, 1].map(|end| nearest(&segments[end], &action.points[end], &normals));
+    let [origins, insertions] = [0, 1].map(|end| {
+        let segment = usize::from(action.joint.index()) + end;
+        let own = segments[segment].1.transpose();
+        let normals: Vec<Vector3<f64>> = normals.iter().map(|it| own * it).collect();
+        nearest(&Cylinder::of(segment), &action.points[end], &normals)
+    });
     let mut best = (f64::NEG_INFINITY, action);
+    let mut tried = model.clone();
     for origin in &origins {
         for insertion in &insertions {
             let mut points = action.points;
             (points[0].azimuth, points[1].azimuth) = (*origin, *insertion);
             let next = Action { points, ..action };
+            tried.actions[channel] = next;
             // Torque towards what turned: a line that runs through the joint has none.
-            let along = limb.frame.arm_m(&next).dot(&mean);
+            let along = Device::new(&tried)?.arm_m(channel).dot(&mean);
             if along > best.0 {
                 best = (along, next);
             }
         }
     }
-    best.1
+    Ok(best.1)
+}
+
+/// Moment of inertia about a joint of all that is behind it, kg m², of a person of this mass
+/// by the tables, in the device's axes.
+fn inertia(device: &Device, frame: &Frame, mass_kg: f64, joint: JointName) -> Matrix3<f64> {
+    let segments = device.segments();
+    let at = segments[usize::from(joint.index()) + 1].0;
+    let [(shoulder, upper), (elbow, fore)] = [segments[2], segments[3]];
+    let down = |turns: Matrix3<f64>| -turns.column(2).into_owned();
+    let rod = |part: [f64; 4], start: Vector3<f64>, axis: Vector3<f64>| {
+        let [length, mass, centre, gyration] = part;
+        let length = length * frame.stature_m;
+        let from = start + centre * length * axis - at;
+        let kg = mass * mass_kg;
+        let across = Matrix3::identity() - 0.9 * axis * axis.transpose();
+        let steiner = from.norm_squared() * Matrix3::identity() - from * from.transpose();
+        kg * ((gyration * length).powi(2) * across + steiner)
+    };
+    let along = down(fore);
+    let wrist = elbow + FOREARM[0] * frame.stature_m * along;
+    let forearm = rod(FOREARM, elbow, along) + rod(HAND, wrist, along);
+    match joint {
+        JointName::Elbow => forearm,
+        _ => forearm + rod(UPPER_ARM, shoulder, down(upper)),
+    }
 }
 
 /// Force per current of these twitches, N/mA (equations 5 and 3).
 fn gain(
-    limb: &Limb,
+    device: &Device,
+    model: &Model,
     channel: usize,
-    turning: &[Vector3<f64>],
-    inertia: &Matrix3<f64>,
+    (turning, inertia): (&[Vector3<f64>], &Matrix3<f64>),
     twitch_s: f64,
 ) -> f64 {
-    let arm = limb.frame.arm_m(&limb.actions[channel]).norm();
-    let [least, greatest] = limb.ranges_ma[channel];
+    let arm = device.arm_m(channel).norm();
+    let [least, greatest] = model.ranges_ma[channel];
     let torque = |it: &Vector3<f64>| (inertia * it).norm() / twitch_s;
     let mean = turning.iter().map(torque).sum::<f64>() / turning.len() as f64;
     mean / (arm * (greatest - least))
@@ -174,19 +219,19 @@ pub fn still(twitches: &[Twitches; ELECTRODES]) -> Vec<usize> {
         .collect()
 }
 
-/// `limb` with routing and gains as `twitches` of a person of `mass_kg` say; channels in
+/// `model` with routing and gains as `twitches` of a person of `mass_kg` say; channels in
 /// `kept` stay as they are.
 ///
 /// # Errors
-/// E718: a channel's twitches turn nothing. E719: a gain that is none.
+/// E718: a channel's twitches turn nothing. E719: a gain that is none. E700 to E704: an arm
+/// that the device refuses.
 pub fn calibrated(
-    limb: &Limb,
+    model: &Model,
     (twitches, kept): (&[Twitches; ELECTRODES], &[usize]),
     mass_kg: f64,
     study: &Study,
-) -> Result<Limb, EndpointError> {
-    let mut limb = limb.clone();
-    let inertias = limb.frame.inertias(mass_kg);
+) -> Result<Model, EndpointError> {
+    let mut model = model.clone();
     let nothing = still(twitches);
     for (channel, turning) in twitches.iter().enumerate() {
         if kept.contains(&channel) {
@@ -198,29 +243,31 @@ pub fn calibrated(
         if nothing.contains(&channel) {
             return Err(EndpointError::NoTwitch(name));
         }
-        limb.actions[channel] = routed(&limb, channel, turning);
-        let inertia = &inertias[limb.actions[channel].joint];
-        let gain = gain(&limb, channel, turning, inertia, study.calibration.twitch_s);
+        model.actions[channel] = routed(&model, channel, turning)?;
+        let device = Device::new(&model)?;
+        let inertia = inertia(&device, &model.frame, mass_kg, model.actions[channel].joint);
+        let of = (turning.as_slice(), &inertia);
+        let gain = gain(&device, &model, channel, of, study.calibration.twitch_s);
         if !(gain.is_finite() && gain > 0.0) {
             return Err(EndpointError::Gain(name, gain));
         }
-        limb.gains[channel] = gain;
+        model.gains[channel] = gain;
     }
-    Ok(limb)
+    Ok(model)
 }
 
 /// Angle between what the device thinks a muscle turns about its joint and what the body
 /// makes of it, degrees, of each channel.
 #[must_use]
-pub fn geometry_error_deg(limb: &Limb, arm: &Arm) -> [f64; ELECTRODES] {
-    let arms = limb.arms_m();
+pub fn geometry_error_deg(device: &Device, model: &Model, arm: &Arm) -> [f64; ELECTRODES] {
     std::array::from_fn(|channel| {
         let turns = arm.arms_m(ALL[channel]);
-        let truly: Vector3<f64> = match limb.actions[channel].joint {
-            0 => turns.fixed_rows::<3>(0).into(),
-            1 => turns.fixed_rows::<3>(3).into(),
-            _ => turns[6] * arm.skeleton().hinge + turns[7] * arm.skeleton().forearm,
+        let truly: Vector3<f64> = match model.actions[channel].joint {
+            JointName::Sternoclavicular => turns.fixed_rows::<3>(0).into(),
+            JointName::Glenohumeral => turns.fixed_rows::<3>(3).into(),
+            JointName::Elbow => turns[6] * arm.skeleton().hinge + turns[7] * arm.skeleton().forearm,
         };
-        truly.angle(&arms[channel]).to_degrees()
+        let truly = Vector3::from(turned(truly.into()));
+        truly.angle(&device.arm_m(channel)).to_degrees()
     })
 }

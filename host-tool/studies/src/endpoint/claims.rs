@@ -91,6 +91,16 @@ fn of_wearers(all: &[Replication]) -> Vec<Share> {
             None,
             lower("squares", "C3"),
         ),
+        count(
+            (
+                "slow",
+                "around: 20 Hz errs at most a tenth more than 200 Hz",
+            ),
+            None,
+            wearers(all)
+                .map(|it| it.walks[1].part <= 1.1 * it.walks[0].part)
+                .collect(),
+        ),
     ]
 }
 

@@ -26,8 +26,8 @@ pub struct Study {
     pub calibration: Calibration,
     /// How people aim.
     pub voluntary: Voluntary,
-    /// How least squares weighs.
-    pub squares: Squares,
+    /// How a wanted force goes around.
+    pub walk: Walk,
     /// What predicts.
     pub regression: Regression,
     /// How switching is counted.
@@ -94,12 +94,12 @@ pub struct Voluntary {
     pub size: f64,
 }
 
-/// How least squares weighs.
+/// How a wanted force goes around.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Squares {
-    /// Cost of force, m.
-    pub ridge_m: f64,
+pub struct Walk {
+    /// Once, s.
+    pub turn_s: f64,
 }
 
 /// What predicts.
@@ -184,7 +184,7 @@ impl Study {
             ("protocol.frequency_hz", protocol.frequency_hz),
             ("calibration.twitch_s", self.calibration.twitch_s),
             ("calibration.watched_s", self.calibration.watched_s),
-            ("squares.ridge_m", self.squares.ridge_m),
+            ("walk.turn_s", self.walk.turn_s),
             ("regression.length_scale", self.regression.length_scale),
             ("regression.ridge", self.regression.ridge),
         ];

@@ -1,6 +1,7 @@
 //! Why a study of endpoint forces does not come about.
 
 use hal_sim::body::arm::InvalidArm;
+use host_core::limb::Trouble;
 use host_core::statistics::StatisticsError;
 
 /// Why.
@@ -27,6 +28,9 @@ pub enum EndpointError {
     /// Features do not make a regression.
     #[error("E720 the regression: {0}")]
     Regression(String),
+    /// The device's own arm, or what is wanted of it.
+    #[error("the device's arm: {0}")]
+    Limb(#[from] Trouble),
     /// A sample.
     #[error("E721 statistics of {0}: {1}")]
     Statistics(&'static str, StatisticsError),

@@ -15,6 +15,8 @@ pub struct Target {
     pub measured: [f64; 6],
     /// Currents, mA.
     pub currents_ma: [f64; 9],
+    /// Whether a muscle was at its greatest current and would have to be stronger.
+    pub is_beyond: bool,
 }
 
 /// Pearson's correlation with its right-tailed p.

@@ -1,41 +1,42 @@
 //! Sierotowicz 2023 on simulated arms: do nine muscles make a wanted force at the hand, and
 //! does the calibration from twitches help?
 //!
-//! Lives here: what was declared (`host-tool/endpoint/study.toml`), how the device thinks
-//! an arm works (`limb`), how it shares a wrench out (`recruit`), its calibration
-//! (`calibrate`, `imus`), participants and their conditions C1 to C4 (`participant`,
-//! `replication`), what they come to (`metrics`, `regression`, `population`). Not here: the
-//! body (`hal_sim::body::arm`), the command (`cli`). In: a seed. Out: numbers beside the
+//! Lives here: what was declared (`host-tool/endpoint/study.toml`), what the device is
+//! told of an arm (`model`), the device at work on it (`device`), its calibration
+//! (`calibrate`, `imus`), participants and their conditions C1 to C4 (`participant`, `walk`,
+//! `replication`), what they come to (`metrics`, `regression`, `population`). Not here: how
+//! muscles are recruited (`firmware::limb`, `host_core::limb`), the body
+//! (`hal_sim::body::arm`), the command (`cli`). In: a seed. Out: numbers beside the
 //! paper's. All simulated: no evidence about people.
 
 mod calibrate;
 mod claims;
 mod declaration;
+mod device;
 mod error;
 mod imus;
-mod limb;
 mod metrics;
+mod model;
 mod participant;
 mod picture;
 mod population;
-mod recruit;
 mod regression;
 mod replication;
 mod sheets;
+mod walk;
 
 pub use calibrate::{calibrated, geometry_error_deg, routed, still, twitches};
 pub use declaration::{DECLARED, Study};
+pub use device::{Device, Method, Switches, around, switches};
 pub use error::EndpointError;
 pub use imus::check as check_imus;
-pub use limb::{Action, Frame, JOINT_NAMES, JOINTS, Limb, Point, Segment, cursory};
 pub use metrics::{Correlation, Measures, Target, align, measures, median, pearson};
+pub use model::{Action, Cylinder, Frame, JOINT_NAMES, Model, Point, cursory, turned};
 pub use participant::{Command, DIRECTION_NAMES, DIRECTIONS, Participant};
 pub use picture::page as arms_page;
 pub use population::{Told, outcome};
-pub use recruit::{
-    LeastSquares, NearestNeighbour, Recruits, Switches, reachable_n, switches, torques,
-};
 pub use regression::{Features, Score, folds, predicted, ridge, score};
 pub use replication::{
     CONDITIONS, Condition, PARTICIPANTS, Person, Replication, frame_of, person, replication,
 };
+pub use walk::{RATES_HZ, Walk, walk};

@@ -2,10 +2,10 @@
 
 use super::calibrate::pulses;
 use super::declaration::Study;
+use super::device::{Device, Method};
 use super::error::EndpointError;
-use super::limb::{Frame, Limb, cursory};
 use super::metrics::Target;
-use super::recruit::{Recruits, reachable_n};
+use super::model::{Frame, Model, cursory};
 use hal_sim::body::Body;
 use hal_sim::body::arm::{Arm, ArmSpec, ELECTRODES};
 use hal_sim::random::{self, Random};
@@ -67,16 +67,16 @@ impl Participant {
         Ok(participant)
     }
 
-    /// The limb by cursory anatomy, in this person's own lengths and currents; gains are
+    /// The arm by cursory anatomy, in this person's own lengths and currents; gains are
     /// not known yet.
     #[must_use]
-    pub fn cursory(&self) -> Limb {
+    pub fn cursory(&self) -> Model {
         let frame = Frame {
             stature_m: self.arm.spec().stature_m,
             posture: self.arm.spec().posture,
         };
-        Limb {
-            actions: cursory(&frame),
+        Model {
+            actions: cursory(),
             gains: [1.0; ELECTRODES],
             ranges_ma: self.ranges_ma,
             frame,
@@ -85,8 +85,8 @@ impl Participant {
 
     /// Another person's frame on this one: their routing, gains and lengths, own currents.
     #[must_use]
-    pub fn wearing(&self, other: &Limb) -> Limb {
-        Limb {
+    pub fn wearing(&self, other: &Model) -> Model {
+        Model {
             ranges_ma: self.ranges_ma,
             ..other.clone()
         }
@@ -98,14 +98,14 @@ impl Participant {
         self.arm.advance(self.now_us);
     }
 
-    /// Wanted forces in random order: six directions at each magnitude of what `limb` can
+    /// Wanted forces in random order: six directions at each magnitude of what `device` can
     /// reach, each so often.
     #[must_use]
-    pub fn commands(&self, study: &Study, limb: &Limb, condition: u64) -> Vec<Command> {
+    pub fn commands(&self, study: &Study, device: &Device, condition: u64) -> Vec<Command> {
         let magnitudes = &study.protocol.magnitudes;
         let mut all = Vec::new();
         for (place, direction) in DIRECTIONS.iter().enumerate() {
-            let reach = reachable_n(limb, direction);
+            let reach = device.reachable_n(*direction);
             for (size, magnitude) in magnitudes.iter().enumerate() {
                 let wanted = direction.map(|it| it * magnitude * reach);
                 let command = (place * magnitudes.len() + size, wanted);
@@ -117,36 +117,39 @@ impl Participant {
     }
 
     /// Every command stimulated in turn: what came of each.
+    ///
+    /// # Errors
+    /// E706.
     pub fn stimulated(
         &mut self,
         study: &Study,
-        (limb, recruits): (&Limb, &dyn Recruits),
+        (device, method): (&Device, Method),
         commands: &[Command],
-    ) -> Vec<Target> {
+    ) -> Result<Vec<Target>, EndpointError> {
         let one = |(command, wanted_n): &Command| {
-            let [x, y, z] = *wanted_n;
-            let forces = recruits.forces_n(limb, &[x, y, z, 0.0, 0.0, 0.0]);
-            let currents_ma = limb.currents_ma(&forces);
+            let forces = device.forces_n(method, *wanted_n)?;
+            let currents_ma = device.currents_ma(&forces);
             let measured = self.contraction(study, &currents_ma, [0.0; 6]);
-            Target {
+            Ok(Target {
                 command: *command,
                 wanted_n: *wanted_n,
                 measured,
                 currents_ma,
-            }
+                is_beyond: device.is_beyond(&forces),
+            })
         };
         commands.iter().map(one).collect()
     }
 
-    /// The person pushes by will, with feedback: each direction at all of what `limb`
+    /// The person pushes by will, with feedback: each direction at all of what `device`
     /// reaches.
-    pub fn by_will(&mut self, study: &Study, limb: &Limb) -> Vec<Target> {
+    pub fn by_will(&mut self, study: &Study, device: &Device) -> Vec<Target> {
         let aim = &study.voluntary;
         let mut random = Random::new(random::word(self.stream, 2));
         let mut all = Vec::new();
         for _ in 0..study.protocol.voluntary_repetitions {
             for (place, direction) in DIRECTIONS.iter().enumerate() {
-                let wanted_n = direction.map(|it| it * reachable_n(limb, direction));
+                let wanted_n = direction.map(|it| it * device.reachable_n(*direction));
                 let deviate = |random: &mut Random| random::standard_normal(random.word(), 0);
                 let size = 1.0 + aim.size * deviate(&mut random);
                 let aside = aim.direction_deg.to_radians();
@@ -166,10 +169,22 @@ impl Participant {
                     wanted_n,
                     measured,
                     currents_ma: [0.0; ELECTRODES],
+                    is_beyond: false,
                 });
             }
         }
         all
+    }
+
+    /// The mean wrench of [`BASELINE_MS`] from now on, in which nothing is asked.
+    pub(super) fn baseline(&mut self) -> [f64; 6] {
+        let mut mean = Mean::default();
+        for _ in 0..BASELINE_MS {
+            self.now_us += 1_000;
+            self.arm.advance(self.now_us);
+            mean.add(self.arm.sensed_wrench());
+        }
+        mean.mean()
     }
 
     /// Two seconds of these currents and of this push, two of nothing: the mean wrench over
@@ -181,12 +196,7 @@ impl Participant {
         push: [f64; 6],
     ) -> [f64; 6] {
         let protocol = &study.protocol;
-        let mut before = Mean::default();
-        for _ in 0..BASELINE_MS {
-            self.now_us += 1_000;
-            self.arm.advance(self.now_us);
-            before.add(self.arm.sensed_wrench());
-        }
+        let before = self.baseline();
         let mut during = Mean::default();
         let train = (
             protocol.contraction_s,
@@ -195,11 +205,12 @@ impl Participant {
         );
         self.arm.push(push);
         let mut add = |arm: &Arm| during.add(arm.sensed_wrench());
-        self.now_us = pulses(&mut self.arm, self.now_us, currents_ma, train, &mut add);
+        let currents = &mut |_| *currents_ma;
+        self.now_us = pulses(&mut self.arm, self.now_us, currents, train, &mut add);
         self.arm.push([0.0; 6]);
         let rest = protocol.rest_s - 1e-3 * BASELINE_MS as f64;
         self.pause(rest.max(0.0));
-        let (before, during) = (before.mean(), during.mean());
+        let during = during.mean();
         std::array::from_fn(|axis| during[axis] - before[axis])
     }
 }

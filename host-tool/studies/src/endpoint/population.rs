@@ -102,13 +102,14 @@ fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
     let mut rows: Vec<Row> = conditions
         .flat_map(|name| condition_rows(study, all, name))
         .collect();
-    let best = people(all).flat_map(|it| &it.conditions);
-    let best = best.filter(|it| it.name != "C1");
-    let best: Vec<f64> = best.flat_map(|it| it.measures.diagonal()).collect();
-    let best = vec![best.into_iter().fold(f64::NEG_INFINITY, f64::max)];
-    let name = "best correlation of a component";
-    rows.push(row("best", name, "", Some(paper.best), best));
+    let best = all.iter().map(|it| {
+        let all = ["C2", "C3", "C4"].map(|name| diagonal(it, name));
+        all.into_iter().flatten().fold(f64::NEG_INFINITY, f64::max)
+    });
+    let name = "a study's best component, C2 to C4";
+    rows.push(row("best", name, "", Some(paper.best), best.collect()));
     rows.extend(geometry_rows(all));
+    rows.extend(device_rows(all));
     rows.extend(tests(study, all));
     rows
 }
@@ -162,6 +163,42 @@ fn geometry_rows(all: &[Replication]) -> Vec<Row> {
         ("left/C4", "C4: least left by tiredness", "", left(2)),
     ];
     let each = all.into_iter();
+    each.map(|(id, name, unit, values)| row(id, name, unit, None, values))
+        .collect()
+}
+
+/// What the device's rate, its numbers and its limits do.
+fn device_rows(all: &[Replication]) -> Vec<Row> {
+    let of = |pick: &dyn Fn(&Person) -> f64| -> Vec<f64> { people(all).map(pick).collect() };
+    let walk = |at: usize| of(&|it| it.walks[at].part);
+    let beyond = |name: &'static str| {
+        of(&move |it: &Person| {
+            let targets = it.condition(name).map_or(&[][..], |it| &it.targets);
+            let beyond = targets.iter().filter(|it| it.is_beyond).count();
+            100.0 * beyond as f64 / targets.len() as f64
+        })
+    };
+    let slower = of(&|it| 100.0 * (it.walks[1].part / it.walks[0].part - 1.0));
+    let each = [
+        (
+            "walk/200",
+            "around at 200 Hz: RMSE over wanted",
+            "",
+            walk(0),
+        ),
+        ("walk/20", "around at 20 Hz: RMSE over wanted", "", walk(1)),
+        ("walk/change", "the same, 20 Hz against 200 Hz", "%", slower),
+        (
+            "numbers/share",
+            "micromath's share of C3's error",
+            "%",
+            of(&|it| 100.0 * it.share_of_numbers()),
+        ),
+        ("beyond/C2", "C2: targets beyond a limit", "%", beyond("C2")),
+        ("beyond/C3", "C3: targets beyond a limit", "%", beyond("C3")),
+        ("beyond/C4", "C4: targets beyond a limit", "%", beyond("C4")),
+    ];
+    let each = each.into_iter();
     each.map(|(id, name, unit, values)| row(id, name, unit, None, values))
         .collect()
 }

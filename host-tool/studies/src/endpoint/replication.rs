@@ -2,20 +2,22 @@
 
 use super::calibrate::{calibrated, geometry_error_deg, still, twitches};
 use super::declaration::Study;
+use super::device::{Device, Method, Switches, switches};
 use super::error::EndpointError;
 use super::imus;
-use super::limb::{JOINTS, Limb};
 use super::metrics::{Measures, Target, align, measures, median};
+use super::model::Model;
 use super::participant::Participant;
-use super::recruit::{LeastSquares, NearestNeighbour, Recruits, Switches, reachable_n, switches};
 use super::regression::{Score, folds, predicted, score};
+use super::walk::{RATES_HZ, Walk, walk};
+use firmware::limb::JOINTS;
 use hal_sim::random;
 use serde::Serialize;
 
 /// Participants of a study.
 pub const PARTICIPANTS: usize = 3;
 /// Conditions that are kept, in order: C1 to C4 as the paper's, then ours.
-pub const CONDITIONS: [&str; 6] = ["C1", "C2", "C3", "C4", "squares", "fresh"];
+pub const CONDITIONS: [&str; 7] = ["C1", "C2", "C3", "C4", "squares", "exact", "fresh"];
 
 /// What one condition of one participant came to.
 #[derive(Clone, Debug, Serialize)]
@@ -44,6 +46,8 @@ pub struct Person {
     pub gains: [[f64; 9]; 2],
     /// Nearest neighbour and least squares on the calibrated limb.
     pub switches: [Switches; 2],
+    /// A wanted force that goes around, recruited at each of [`RATES_HZ`].
+    pub walks: [Walk; 2],
     /// Least that tiredness left of a muscle after C2, C3 and C4, 0 to 1.
     pub freshness: [f64; 3],
     /// Channels whose twitches turned nothing, so that they kept S1's frame.
@@ -62,6 +66,23 @@ pub struct Replication {
 }
 
 impl Person {
+    /// What micromath and single precision add to C3's error at the hand: root mean square
+    /// of how far its forces are from those of double precision on the same body, over
+    /// C3's root mean square error.
+    #[must_use]
+    pub fn share_of_numbers(&self) -> f64 {
+        let [Some(ours), Some(exact)] = ["C3", "exact"].map(|name| self.condition(name)) else {
+            return f64::NAN;
+        };
+        let off = |(a, b): (&Target, &Target)| -> f64 {
+            let parts = a.measured.iter().zip(b.measured).take(3);
+            parts.map(|(a, b)| (a - b).powi(2)).sum()
+        };
+        let pairs = ours.targets.iter().zip(&exact.targets);
+        let mean = pairs.map(off).sum::<f64>() / ours.targets.len() as f64;
+        mean.sqrt() / ours.measures.rmse_n[3]
+    }
+
     /// The condition of this name.
     #[must_use]
     pub fn condition(&self, name: &str) -> Option<&Condition> {
@@ -79,13 +100,13 @@ impl Person {
 ///
 /// # Errors
 /// E717 to E719: IMUs, twitches or gains.
-pub fn frame_of(study: &Study, participant: &Participant) -> Result<Limb, EndpointError> {
+pub fn frame_of(study: &Study, participant: &Participant) -> Result<Model, EndpointError> {
     let mut participant = participant.clone();
     imus::check(participant.arm.spec())?;
-    let limb = participant.cursory();
-    let turning = twitches(&mut participant.arm, &limb, study, &mut participant.now_us);
+    let model = participant.cursory();
+    let turning = twitches(&mut participant.arm, &model, study, &mut participant.now_us);
     let mass_kg = participant.arm.spec().mass_kg;
-    calibrated(&limb, (&turning, &[]), mass_kg, study)
+    calibrated(&model, (&turning, &[]), mass_kg, study)
 }
 
 /// A condition of these targets.
@@ -93,11 +114,11 @@ fn condition(
     study: &Study,
     name: &'static str,
     mut targets: Vec<Target>,
-    limb: Option<(&Limb, u64)>,
+    table: Option<(&Player, u64)>,
 ) -> Result<Condition, EndpointError> {
     let turned_deg = align(&mut targets).to_degrees();
-    let table_1 = match limb {
-        Some((limb, seed)) => table_1(study, &targets, limb, seed)?,
+    let table_1 = match table {
+        Some((player, seed)) => table_1(study, &targets, player, seed)?,
         None => Vec::new(),
     };
     Ok(Condition {
@@ -114,7 +135,7 @@ fn condition(
 fn table_1(
     study: &Study,
     targets: &[Target],
-    limb: &Limb,
+    player: &Player,
     seed: u64,
 ) -> Result<Vec<[Score; 2]>, EndpointError> {
     let part =
@@ -122,16 +143,13 @@ fn table_1(
     let parts = |it: &Target| {
         it.currents_ma
             .iter()
-            .zip(&limb.ranges_ma)
+            .zip(&player.model.ranges_ma)
             .map(|(a, b)| part(a, b))
             .collect()
     };
     let inputs: Vec<Vec<f64>> = targets.iter().map(parts).collect();
     let outputs = |it: &Target| {
-        let joints = limb.frame.torques(&it.measured);
-        let joints = joints
-            .iter()
-            .flat_map(|it| it.iter().copied().collect::<Vec<_>>());
+        let joints = player.device.torques(&it.measured);
         it.measured.into_iter().chain(joints).collect()
     };
     let outputs: Vec<Vec<f64>> = targets.iter().map(outputs).collect();
@@ -154,28 +172,41 @@ fn table_1(
     Ok(rows)
 }
 
+/// What the device is told, and the device.
+struct Player {
+    model: Model,
+    device: Device,
+}
+
+impl Player {
+    fn new(model: Model) -> Result<Self, EndpointError> {
+        let device = Device::new(&model)?;
+        Ok(Self { model, device })
+    }
+}
+
 /// A participant's way through the conditions.
 struct Course<'a> {
     study: &'a Study,
-    /// S1's frame on this participant.
-    own: Limb,
+    /// By S1's frame on this participant: what decides the commands.
+    own: &'a Player,
     seed: u64,
     conditions: Vec<Condition>,
 }
 
 impl Course<'_> {
-    /// Stimulates the commands in order `order` by `limb`; with table 1 of the paper's
+    /// Stimulates the commands in order `order` by `player`; with table 1 of the paper's
     /// conditions. What tiredness left at least of a muscle.
     fn run(
         &mut self,
         (name, order): (&'static str, u64),
         person: &mut Participant,
-        (limb, recruits): (&Limb, &dyn Recruits),
+        (player, method): (&Player, Method),
     ) -> Result<f64, EndpointError> {
-        let commands = person.commands(self.study, &self.own, order);
-        let targets = person.stimulated(self.study, (limb, recruits), &commands);
+        let commands = person.commands(self.study, &self.own.device, order);
+        let targets = person.stimulated(self.study, (&player.device, method), &commands)?;
         let is_papers = name.starts_with('C');
-        let table = is_papers.then(|| (limb, random::word(self.seed, order)));
+        let table = is_papers.then(|| (player, random::word(self.seed, order)));
         let found = condition(self.study, name, targets, table)?;
         self.conditions.push(found);
         let left = person.arm.freshness().into_iter().fold(1.0, f64::min);
@@ -191,43 +222,48 @@ impl Course<'_> {
 pub fn person(
     study: &Study,
     participant: Participant,
-    s1: &Limb,
+    s1: &Model,
     seed: u64,
 ) -> Result<Person, EndpointError> {
     let mut person = participant;
-    let near = NearestNeighbour;
-    let squares = LeastSquares {
-        ridge_m: study.squares.ridge_m,
-    };
-    let own = person.wearing(s1);
-    let by_will = person.by_will(study, &own);
+    let near = Method::Nearest;
+    let own = Player::new(person.wearing(s1))?;
+    let by_will = person.by_will(study, &own.device);
     let mut course = Course {
         study,
         conditions: vec![condition(study, "C1", by_will, None)?],
-        own: own.clone(),
+        own: &own,
         seed,
     };
     person.pause(study.protocol.pause_s);
     let mut early = person.clone();
-    let c2 = course.run(("C2", 2), &mut person, (&own, &near))?;
-    let (limb, untwitched) = own_limb(study, &mut person, s1)?;
-    let mut other = person.clone();
-    let c3 = course.run(("C3", 3), &mut person, (&limb, &near))?;
-    let reset = Limb {
+    let c2 = course.run(("C2", 2), &mut person, (&own, near))?;
+    let (calibrated, untwitched) = own_model(study, &mut person, s1)?;
+    let calibrated = Player::new(calibrated)?;
+    let other = person.clone();
+    let c3 = course.run(("C3", 3), &mut person, (&calibrated, near))?;
+    let reset = Player::new(Model {
         gains: s1.gains,
-        ..limb.clone()
-    };
-    let c4 = course.run(("C4", 4), &mut person, (&reset, &near))?;
-    course.run(("squares", 3), &mut other, (&limb, &squares))?;
-    let (fresh, _) = own_limb(study, &mut early, s1)?;
-    course.run(("fresh", 3), &mut early, (&fresh, &near))?;
-    let size = reachable_n(&limb, &[1.0, 0.0, 0.0]).max(1.0);
-    let switching = |recruits: &dyn Recruits| switches(recruits, &limb, size, study.switching.jump);
+        ..calibrated.model.clone()
+    })?;
+    let c4 = course.run(("C4", 4), &mut person, (&reset, near))?;
+    for (name, method) in [("squares", Method::Squares), ("exact", Method::Exact)] {
+        course.run((name, 3), &mut other.clone(), (&calibrated, method))?;
+    }
+    let (fresh, _) = own_model(study, &mut early, s1)?;
+    course.run(("fresh", 3), &mut early, (&Player::new(fresh)?, near))?;
+    let device = &calibrated.device;
+    let size = device.reachable_n([1.0, 0.0, 0.0]).max(1.0);
+    let switching = |method| switches(device, method, size, study.switching.jump);
+    let walked = |rate_hz| walk(study, &mut other.clone(), device, rate_hz);
+    let [full, slow] = RATES_HZ.map(walked);
+    let geometry = |it: &Player| geometry_error_deg(&it.device, &it.model, &person.arm);
     Ok(Person {
         conditions: course.conditions,
-        geometry_deg: [&own, &limb].map(|it| geometry_error_deg(it, &person.arm)),
-        gains: [own.gains, limb.gains],
-        switches: [switching(&near), switching(&squares)],
+        geometry_deg: [&own, &calibrated].map(geometry),
+        gains: [own.model.gains, calibrated.model.gains],
+        switches: [switching(near)?, switching(Method::Squares)?],
+        walks: [full?, slow?],
         freshness: [c2, c3, c4],
         untwitched,
         places_m: places(&person),
@@ -243,22 +279,22 @@ fn places(person: &Participant) -> [[f64; 3]; 4] {
 
 /// The calibration of one participant: channels whose twitches turn nothing keep S1's
 /// routing and gain, and are named. A pause follows.
-fn own_limb(
+fn own_model(
     study: &Study,
     person: &mut Participant,
-    s1: &Limb,
-) -> Result<(Limb, Vec<usize>), EndpointError> {
+    s1: &Model,
+) -> Result<(Model, Vec<usize>), EndpointError> {
     imus::check(person.arm.spec())?;
-    let limb = Limb {
+    let model = Model {
         frame: person.cursory().frame,
         ..person.wearing(s1)
     };
-    let turning = twitches(&mut person.arm, &limb, study, &mut person.now_us);
+    let turning = twitches(&mut person.arm, &model, study, &mut person.now_us);
     let kept = still(&turning);
     let mass_kg = person.arm.spec().mass_kg;
-    let limb = calibrated(&limb, (&turning, &kept), mass_kg, study)?;
+    let model = calibrated(&model, (&turning, &kept), mass_kg, study)?;
     person.pause(study.protocol.pause_s);
-    Ok((limb, kept))
+    Ok((model, kept))
 }
 
 /// Study `index` of `seed`.

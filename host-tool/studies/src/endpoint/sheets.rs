@@ -1,8 +1,8 @@
 //! Tables of all replications beside the paper's.
 
 use super::declaration::Study;
-use super::limb::JOINT_NAMES;
 use super::metrics::{Target, force, size};
+use super::model::JOINT_NAMES;
 use super::participant::DIRECTION_NAMES;
 use super::regression::Score;
 use super::replication::{CONDITIONS, Replication, people};

@@ -1,0 +1,119 @@
+//! A wanted force that goes around, recruited anew 200 times a second or held between 20: what
+//! the paper's slow updates cost.
+
+use super::calibrate::pulses;
+use super::declaration::Study;
+use super::device::{Device, Method, around};
+use super::error::EndpointError;
+use super::metrics::{Target, align};
+use super::participant::{DIRECTIONS, Participant};
+use hal_sim::body::arm::{Arm, ELECTRODES};
+use serde::Serialize;
+
+/// How often the device recruits, Hz: its own, and the paper's.
+pub const RATES_HZ: [u64; 2] = [200, 20];
+/// A measured force is the mean of so many milliseconds.
+const BIN_MS: u64 = 50;
+
+/// What came of going around at one rate.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Walk {
+    /// Recruitments per second.
+    pub rate_hz: u64,
+    /// What was wanted, N.
+    pub wanted_n: f64,
+    /// Root mean square of the error's size, as a part of that.
+    pub part: f64,
+}
+
+/// Once around in each of three planes, with half of what can be reached in the direction
+/// that can least.
+///
+/// # Errors
+/// E706.
+pub fn walk(
+    study: &Study,
+    person: &mut Participant,
+    device: &Device,
+    rate_hz: u64,
+) -> Result<Walk, EndpointError> {
+    let reaches = DIRECTIONS.map(|it| device.reachable_n(it));
+    let least = reaches.into_iter().filter(|it| *it > 0.0);
+    let wanted_n = 0.5 * least.reduce(f64::min).unwrap_or(0.0);
+    let mut targets = Vec::new();
+    for plane in 0..3 {
+        targets.extend(circle(study, person, (device, rate_hz), plane, wanted_n)?);
+        person.pause(study.protocol.rest_s);
+    }
+    align(&mut targets);
+    let off = |it: &Target| -> f64 {
+        let parts = it.wanted_n.iter().zip(it.measured);
+        parts.map(|(wanted, given)| (given - wanted).powi(2)).sum()
+    };
+    let mean = targets.iter().map(off).sum::<f64>() / targets.len().max(1) as f64;
+    Ok(Walk {
+        rate_hz,
+        wanted_n,
+        part: mean.sqrt() / wanted_n.max(f64::MIN_POSITIVE),
+    })
+}
+
+/// Once around in one plane; what was wanted in the middle of each bin and measured over it.
+fn circle(
+    study: &Study,
+    person: &mut Participant,
+    (device, rate_hz): (&Device, u64),
+    plane: usize,
+    size_n: f64,
+) -> Result<Vec<Target>, EndpointError> {
+    let turn_s = study.walk.turn_s;
+    let wanted = |t_us: u64| {
+        let angle = t_us as f64 * 1e-6 / turn_s * std::f64::consts::TAU;
+        around(plane, angle, size_n)
+    };
+    let every_us = 1_000_000 / rate_hz;
+    let mut wrong = None;
+    let mut currents = |t_us: u64| {
+        let asked = device.forces_n(Method::Nearest, wanted(t_us - t_us % every_us));
+        match asked {
+            Ok(forces) => device.currents_ma(&forces),
+            Err(error) => {
+                wrong = Some(error);
+                [0.0; ELECTRODES]
+            }
+        }
+    };
+    let before = person.baseline();
+    let mut bins: Vec<[f64; 6]> = Vec::new();
+    let mut ms = 0;
+    let mut add = |arm: &Arm| {
+        if ms % BIN_MS == 0 {
+            bins.push([0.0; 6]);
+        }
+        ms += 1;
+        if let Some(bin) = bins.last_mut() {
+            for (sum, it) in bin.iter_mut().zip(arm.sensed_wrench()) {
+                *sum += it / BIN_MS as f64;
+            }
+        }
+    };
+    let train = (turn_s, study.protocol.frequency_hz, study.protocol.width_us);
+    person.now_us = pulses(
+        &mut person.arm,
+        person.now_us,
+        &mut currents,
+        train,
+        &mut add,
+    );
+    if let Some(error) = wrong {
+        return Err(error);
+    }
+    let target = |(at, bin): (usize, [f64; 6])| Target {
+        command: at,
+        wanted_n: wanted(1_000 * (BIN_MS * at as u64 + BIN_MS / 2)),
+        measured: std::array::from_fn(|axis| bin[axis] - before[axis]),
+        currents_ma: [0.0; ELECTRODES],
+        is_beyond: false,
+    };
+    Ok(bins.into_iter().enumerate().map(target).collect())
+}
