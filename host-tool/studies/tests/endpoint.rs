@@ -5,31 +5,20 @@ use hal_sim::body::arm::{ArmSpec, ELECTRODES, ImuFault};
 use hal_sim::random::Random;
 use nalgebra::{DMatrix, Vector3};
 use studies::endpoint::{
-    Features, LeastSquares, Limb, NearestNeighbour, Participant, Recruits, Study, Target, align,
-    calibrated, check_imus, frame_of, geometry_error_deg, median, pearson, reachable_n,
-    replication, ridge, switches, torques, twitches,
+    Device, Features, Method, Model, Participant, Study, Target, align, calibrated, check_imus,
+    frame_of, geometry_error_deg, median, pearson, replication, ridge, switches, twitches,
 };
 
 fn study() -> Study {
     Study::declared().unwrap()
 }
 
-/// A limb by cursory anatomy with these gains.
-fn limb(gain: f64) -> Limb {
-    let mut limb = Participant::drawn(&study(), 5, 0).unwrap().cursory();
-    limb.gains = [gain; ELECTRODES];
-    limb
-}
-
-fn wrenches(n: usize) -> Vec<[f64; 6]> {
-    let mut random = Random::new(9);
-    (0..n)
-        .map(|_| {
-            let mut wrench = [0.0; 6];
-            wrench[..3].fill_with(|| random.between(-40.0, 40.0));
-            wrench
-        })
-        .collect()
+/// An arm by cursory anatomy with these gains.
+fn device(gain: f64) -> (Model, Device) {
+    let mut model = Participant::drawn(&study(), 5, 0).unwrap().cursory();
+    model.gains = [gain; ELECTRODES];
+    let device = Device::new(&model).unwrap();
+    (model, device)
 }
 
 #[test]
@@ -49,100 +38,117 @@ fn the_declaration_tells_all_that_is_wrong() {
     }
 }
 
-/// Of each joint one muscle at most, and only one that helps.
+/// The model that the device is told is the arm that is meant: the hand where lengths and
+/// directions put it, a forearm that flexion turns, and the torque of a line as the cross
+/// product has it, all computed here another way.
 #[test]
-fn the_nearest_neighbour_takes_one_helping_muscle_of_a_joint() {
-    let limb = limb(5.0);
-    let arms = limb.arms_m();
-    for wrench in wrenches(200) {
-        let forces = NearestNeighbour.forces_n(&limb, &wrench);
-        let wanted = limb.frame.torques(&wrench);
-        for (joint, torque) in wanted.iter().enumerate() {
-            let members: Vec<usize> = (0..ELECTRODES)
-                .filter(|at| limb.actions[*at].joint == joint)
-                .collect();
-            let chosen: Vec<usize> = members
-                .iter()
-                .copied()
-                .filter(|at| forces[*at] > 0.0)
-                .collect();
-            let along = |at: usize| torque.dot(&arms[at].normalize());
-            let best = members.iter().map(|at| along(*at)).fold(f64::MIN, f64::max);
-            match chosen[..] {
-                [] => assert!(best <= 0.0),
-                [at] => {
-                    assert_eq!(along(at), best);
-                    // Line 11: the torque along the muscle's is the wanted one's share.
-                    let made = forces[at] * arms[at].norm();
-                    assert!((made - best).abs() < 1e-12 * best.max(1.0));
-                }
-                _ => panic!("{chosen:?}"),
-            }
-        }
+fn the_device_is_told_the_arm_that_is_meant() {
+    let (model, device) = device(2.0);
+    let segments = device.segments();
+    let stature = model.frame.stature_m;
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    // 45 degrees raised between forward and to the right: backward, right, up.
+    let along = Vector3::new(-0.5, 0.5, -half);
+    let elbow = 0.1 * stature * Vector3::y() + 0.186 * stature * along;
+    assert!((segments[3].0 - elbow).norm() < 1e-5, "{}", segments[3].0);
+    // Square to the upper arm, as far forward as can be.
+    let forward = -Vector3::x();
+    let front = (forward - along * along.dot(&forward)).normalize();
+    let forearm = -segments[3].1.column(2);
+    assert!((forearm - front).norm() < 1e-4, "{forearm}");
+    // Biceps: from 0.20 m above the elbow, 0.03 m in front, to 0.05 m below, 0.02 m towards
+    // the upper arm.
+    let (origin, insertion) = (-0.20 * along + 0.03 * front, 0.05 * front - 0.02 * along);
+    let torque = insertion.cross(&(origin - insertion).normalize());
+    assert!((device.arm_m(0) - torque).norm() < 1e-5);
+    let flexes = device.arm_m(0).dot(&along.cross(&front));
+    assert!((0.02..0.06).contains(&flexes), "{flexes}");
+}
+
+/// Postures with a turned forearm, too, come out where they are meant.
+#[test]
+fn angles_put_the_arm_where_its_posture_says() {
+    let (model, _) = device(2.0);
+    for (plane, elevation, rotation, elbow) in [
+        (0.0_f64, 60.0_f64, -30.0_f64, 20.0),
+        (90.0, 70.0, 40.0, 80.0),
+        (120.0, 30.0, 10.0, 100.0),
+    ] {
+        let mut model = model.clone();
+        let it = &mut model.frame.posture;
+        (it.plane_deg, it.elevation_deg) = (plane, elevation);
+        (it.rotation_deg, it.elbow_deg) = (rotation, elbow);
+        let segments = Device::new(&model).unwrap().segments();
+        let (p, e) = (plane.to_radians(), elevation.to_radians());
+        let along = Vector3::new(-e.sin() * p.cos(), e.sin() * p.sin(), -e.cos());
+        let upper = -segments[2].1.column(2);
+        assert!((upper - along).norm() < 1e-4, "{upper} {along}");
+        // The body's own bones, another program, in its axes.
+        let mut spec = ArmSpec::nominal();
+        spec.posture = model.frame.posture;
+        let bones = hal_sim::body::arm::Skeleton::new(spec.posture, spec.lengths());
+        let [x, y, z] = studies::endpoint::turned(bones.forearm.into());
+        let forearm = -segments[3].1.column(2);
+        assert!((forearm - Vector3::new(x, y, z)).norm() < 1e-4, "{forearm}");
     }
 }
 
-/// Bounded least squares against its optimality conditions: each force at a bound is pushed
-/// against it, each between is balanced, to 1e-9 of the torque's scale.
+/// Mistakes of a calibration are the device's to tell, all of them.
 #[test]
-fn least_squares_meets_its_conditions() {
-    let limb = limb(2.0);
-    let squares = LeastSquares { ridge_m: 0.002 };
-    let (arms, most) = (limb.arms_m(), limb.greatest_n());
-    let mut at_bounds = [0; 2];
-    for wrench in wrenches(300) {
-        let forces = squares.forces_n(&limb, &wrench);
-        let (made, wanted) = (torques(&limb, &forces), limb.frame.torques(&wrench));
-        for (at, action) in limb.actions.iter().enumerate() {
-            let left = wanted[action.joint] - made[action.joint];
-            let slope = left.dot(&arms[at]) - 0.002 * 0.002 * forces[at];
-            if forces[at] <= 0.0 {
-                at_bounds[0] += 1;
-                assert!(slope < 1e-9, "{slope}");
-            } else if forces[at] >= most[at] {
-                at_bounds[1] += 1;
-                assert!(slope > -1e-9, "{slope}");
-            } else {
-                assert!(slope.abs() < 1e-9, "{slope}");
-            }
-        }
-        // It never leaves more of the joints' torque undone than the nearest neighbour held
-        // to the same bounds, but for the ridge.
-        let near = NearestNeighbour.forces_n(&limb, &wrench);
-        let near = std::array::from_fn(|at| f64::min(near[at], most[at]));
-        let cost = |forces: &[f64; ELECTRODES]| {
-            let made = torques(&limb, forces);
-            let left: f64 = wanted
-                .iter()
-                .zip(made)
-                .map(|(a, b)| (a - b).norm_squared())
-                .sum();
-            left + 4e-6 * forces.iter().map(|it| it * it).sum::<f64>()
-        };
-        assert!(cost(&forces) <= cost(&near) + 1e-9);
+fn an_arm_that_cannot_be_is_refused() {
+    let (mut model, _) = device(2.0);
+    (model.gains[0], model.gains[3]) = (0.0, 1e9);
+    let error = Device::new(&model).unwrap_err().to_string();
+    for said in ["E700", "channel 0", "channel 3", "gain_mn_per_ma"] {
+        assert!(error.contains(said), "{error}");
     }
-    assert!(at_bounds.iter().all(|it| *it > 20), "{at_bounds:?}");
 }
 
 #[test]
 fn what_is_reachable_saturates_one_muscle() {
-    let limb = limb(3.0);
+    let (_, device) = device(3.0);
     for direction in studies::endpoint::DIRECTIONS {
-        let size = reachable_n(&limb, &direction);
-        let [x, y, z] = direction.map(|it| it * size);
-        let forces = NearestNeighbour.forces_n(&limb, &[x, y, z, 0.0, 0.0, 0.0]);
-        let most = limb.greatest_n();
-        let parts = (0..ELECTRODES).filter(|at| limb.actions[*at].joint > 0);
-        let greatest = parts.map(|at| forces[at] / most[at]).fold(0.0, f64::max);
+        let size = device.reachable_n(direction);
+        let wanted = direction.map(|it| it * size);
+        let forces = device.forces_n(Method::Exact, wanted).unwrap();
+        // All but the trapezius, which is the girdle's.
+        let mut parts = device.parts(&forces);
+        parts[7] = 0.0;
+        let greatest = parts.into_iter().fold(0.0, f64::max);
         assert!((greatest - 1.0).abs() < 1e-9, "{direction:?} {greatest}");
+    }
+}
+
+/// In the device's own numbers the same muscles are recruited by nearly the same forces, and
+/// currents stay within their ranges.
+#[test]
+fn the_devices_numbers_are_nearly_exact() {
+    let (model, device) = device(3.0);
+    for direction in studies::endpoint::DIRECTIONS {
+        let wanted = direction.map(|it| 10.0 * it);
+        let [ours, exact] =
+            [Method::Nearest, Method::Exact].map(|it| device.forces_n(it, wanted).unwrap());
+        assert!(
+            (ours - exact).norm() < 5e-3 * exact.norm(),
+            "{ours} {exact}"
+        );
+        for (ma, [least, greatest]) in device
+            .currents_ma(&(10.0 * ours))
+            .iter()
+            .zip(model.ranges_ma)
+        {
+            let is_within = *ma >= least - 1e-3 && *ma <= greatest + 1e-3;
+            assert!(*ma == 0.0 || is_within, "{ma} of {least} to {greatest}");
+        }
+        assert!(device.is_beyond(&(1e3 * ours)));
     }
 }
 
 #[test]
 fn least_squares_switches_less_than_the_nearest_neighbour() {
-    let limb = limb(3.0);
-    let near = switches(&NearestNeighbour, &limb, 20.0, 0.1);
-    let squares = switches(&LeastSquares { ridge_m: 0.002 }, &limb, 20.0, 0.1);
+    let (_, device) = device(3.0);
+    let of = |method| switches(&device, method, 20.0, 0.1).unwrap();
+    let (near, squares) = (of(Method::Nearest), of(Method::Squares));
     assert!(
         near.jumps > 0 && squares.greatest < near.greatest,
         "{near:?} {squares:?}"
@@ -230,6 +236,7 @@ fn alignment_undoes_a_turn_about_the_vertical() {
                     0.0,
                 ],
                 currents_ma: [0.0; 9],
+                is_beyond: false,
             }
         })
         .collect();
@@ -259,22 +266,21 @@ fn calibration_finds_turning_and_strength() {
         person.now_us = 0;
         let cursory = person.cursory();
         let turning = twitches(&mut person.arm, &cursory, &study, &mut person.now_us);
-        let limb = calibrated(&cursory, (&turning, &[]), 77.0, &study).unwrap();
+        let model = calibrated(&cursory, (&turning, &[]), 77.0, &study).unwrap();
+        let device = Device::new(&model).unwrap();
         let mut angles = Vec::new();
         for (channel, turned) in turning.iter().enumerate() {
             let mean: Vector3<f64> = turned.iter().sum();
-            angles.push(limb.arms_m()[channel].angle(&mean).to_degrees());
+            angles.push(device.arm_m(channel).angle(&mean).to_degrees());
         }
-        let (before, after) = (
-            geometry_error_deg(&cursory, &person.arm),
-            geometry_error_deg(&limb, &person.arm),
-        );
+        let error = |it: &Model| geometry_error_deg(&Device::new(it).unwrap(), it, &person.arm);
+        let (before, after) = (error(&cursory), error(&model));
         println!("to turning {angles:.0?}, geometry {before:.0?} to {after:.0?}");
         assert!(
             angles.iter().all(|it| *it < 90.0) && median(&angles) < 30.0,
             "{angles:?}"
         );
-        limb
+        model
     };
     let (weak, strong) = (calibrate(1.0), calibrate(2.0));
     for (weak, strong) in weak.gains.iter().zip(strong.gains) {
@@ -320,6 +326,7 @@ fn a_replication_is_whole_and_repeats() {
     study.protocol.contraction_s = 0.5;
     study.protocol.rest_s = 0.5;
     study.protocol.pause_s = 2.0;
+    study.walk.turn_s = 1.0;
     let run = || replication(&study, 3, 0).unwrap();
     let first = run();
     let text = |it| serde_json::to_string(it).unwrap();
@@ -343,6 +350,7 @@ fn a_replication_is_whole_and_repeats() {
         println!("geometry {:.0?}", person.geometry_deg);
         println!("gains {:.2?}", person.gains);
         println!("{:?} {:.2?}", person.switches, person.freshness);
+        println!("{:?} {:.5}", person.walks, person.share_of_numbers());
     }
     // S1's own frame was found on S1: nothing but noise is between it and the calibration.
     let s1 = frame_of(&study, &Participant::drawn(&study, 3, 0).unwrap()).unwrap();
