@@ -6,7 +6,7 @@ use hal_sim::random::Random;
 use nalgebra::{DMatrix, Vector3};
 use studies::endpoint::{
     Device, Features, Method, Model, Participant, Study, Target, align, calibrated, check_imus,
-    frame_of, geometry_error_deg, median, pearson, replication, ridge, switches, twitches,
+    frame_of, geometry_error_deg, median, pearson, replication, ridge, still, switches, twitches,
 };
 
 fn study() -> Study {
@@ -255,7 +255,7 @@ fn alignment_undoes_a_turn_about_the_vertical() {
 #[test]
 fn calibration_finds_turning_and_strength() {
     let study = study();
-    let calibrate = |stronger: f64| {
+    let calibrate = |stronger: f64, kept: Option<&[usize]>| {
         let mut person = Participant::drawn(&study, 7, 1).unwrap();
         let mut spec: ArmSpec = person.arm.spec().clone();
         spec.reached = spec.reached.map(|it| stronger * it);
@@ -266,10 +266,15 @@ fn calibration_finds_turning_and_strength() {
         person.now_us = 0;
         let cursory = person.cursory();
         let turning = twitches(&mut person.arm, &cursory, &study, &mut person.now_us);
-        let model = calibrated(&cursory, (&turning, &[]), 77.0, &study).unwrap();
+        // What does not twitch while it is weak is left out twice.
+        let found = still(&turning);
+        let kept = kept.unwrap_or(&found).to_vec();
+        assert!(kept.len() <= 2, "{kept:?}");
+        let model = calibrated(&cursory, (&turning, &kept), 77.0, &study).unwrap();
         let device = Device::new(&model).unwrap();
         let mut angles = Vec::new();
-        for (channel, turned) in turning.iter().enumerate() {
+        let turns = turning.iter().enumerate();
+        for (channel, turned) in turns.filter(|(at, _)| !kept.contains(at)) {
             let mean: Vector3<f64> = turned.iter().sum();
             angles.push(device.arm_m(channel).angle(&mean).to_degrees());
         }
@@ -280,10 +285,12 @@ fn calibration_finds_turning_and_strength() {
             angles.iter().all(|it| *it < 90.0) && median(&angles) < 30.0,
             "{angles:?}"
         );
-        model
+        (model, kept)
     };
-    let (weak, strong) = (calibrate(1.0), calibrate(2.0));
-    for (weak, strong) in weak.gains.iter().zip(strong.gains) {
+    let (weak, kept) = calibrate(1.0, None);
+    let (strong, _) = calibrate(2.0, Some(&kept));
+    for at in (0..ELECTRODES).filter(|at| !kept.contains(at)) {
+        let (weak, strong) = (weak.gains[at], strong.gains[at]);
         assert!((strong / weak - 2.0).abs() < 0.05, "{weak} {strong}");
     }
 }

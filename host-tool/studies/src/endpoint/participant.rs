@@ -24,6 +24,8 @@ pub const DIRECTION_NAMES: [&str; 6] = ["backward", "forward", "down", "up", "ri
 /// A baseline is the mean of so long before the contraction, ms. Ours: *immediately
 /// before* is printed.
 const BASELINE_MS: u64 = 100;
+/// The force sensor is read so often, ms. Ours: no rate is printed.
+pub(super) const READ_MS: u64 = 10;
 
 /// A person in the study.
 #[derive(Clone, Debug)]
@@ -179,8 +181,8 @@ impl Participant {
     /// The mean wrench of [`BASELINE_MS`] from now on, in which nothing is asked.
     pub(super) fn baseline(&mut self) -> [f64; 6] {
         let mut mean = Mean::default();
-        for _ in 0..BASELINE_MS {
-            self.now_us += 1_000;
+        for _ in 0..BASELINE_MS / READ_MS {
+            self.now_us += 1_000 * READ_MS;
             self.arm.advance(self.now_us);
             mean.add(self.arm.sensed_wrench());
         }
@@ -204,7 +206,13 @@ impl Participant {
             protocol.width_us,
         );
         self.arm.push(push);
-        let mut add = |arm: &Arm| during.add(arm.sensed_wrench());
+        let mut ms = 0;
+        let mut add = |arm: &Arm| {
+            ms += 1;
+            if ms % READ_MS == 0 {
+                during.add(arm.sensed_wrench());
+            }
+        };
         let currents = &mut |_| *currents_ma;
         self.now_us = pulses(&mut self.arm, self.now_us, currents, train, &mut add);
         self.arm.push([0.0; 6]);

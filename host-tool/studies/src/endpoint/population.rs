@@ -121,6 +121,7 @@ fn geometry_rows(all: &[Replication]) -> Vec<Row> {
     let jumps = |at: usize| of(&|it| it.switches[at].jumps as f64);
     let step = |at: usize| of(&|it| it.switches[at].greatest);
     let left = |at: usize| of(&|it| it.freshness[at]);
+    let reversed = of(&|it| it.geometry_deg[1].iter().filter(|it| **it > 90.0).count() as f64);
     let all = [
         (
             "geometry/before",
@@ -133,6 +134,12 @@ fn geometry_rows(all: &[Replication]) -> Vec<Row> {
             "geometry's error, calibrated",
             "°",
             worn(1),
+        ),
+        (
+            "geometry/reversed",
+            "of nine lines turned about, calibrated",
+            "",
+            reversed,
         ),
         (
             "jumps/near",

@@ -6,13 +6,13 @@ use super::declaration::Study;
 use super::device::{Device, Method, around};
 use super::error::EndpointError;
 use super::metrics::{Target, align};
-use super::participant::{DIRECTIONS, Participant};
+use super::participant::{DIRECTIONS, Participant, READ_MS};
 use hal_sim::body::arm::{Arm, ELECTRODES};
 use serde::Serialize;
 
 /// How often the device recruits, Hz: its own, and the paper's.
 pub const RATES_HZ: [u64; 2] = [200, 20];
-/// A measured force is the mean of so many milliseconds.
+/// A measured force is the mean of so many milliseconds, a multiple of [`READ_MS`].
 const BIN_MS: u64 = 50;
 
 /// What came of going around at one rate.
@@ -91,9 +91,9 @@ fn circle(
             bins.push([0.0; 6]);
         }
         ms += 1;
-        if let Some(bin) = bins.last_mut() {
+        if let Some(bin) = bins.last_mut().filter(|_| ms % READ_MS == 0) {
             for (sum, it) in bin.iter_mut().zip(arm.sensed_wrench()) {
-                *sum += it / BIN_MS as f64;
+                *sum += it * READ_MS as f64 / BIN_MS as f64;
             }
         }
     };
