@@ -12,7 +12,7 @@ pub enum EndpointError {
     Declaration(String),
     /// A drawn arm.
     #[error("E716 a drawn arm cannot be: {0}; change its range")]
-    Arm(#[from] InvalidArm),
+    Arm(InvalidArm),
     /// IMUs do not read as they should; all of them.
     #[error("E717 {0}; the calibration needs each of them in its segment's axes")]
     Imus(String),
@@ -29,9 +29,15 @@ pub enum EndpointError {
     #[error("E720 the regression: {0}")]
     Regression(String),
     /// The device's own arm, or what is wanted of it.
-    #[error("the device's arm: {0}")]
+    #[error(transparent)]
     Limb(#[from] Trouble),
     /// A sample.
     #[error("E721 statistics of {0}: {1}")]
     Statistics(&'static str, StatisticsError),
+}
+
+impl From<InvalidArm> for EndpointError {
+    fn from(error: InvalidArm) -> Self {
+        Self::Arm(error)
+    }
 }

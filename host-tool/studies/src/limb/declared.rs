@@ -1,5 +1,6 @@
 //! What was declared before it was looked at.
 
+use super::LimbError;
 use serde::{Deserialize, Serialize};
 
 /// The file itself.
@@ -79,9 +80,9 @@ impl Declared {
     /// As committed, with other draws where asked.
     ///
     /// # Errors
-    /// What is wrong with the committed file: a build of this program with one that
+    /// [`LimbError::Declaration`]: a build of this program with a committed file that
     /// cannot be read.
-    pub fn read() -> Result<Self, toml::de::Error> {
-        toml::from_str(DECLARED)
+    pub fn read() -> Result<Self, LimbError> {
+        toml::from_str(DECLARED).map_err(LimbError::Declaration)
     }
 }

@@ -28,7 +28,7 @@ use host_core::limb::Trouble;
 pub enum LimbError {
     /// The committed declaration.
     #[error("E707 host-tool/limb/recruitments.toml cannot be read: {0}")]
-    Declaration(#[from] toml::de::Error),
+    Declaration(toml::de::Error),
     /// An arm or a posture.
     #[error(transparent)]
     Trouble(#[from] Trouble),
