@@ -8,6 +8,7 @@ mod calibration_frame;
 #[cfg(unix)]
 mod check_cli;
 mod chip_cli;
+mod endpoint_cli;
 mod errors;
 mod explain_model;
 mod faults_cli;

@@ -1,0 +1,44 @@
+//! `flexor experiment sierotowicz`: what it tells, writes and refuses.
+
+use crate::program::{folder, ran};
+use serde_json::Value;
+
+const ONE: [&str; 4] = ["experiment", "sierotowicz", "--draws", "1"];
+const RESULT: [&str; 4] = ["result.json", "result.html", "arms.html", "studies.jsonl"];
+
+#[test]
+fn a_study_is_told_and_written() {
+    let folder = folder("sierotowicz");
+    let (exit, told, _) = ran(
+        &folder,
+        &[&["--json"], &ONE[..], &["--out", "one"]].concat(),
+    );
+    assert_eq!(exit, Some(0), "{told}");
+    let told: Value = serde_json::from_str(&told).unwrap();
+    let result = &told["result"];
+    assert_eq!(result["simulated"], true);
+    assert_eq!(result["declared"]["as_declared"], false);
+    for file in RESULT {
+        assert!(folder.join("one").join(file).exists(), "{file}");
+    }
+    // Two wearers of a frame that is S1's.
+    assert_eq!(result["shares"][0]["of"], 2, "{result}");
+    let arms = std::fs::read_to_string(folder.join("one/arms.html")).unwrap();
+    assert_eq!(arms.matches("<svg").count(), 1 + 3 * 3);
+    let (exit, people, _) = ran(&folder, &["report", "one"]);
+    assert_eq!(exit, Some(0), "{people}");
+}
+
+#[test]
+fn what_cannot_be_asked_is_wrong_use() {
+    let folder = folder("sierotowicz_refused");
+    for (args, why) in [
+        (&["--draws", "0"][..], "allowed is 1 to"),
+        (&["--wearer", "P"], "do not belong to sierotowicz"),
+        (&["--device", "chip"], "without a device"),
+    ] {
+        let (exit, _, told) = ran(&folder, &[&ONE[..2], args].concat());
+        assert_eq!(exit, Some(2), "{told}");
+        assert!(told.contains(why), "{told}");
+    }
+}
