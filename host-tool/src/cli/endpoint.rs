@@ -89,8 +89,8 @@ fn allowed(args: &ExperimentArgs, draws: u64) -> anyhow::Result<()> {
     if args.wearer.is_some() || args.departure.is_some() {
         return wrong(format!("--wearer and --departure do not belong to {NAME}"));
     }
-    let device = &args.device;
-    if device.to_string() != "native" {
+    let device = args.device.typed();
+    if device != "native" {
         return wrong(format!(
             "{NAME} is of bodies alone, without a device; --device is {device}, allowed: native"
         ));
