@@ -25,7 +25,7 @@ pub const DIRECTION_NAMES: [&str; 6] = ["backward", "forward", "down", "up", "ri
 /// before* is printed.
 const BASELINE_MS: u64 = 100;
 /// The force sensor is read so often, ms. Ours: no rate is printed.
-pub(super) const READ_MS: u64 = 10;
+const READ_MS: u64 = 10;
 
 /// A person in the study.
 #[derive(Clone, Debug)]
@@ -179,7 +179,7 @@ impl Participant {
     }
 
     /// The mean wrench of [`BASELINE_MS`] from now on, in which nothing is asked.
-    pub(super) fn baseline(&mut self) -> [f64; 6] {
+    fn baseline(&mut self) -> [f64; 6] {
         let mut mean = Mean::default();
         for _ in 0..BASELINE_MS / READ_MS {
             self.now_us += 1_000 * READ_MS;

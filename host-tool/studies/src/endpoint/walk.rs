@@ -6,13 +6,14 @@ use super::declaration::Study;
 use super::device::{Device, Method, around};
 use super::error::EndpointError;
 use super::metrics::{Target, align};
-use super::participant::{DIRECTIONS, Participant, READ_MS};
+use super::participant::{DIRECTIONS, Participant};
 use hal_sim::body::arm::{Arm, ELECTRODES};
 use serde::Serialize;
 
 /// How often the device recruits, Hz: its own, and the paper's.
 pub const RATES_HZ: [u64; 2] = [200, 20];
-/// A measured force is the mean of so many milliseconds, a multiple of [`READ_MS`].
+/// A force given is the mean of so many milliseconds, without the sensor's noise and the
+/// hold's wandering: they are as large as what is wanted, and the same at both rates.
 const BIN_MS: u64 = 50;
 
 /// What came of going around at one rate.
@@ -58,7 +59,7 @@ pub fn walk(
     })
 }
 
-/// Once around in one plane; what was wanted in the middle of each bin and measured over it.
+/// Once around in one plane; what was wanted in the middle of each bin and given over it.
 fn circle(
     study: &Study,
     person: &mut Participant,
@@ -83,7 +84,6 @@ fn circle(
             }
         }
     };
-    let before = person.baseline();
     let mut bins: Vec<[f64; 6]> = Vec::new();
     let mut ms = 0;
     let mut add = |arm: &Arm| {
@@ -91,9 +91,9 @@ fn circle(
             bins.push([0.0; 6]);
         }
         ms += 1;
-        if let Some(bin) = bins.last_mut().filter(|_| ms % READ_MS == 0) {
-            for (sum, it) in bin.iter_mut().zip(arm.sensed_wrench()) {
-                *sum += it * READ_MS as f64 / BIN_MS as f64;
+        if let Some(bin) = bins.last_mut() {
+            for (sum, it) in bin.iter_mut().zip(arm.wrench()) {
+                *sum += it / BIN_MS as f64;
             }
         }
     };
@@ -111,7 +111,7 @@ fn circle(
     let target = |(at, bin): (usize, [f64; 6])| Target {
         command: at,
         wanted_n: wanted(1_000 * (BIN_MS * at as u64 + BIN_MS / 2)),
-        measured: std::array::from_fn(|axis| bin[axis] - before[axis]),
+        measured: bin,
         currents_ma: [0.0; ELECTRODES],
         is_beyond: false,
     };
