@@ -61,6 +61,18 @@ impl Range {
         Self { max, ..self }
     }
 
+    /// What is told of a `value` that is not allowed.
+    #[must_use]
+    pub fn none(self, value: impl Into<i64>) -> OutOfRange {
+        let Self { field, min, max } = self;
+        OutOfRange {
+            field,
+            value: value.into(),
+            min,
+            max,
+        }
+    }
+
     /// Nothing, if `value` lies within.
     ///
     /// # Errors

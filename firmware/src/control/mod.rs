@@ -1,4 +1,5 @@
-//! Joint angle control: from a wanted angle and a measured one to amplitudes.
+//! Control: from a wanted angle and a measured one to amplitudes, from a wanted force of
+//! a muscle or at the hand to them.
 //!
 //! Lives here: setpoint tracks, the pseudo-differentiator, the control laws and how
 //! much of their feedback counts, the mapping of effort onto flexor and extensor,
@@ -7,10 +8,12 @@
 //! bytes, the sensor itself.
 //! In: timed setpoints and measurements, and the time. Out: one amplitude per
 //! channel and tick, whether a limit was met, or a named sensor fault.
-//! Integers only; the same inputs give the same bits on every machine.
+//! Integers only, but where `limb` computes; the same inputs give the same bits on every
+//! machine.
 
 pub mod differentiator;
 pub mod effort;
+pub mod endpoint;
 pub mod feed_forward;
 pub mod force;
 pub(crate) mod gain;
@@ -31,6 +34,9 @@ mod steering;
 pub mod super_twisting;
 
 pub use effort::Effort;
+pub use endpoint::{
+    Endpoint, EndpointOrders, EndpointSpec, EndpointState, PostureSpec, Unmade, WrenchError,
+};
 pub use feed_forward::{FeedForward, WearerModel};
 pub use force::{ForceControl, ForceError, ForceGap, ForceOrders, ForceSpec, ForceState};
 pub use joint::{Joint, JointState, Orders};

@@ -1,5 +1,6 @@
 //! The 1 kHz owner: joint control, the wall, muscle models, telemetry samples.
 
+mod endpoint;
 mod in_force;
 mod sample;
 mod setup;
@@ -8,11 +9,11 @@ use super::mail::{
     Asked, ControlEvent, ControlOrder, ControlRequest, ControlVerdict, ControllerMail,
 };
 use crate::control::{
-    Amplitudes, Effort, ForceGap, ForceOrders, ForceState, JointState, LimitCycle, Orders,
-    SensorFault,
+    Amplitudes, Effort, EndpointState, ForceGap, ForceOrders, ForceState, JointState, LimitCycle,
+    Orders, SensorFault,
 };
 use crate::haptics::{WallOrders, WallState};
-use crate::link::{Code, Event, Refusal};
+use crate::link::{Code, Event, Refusal, Request, WrenchSample};
 use crate::muscle::{LadderState, Model, Rung};
 use crate::pulse::CHANNELS;
 use crate::safety::{Fault, State};
@@ -81,6 +82,9 @@ pub struct Controller {
     setup: ControlSetup,
     joint: JointState,
     wall: WallState,
+    endpoint: EndpointState,
+    /// What the arm tells.
+    wrench: Option<WrenchSample>,
     muscles: Vec<LadderState, CHANNELS>,
     forces: Vec<Followed, CHANNELS>,
     in_force: InForce,
@@ -105,6 +109,8 @@ impl Controller {
             setup: ControlSetup::default(),
             joint: JointState::default(),
             wall: WallState::default(),
+            endpoint: EndpointState::default(),
+            wrench: None,
             muscles: Vec::new(),
             forces: Vec::new(),
             in_force: InForce::default(),
@@ -141,6 +147,7 @@ impl Controller {
         self.in_force.advance(now);
         let acted = self.control(now, adc, mail);
         self.control_forces(now, mail);
+        self.control_endpoint(now, mail);
         for (muscle, state) in self.setup.muscles.iter().zip(&mut self.muscles) {
             muscle.force.advance(state, now);
         }
@@ -200,6 +207,7 @@ impl Controller {
         }
         self.joint = JointState::default();
         self.wall = WallState::default();
+        self.rest_endpoint();
         self.in_force.rest(self.setup.periods_us);
         self.phase = Phase::Armed;
     }
@@ -208,6 +216,7 @@ impl Controller {
     fn end(&mut self) {
         self.phase = Phase::Off;
         self.in_force.silence();
+        self.wrench = None;
         for followed in &mut self.forces {
             followed.target_mn = None;
         }
@@ -285,9 +294,28 @@ impl Controller {
             ControlRequest::Rung { seq, channel, rung } => {
                 (seq, self.change_rung(channel, rung, now), None)
             }
-            ControlRequest::Measurement { seq, at, angle } => {
+            ControlRequest::Wrench {
+                seq,
+                arrived,
+                at,
+                force_mn,
+            } => {
+                let result = match is_latest {
+                    true => self.wish(now, at, force_mn),
+                    false => Err(Refusal::new(Code::Stopped, "stop")),
+                };
+                (seq, result, Some(arrived))
+            }
+            ControlRequest::Measurement {
+                seq,
+                at,
+                joint: axis,
+                angle,
+            } => {
                 let result = match (&self.setup.joint, &self.setup.wall) {
                     _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
+                    _ if self.setup.endpoint.is_some() => self.posture(now, at, axis, angle),
+                    _ if axis > 0 => Err(Refusal::from(Request::JOINT.up_to(0).none(axis))),
                     (Some(joint), _) => joint
                         .measurement(&mut self.joint, now, at, angle)
                         .map_err(Refusal::from),

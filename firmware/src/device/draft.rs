@@ -5,8 +5,9 @@ mod examination;
 mod requests;
 
 use super::mistake::{Mistake, Part, Rule};
-use crate::control::{ForceControl, ForceSpec, Joint, JointSpec};
+use crate::control::{EndpointSpec, ForceControl, ForceSpec, Joint, JointSpec};
 use crate::haptics::{Wall, WallSpec};
+use crate::limb::{LINES, LineSpec};
 use crate::muscle::{MuscleSpec, Recruitment};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS, check_members};
 use crate::range::{OutOfRange, Range};
@@ -43,6 +44,9 @@ pub struct Draft {
     sync: Option<u8>,
     joint: Option<JointSpec>,
     wall: Option<WallSpec>,
+    endpoint: Option<EndpointSpec>,
+    /// By rising channel.
+    lines: Vec<LineSpec, LINES>,
     channels: [Option<ChannelSpec>; CHANNELS],
     muscles: [Option<MuscleSpec>; CHANNELS],
     forces: [Option<ForceSpec>; CHANNELS],
@@ -94,6 +98,8 @@ impl Draft {
             sync: None,
             joint: None,
             wall: None,
+            endpoint: None,
+            lines: Vec::new(),
             channels: [None; CHANNELS],
             muscles: [None; CHANNELS],
             forces: [None; CHANNELS],
@@ -106,6 +112,8 @@ impl Draft {
         self.wearer = WearerSpec::default();
         self.groups.clear();
         (self.sync, self.joint, self.wall) = (None, None, None);
+        self.endpoint = None;
+        self.lines.clear();
         self.channels.fill(None);
         self.muscles.fill(None);
         self.forces.fill(None);
@@ -173,6 +181,33 @@ impl Draft {
     pub fn set_wall(&mut self, spec: WallSpec) -> Result<(), Mistake> {
         Wall::new(&spec).map_err(Mistake::of(Part::Wall))?;
         self.wall = Some(spec);
+        Ok(())
+    }
+
+    /// The arm whose hand exerts a wanted force.
+    pub fn set_endpoint(&mut self, spec: EndpointSpec) -> Result<(), Mistake> {
+        spec.check().map_err(Mistake::of(Part::Limb))?;
+        self.endpoint = Some(spec);
+        Ok(())
+    }
+
+    /// The line of action of a channel's muscle, in place of the one before.
+    pub fn set_line(&mut self, spec: LineSpec) -> Result<(), Mistake> {
+        let mut first = Ok(());
+        let part = Part::Line(spec.channel);
+        spec.mistakes(&mut |range| {
+            if first.is_ok() {
+                first = Err(Mistake::of(part)(range));
+            }
+        });
+        first?;
+        let before = |line: &LineSpec| line.channel < spec.channel;
+        let place = self.lines.iter().take_while(|line| before(line)).count();
+        match self.lines.get_mut(place) {
+            Some(line) if line.channel == spec.channel => *line = spec,
+            // As many places as channels.
+            _ => drop(self.lines.insert(place, spec)),
+        }
         Ok(())
     }
 

@@ -96,7 +96,7 @@ pub enum Report {
     },
 }
 
-/// Parts of the largest setup: the channels, a muscle for each, joint or wall.
+/// Parts of the largest setup: the channels, a muscle for each, joint, wall or arm.
 const PARTS: usize = CHANNELS + 2;
 
 /// Session → controller.
@@ -139,12 +139,25 @@ pub enum ControlRequest {
         /// Its rate, if the host gave one.
         rate: Option<ForceRate>,
     },
+    /// A wanted force at the hand.
+    Wrench {
+        /// The request's number.
+        seq: u16,
+        /// When its last byte arrived.
+        arrived: Micros,
+        /// From when it is valid.
+        at: Micros,
+        /// mN, along x, y, z.
+        force_mn: [i32; 3],
+    },
     /// A joint angle measured by the host.
     Measurement {
         /// The request's number.
         seq: u16,
         /// When it was measured.
         at: Micros,
+        /// Which of an arm's nine; 0 of a joint or a wall.
+        joint: u8,
         /// The angle.
         angle: Angle,
     },
@@ -195,6 +208,13 @@ pub enum ControlReport {
 pub enum ControlOrder {
     /// Amplitudes from the control law.
     Amplitudes(Amplitudes),
+    /// An amplitude for an arm's muscle.
+    Amplitude {
+        /// From 0.
+        channel: u8,
+        /// Of the next burst.
+        amplitude: Amplitude,
+    },
     /// Amplitude and pulse rate from force control.
     Pulses {
         /// From 0.
@@ -252,8 +272,8 @@ pub struct Mailboxes {
     control_reports: Queue<ControlReport, 24>,
     // As many ticks as the session may be making tables.
     samples: Queue<Response<'static>, 9>,
-    // Two a tick and one for each channel under force control, taken four
-    // times a tick.
+    // Two a tick and one for each channel under force control or of an arm, taken
+    // four times a tick.
     control_orders: Queue<ControlOrder, 16>,
     // 4 windows of at most 20 pulses between two control ticks, and 2 of pulses
     // still to come.
@@ -323,10 +343,10 @@ impl Mailboxes {
     /// Whether nothing waits for the pulser that has told of `stops` stops but
     /// amplitudes and the time of a setpoint, and nothing of its own for the session.
     pub(super) fn is_empty_for_pulser(&self, stops: u32) -> bool {
-        use ControlOrder::{Amplitudes, Heard};
+        use ControlOrder::{Amplitude, Amplitudes, Heard};
         let mut waiting = self.control_orders.iter();
         self.orders.is_empty()
-            && waiting.all(|order| matches!(order, Amplitudes(_) | Heard(_)))
+            && waiting.all(|order| matches!(order, Amplitudes(_) | Amplitude { .. } | Heard(_)))
             && self.reports.is_empty()
             && self.stop.raised() == stops
     }

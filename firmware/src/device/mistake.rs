@@ -39,6 +39,10 @@ pub enum Part {
     Joint,
     /// The wall; the same.
     Wall,
+    /// The arm.
+    Limb,
+    /// The line of action of a channel's muscle.
+    Line(u8),
 }
 
 /// What a part of a setup can break.
@@ -80,8 +84,12 @@ pub enum Rule {
     WidthChanges,
     /// Force control without a muscle.
     NoMuscle,
-    /// Force control of a channel that the joint or the wall drives.
+    /// Force control or a line of a channel that something else drives.
     Controlled,
+    /// Lines without an arm.
+    NoLimb,
+    /// There is a joint or a wall, and a measurement would be of both.
+    JointAndLimb,
 }
 
 impl Mistake {
@@ -132,6 +140,8 @@ impl Part {
             Self::Sync => "sync",
             Self::Joint => "joint",
             Self::Wall => "wall",
+            Self::Limb => "limb",
+            Self::Line(_) => "line",
             _ => "channels",
         }
     }
@@ -164,11 +174,14 @@ impl From<Mistake> for Refusal<'static> {
             Rule::WidthChanges => Self::new(Code::WidthChanges, "max_width_us"),
             Rule::NoMuscle => Self::new(Code::NoMuscle, "muscle"),
             Rule::Controlled => named(Code::Controlled),
+            Rule::NoLimb => named(Code::NoLimb),
+            Rule::JointAndLimb => named(Code::JointAndLimb),
         };
         match part {
-            Part::Channel(channel) | Part::Muscle(channel) | Part::Force(channel) => {
-                refusal.on(channel)
-            }
+            Part::Channel(channel)
+            | Part::Muscle(channel)
+            | Part::Force(channel)
+            | Part::Line(channel) => refusal.on(channel),
             _ => refusal,
         }
     }

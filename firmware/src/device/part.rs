@@ -1,7 +1,7 @@
 //! What the controller works with, part by part, so that no whole setup is ever on
 //! a stack.
 
-use crate::control::{ForceControl, Joint};
+use crate::control::{Endpoint, ForceControl, Joint};
 use crate::haptics::Wall;
 use crate::muscle::{Ladder, Recruitment};
 use crate::pulse::CHANNELS;
@@ -36,4 +36,6 @@ pub enum ControlPart {
     Joint(Joint),
     /// The virtual wall.
     Wall(Wall),
+    /// The arm whose hand exerts a wanted force.
+    Endpoint(Endpoint),
 }

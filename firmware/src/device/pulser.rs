@@ -237,6 +237,9 @@ impl Pulser {
                     self.is_slowed |= self.guard.command(channel, amplitude, start);
                 }
             }
+            ControlOrder::Amplitude { channel, amplitude } => {
+                self.is_slowed |= self.guard.command(channel, amplitude, start);
+            }
             ControlOrder::Pulses {
                 channel,
                 amplitude,

@@ -1,5 +1,6 @@
 //! Why an arm, a posture or a wrench is refused.
 
+use super::spec::{AXIS_NAMES, LineSpec};
 use crate::range::OutOfRange;
 use core::fmt;
 
@@ -38,6 +39,23 @@ pub enum LimbError {
     },
 }
 
+impl LimbError {
+    /// The field, its value and what it may be.
+    #[must_use]
+    pub const fn range(self) -> OutOfRange {
+        match self {
+            Self::Way { range, .. } | Self::Axis { range, .. } | Self::Line { range, .. } => range,
+            Self::Lines(range) => range,
+            Self::ChannelTwice { channel, .. } => OutOfRange {
+                field: LineSpec::CHANNEL.field,
+                value: channel as i64,
+                min: LineSpec::CHANNEL.min,
+                max: LineSpec::CHANNEL.max,
+            },
+        }
+    }
+}
+
 impl fmt::Display for LimbError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -65,6 +83,20 @@ pub struct PostureError {
     pub low_mdeg: i32,
     /// Highest allowed.
     pub high_mdeg: i32,
+}
+
+impl PostureError {
+    /// The axis by its name, m°, and what it may be.
+    #[must_use]
+    pub fn range(self) -> OutOfRange {
+        let names = &AXIS_NAMES;
+        OutOfRange {
+            field: names.get(usize::from(self.axis)).copied().unwrap_or_default(),
+            value: self.mdeg.into(),
+            min: self.low_mdeg,
+            max: self.high_mdeg,
+        }
+    }
 }
 
 impl fmt::Display for PostureError {

@@ -77,6 +77,19 @@ pub struct LimbSpec {
     pub lines: Vec<LineSpec, LINES>,
 }
 
+/// The nine axes by name, in the order of a posture.
+pub const AXIS_NAMES: [&str; AXES] = [
+    "sc_protraction",
+    "sc_elevation",
+    "sc_roll",
+    "gh_flexion",
+    "gh_abduction",
+    "gh_rotation",
+    "el_flexion",
+    "el_bend",
+    "el_pronation",
+];
+
 /// Shortest bone.
 const SHORTEST_UM: i64 = 10_000;
 
@@ -97,7 +110,7 @@ impl LineSpec {
     pub const LIMIT: Range = Range::new("limit", 1, 200_000);
 
     /// Tells `note` of every field that is not within its range.
-    fn check(&self, note: &mut dyn FnMut(OutOfRange)) {
+    pub fn mistakes(&self, note: &mut dyn FnMut(OutOfRange)) {
         let mut hold = |checked: Result<(), OutOfRange>| {
             if let Err(range) = checked {
                 note(range);
@@ -138,25 +151,34 @@ impl LimbSpec {
     /// Of those of middle axes.
     pub const MIDDLE_MDEG: Range = Range::new("ranges_mdeg", -80_000, 80_000);
 
-    /// Tells `note` of every mistake, bones first.
-    pub fn mistakes(&self, note: &mut dyn FnMut(LimbError)) {
-        for (way, um) in (0u8..).zip(&self.ways_um) {
+    /// Tells `note` of every mistake in bones and ranges.
+    pub fn bone_mistakes(
+        ways_um: &[[i32; 3]; JOINTS + 1],
+        ranges_mdeg: &[(i32, i32); AXES],
+        note: &mut dyn FnMut(LimbError),
+    ) {
+        for (way, um) in (0u8..).zip(ways_um) {
             if let Err(range) = check_way(way, um) {
                 note(LimbError::Way { way, range });
             }
         }
-        for (axis, &range_mdeg) in (0u8..).zip(&self.ranges_mdeg) {
+        for (axis, &range_mdeg) in (0u8..).zip(ranges_mdeg) {
             if let Err(range) = check_range(axis, range_mdeg) {
                 note(LimbError::Axis { axis, range });
             }
         }
+    }
+
+    /// Tells `note` of every mistake, bones first.
+    pub fn mistakes(&self, note: &mut dyn FnMut(LimbError)) {
+        Self::bone_mistakes(&self.ways_um, &self.ranges_mdeg, note);
         // At most 10.
         if let Err(range) = Self::LINE_COUNT.check(self.lines.len() as i64) {
             note(LimbError::Lines(range));
         }
         let mut taken = 0u32;
         for (line, spec) in (0u8..).zip(&self.lines) {
-            spec.check(&mut |range| note(LimbError::Line { line, range }));
+            spec.mistakes(&mut |range| note(LimbError::Line { line, range }));
             let channel = spec.channel;
             let bit = 1u32.wrapping_shl(channel.into()); // 0…9, or told already
             if taken & bit != 0 {

@@ -4,6 +4,7 @@
 use super::reading::Sender;
 use super::refusal::{Code, Refusal};
 use crate::control::LawSpec;
+use crate::limb::{JointName, LineSpec};
 use crate::pulse::{CHANNELS, MAX_GROUPS};
 use crate::safety::MAX_LISTED;
 use serde::Deserialize;
@@ -13,6 +14,7 @@ const GROUPS: u32 = 6;
 const JOINT: u32 = 9;
 const AMPLITUDES: u32 = 14;
 const PULSES: u32 = 24;
+const LINE: u32 = 26;
 
 /// Whose the request in `message` is, which could not be read, and the refusal, if it is
 /// because of a list that is too long.
@@ -24,6 +26,11 @@ pub fn too_long(message: &[u8]) -> Option<(Sender, Refusal<'static>)> {
         AMPLITUDES => amplitudes(skip::<u16>(rest)?)?,
         PULSES => ("pulses", 1, MAX_LISTED, skip::<u8>(rest)?),
         JOINT => ("flexors", 1, 2, skip::<(LawSpec, u8, u32)>(rest)?),
+        LINE => {
+            let count = LineSpec::VIA_COUNT;
+            let rest = skip::<(u8, JointName)>(rest)?;
+            (count.field, count.min, count.max as usize, rest) // 6
+        }
         _ => return None,
     };
     let (count, _) = take::<u32>(rest)?;

@@ -2,8 +2,9 @@
 //! append, never insert; the schema hash changes with any edit.
 
 use super::Refusal;
-use crate::control::{ForceGap, ForceSpec, JointSpec};
+use crate::control::{EndpointSpec, ForceGap, ForceSpec, JointSpec};
 use crate::haptics::WallSpec;
+use crate::limb::{AXES, LineSpec};
 use crate::muscle::{MuscleSpec, Rung};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS, TrainSpec};
 use crate::range::Range;
@@ -26,7 +27,7 @@ impl Request {
         ..TrainSpec::WIDTH_US
     };
     /// Of a measurement's joint.
-    pub const JOINT: Range = Range::new("joint", 0, 0);
+    pub const JOINT: Range = Range::new("joint", 0, AXES as i32 - 1);
     /// Of telemetry's period.
     pub const PERIOD_MS: Range = Range::new("period_ms", 0, 1_000);
     /// Of an angle's rate: rates beyond are no finger's.
@@ -119,7 +120,7 @@ pub enum Request {
     },
     /// A joint angle measured by the host.
     Measurement {
-        /// The joint; 0 is the only one.
+        /// Which of an arm's nine axes, 0–8; of a joint or a wall 0.
         joint: u8,
         /// 0.01°.
         centideg: i16,
@@ -176,6 +177,18 @@ pub enum Request {
         channel: u8,
         /// One after the other.
         pulses: Vec<ListedPulse, MAX_LISTED>,
+    },
+    /// Puts a wearer's arm into the draft, whose hand is to exert forces.
+    Limb(EndpointSpec),
+    /// Puts the line of action of a channel's muscle into the draft; the arm drives that
+    /// channel.
+    Line(LineSpec),
+    /// The wanted force at the hand of the arm. A setpoint.
+    Wrench {
+        /// Device time from which it is valid; `None` is on arrival.
+        at: Option<Micros>,
+        /// mN, backward, to the right, upward, seen from the thorax; ±1 000 000.
+        force_mn: [i32; 3],
     },
 }
 
@@ -415,6 +428,8 @@ pub struct Telemetry {
     pub forces_mn: Vec<Option<u32>, CHANNELS>,
     /// What force control does, one per channel under it.
     pub force_control: Vec<ForceSample, CHANNELS>,
+    /// What the arm does; none before its first setpoint, and where there is none.
+    pub wrench: Option<WrenchSample>,
     /// The device's state.
     pub state: State,
 }
@@ -429,6 +444,16 @@ pub struct ForceSample {
     /// Since the last sample a force between these two was wanted, and the nearer
     /// of them given.
     pub gap: Option<ForceGap>,
+}
+
+/// The arm in one telemetry sample.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
+pub struct WrenchSample {
+    /// Wanted force at the hand, mN.
+    pub target_mn: [i32; 3],
+    /// How much of it can be made as the arm is held, thousandths: all is given, or
+    /// nothing. The least since the last sample.
+    pub made_permille: u16,
 }
 
 /// A session number no session has.

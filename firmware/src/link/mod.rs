@@ -15,7 +15,7 @@ pub use frame::{Decoder, FrameError, MAX_FRAME, MAX_MESSAGE, encode, encode_into
 pub use lists::too_long;
 pub use message::{
     BROADCAST, Counters, Event, ForceSample, HelloInfo, Kind, Request, Response, SCHEMA, Status,
-    Telemetry, ToDevice,
+    Telemetry, ToDevice, WrenchSample,
 };
 pub use reading::{Reading, Sender};
 pub use refusal::{Code, Refusal};

@@ -2,8 +2,11 @@
 //! allowed. Numbers are stable; this file is the only list of them.
 
 use super::frame::FrameError;
-use crate::control::{ForceError, MeasurementError, SetpointError, SpecError};
+use crate::control::{
+    Endpoint, ForceError, MeasurementError, SetpointError, SpecError, Unmade, WrenchError,
+};
 use crate::haptics::WallError;
+use crate::limb::AXIS_NAMES;
 use crate::pulse::{GroupError, TrainError, TrainSpec};
 use crate::range::OutOfRange;
 use crate::safety::{Denied, ListedPulse, SetupError, StageMismatch, SumError};
@@ -61,6 +64,7 @@ pub enum Code {
     NoLists = 240,
     ListPlays = 241,
     NotRisen = 242,
+    JointAndLimb = 243,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -75,11 +79,15 @@ pub enum Code {
     SensorNotHost = 313,
     NoForceControl = 314,
     ForceOutOfReach = 315,
+    NoLimb = 316,
+    WrenchOutOfReach = 317,
+    NoMuscleHelps = 318,
+    NoPosture = 319,
 }
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 60] = [
+    pub const ALL: [Self; 65] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -126,6 +134,7 @@ impl Code {
         Self::NoLists,
         Self::ListPlays,
         Self::NotRisen,
+        Self::JointAndLimb,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -140,6 +149,10 @@ impl Code {
         Self::SensorNotHost,
         Self::NoForceControl,
         Self::ForceOutOfReach,
+        Self::NoLimb,
+        Self::WrenchOutOfReach,
+        Self::NoMuscleHelps,
+        Self::NoPosture,
     ];
 
     /// The code with this number.
@@ -431,6 +444,25 @@ impl From<ForceError> for Refusal<'static> {
                 refusal.allowed(bound(min_mn), bound(max_mn))
             }
             ForceError::Setpoint(e) => e.into(),
+        }
+    }
+}
+
+impl From<WrenchError> for Refusal<'static> {
+    fn from(e: WrenchError) -> Self {
+        let field = Endpoint::FORCE_MN.field;
+        match e {
+            WrenchError::Setpoint(e) => e.into(),
+            WrenchError::Unmade(Unmade::Posture(range)) => range.into(),
+            WrenchError::Unmade(Unmade::NoPosture { axis }) => {
+                let name = AXIS_NAMES.get(usize::from(axis)).copied();
+                Self::new(Code::NoPosture, name.unwrap_or_default())
+            }
+            WrenchError::Unmade(Unmade::NoMuscleHelps) => Self::new(Code::NoMuscleHelps, field),
+            WrenchError::Unmade(Unmade::TooStrong { channel, permille }) => {
+                let refusal = Self::new(Code::WrenchOutOfReach, field).on(channel);
+                refusal.allowed(0, permille.into())
+            }
         }
     }
 }

@@ -6,9 +6,9 @@ use crate::pulse::CHANNELS;
 use crate::safety::WearerSpec;
 use crc::{Digest, Table};
 
-/// Wearer, groups, sync, joint and wall; train, muscle and force control of every
-/// channel.
-const PARTS: usize = 5 + 3 * CHANNELS;
+/// Wearer, groups, sync, joint, wall and arm; train, muscle, force control and line of
+/// every channel.
+const PARTS: usize = 6 + 4 * CHANNELS;
 
 /// The parts of a setup, each by the CRC-32 of the request that put it there.
 ///
@@ -108,6 +108,8 @@ fn place(request: &Request) -> Option<(usize, bool)> {
         Request::Joint(_) => Some((3 + 2 * CHANNELS, true)),
         Request::Wall(_) => Some((4 + 2 * CHANNELS, true)),
         Request::ForceControl { channel, .. } => of(5 + 2 * CHANNELS, *channel),
+        Request::Limb(_) => Some((5 + 3 * CHANNELS, true)),
+        Request::Line(spec) => of(6 + 3 * CHANNELS, spec.channel),
         _ => None,
     }
 }

@@ -52,6 +52,7 @@ impl Controller {
             measured_centideg: acted.map(|acted| acted.measured.to_centideg()),
             effort_milli: acted.and_then(|acted| acted.effort_milli),
             limiting: core::mem::take(&mut self.limiting),
+            wrench: self.take_wrench(),
             state: self.state,
             ..Telemetry::default()
         };

@@ -1,7 +1,7 @@
 //! What the controller works with, put together part by part.
 
 use super::super::part::{ControlPart, Muscle};
-use crate::control::{ForceControl, Joint};
+use crate::control::{Endpoint, ForceControl, Joint};
 use crate::haptics::Wall;
 use crate::pulse::CHANNELS;
 use heapless::Vec;
@@ -23,6 +23,8 @@ pub(super) struct ControlSetup {
     pub(super) joint: Option<Joint>,
     /// The virtual wall; `None` if there is a joint.
     pub(super) wall: Option<Wall>,
+    /// The arm; `None` if there is a joint or a wall.
+    pub(super) endpoint: Option<Endpoint>,
 }
 
 impl ControlSetup {
@@ -39,6 +41,7 @@ impl ControlSetup {
                 self.muscles.clear();
                 self.forces.clear();
                 (self.joint, self.wall) = (None, None);
+                self.endpoint = None;
             }
             ControlPart::Muscle(muscle, force) => {
                 // As many slots as channels.
@@ -49,6 +52,7 @@ impl ControlSetup {
             }
             ControlPart::Joint(joint) => self.joint = Some(joint),
             ControlPart::Wall(wall) => self.wall = Some(wall),
+            ControlPart::Endpoint(endpoint) => self.endpoint = Some(endpoint),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The rules between the parts, and what comes of parts that keep them all.
 
 use super::{Draft, Mistake, Part, Rule, channel_of};
-use crate::control::{ForceControl, Joint, JointSpec};
+use crate::control::{Endpoint, ForceControl, Joint, JointSpec};
 use crate::device::part::{ControlPart, Muscle};
 use crate::haptics::{Wall, WallSpec};
 use crate::muscle::MuscleSpec;
@@ -51,6 +51,7 @@ impl Draft {
         together.map_or_else(|e| found(Mistake::of(Part::Setup)(e)), Ok)?;
         self.examine_joint_and_wall(&mut found)?;
         self.examine_forces(&mut found)?;
+        self.examine_limb(&mut found)?;
         if let Some(sync) = self.sync
             && self.used() & 1 << sync == 0
         {
@@ -82,14 +83,16 @@ impl Draft {
         }))
     }
 
-    /// Channels that the joint, the wall or force control drives, as bits: a host
-    /// may not.
+    /// Channels that the joint, the wall, the arm or force control drives, as bits: a
+    /// host may not.
     #[must_use]
     pub fn controlled(&self) -> u16 {
         let forces = (0u8..)
             .zip(&self.forces)
             .filter(|(_, force)| force.is_some());
-        forces.fold(self.guided(), |mask, (channel, _)| mask | 1 << channel) // below 10
+        let forces = forces.map(|(channel, _)| channel);
+        let all = forces.chain(self.lines.iter().map(|line| line.channel));
+        all.fold(self.guided(), |mask, channel| mask | 1 << channel) // below 10
     }
 
     /// Channels of the joint and of the wall, as bits.
@@ -125,7 +128,12 @@ impl Draft {
             let wall = Wall::new(spec).map_err(Mistake::of(Part::Wall));
             Ok(ControlPart::Wall(wall?))
         });
-        channels.chain(muscles).chain(joint).chain(wall)
+        let endpoint = self.endpoint.iter().map(|spec| {
+            let endpoint = Endpoint::new(spec, &self.lines).map_err(Mistake::of(Part::Limb));
+            Ok(ControlPart::Endpoint(endpoint?))
+        });
+        let guided = joint.chain(wall).chain(endpoint);
+        channels.chain(muscles).chain(guided)
     }
 
     /// A muscle, if its model can follow its channel's bursts, and its table.
@@ -218,6 +226,34 @@ impl Draft {
             }
             if guided & 1 << channel != 0 {
                 found(Mistake::of(part)(Rule::Controlled))?; // below 10
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks the arm's channels, and that it has some.
+    fn examine_limb<E>(&self, found: &mut impl FnMut(Mistake) -> Result<(), E>) -> Result<(), E> {
+        if self.endpoint.is_none() && self.lines.is_empty() {
+            return Ok(());
+        }
+        let is_beside = self.joint.is_some() || self.wall.is_some();
+        for (is_wrong, rule) in [
+            (self.endpoint.is_none(), Rule::NoLimb),
+            (is_beside, Rule::JointAndLimb),
+        ] {
+            if is_wrong {
+                found(Mistake::of(Part::Limb)(rule))?;
+            }
+        }
+        for line in &self.lines {
+            let part = Part::Line(line.channel);
+            let demand = (line.channel, line.limit, "limit");
+            self.within_limit(part, demand)
+                .map_or_else(&mut *found, Ok)?;
+            let forces = self.forces.get(usize::from(line.channel));
+            let is_driven = self.guided() & 1 << line.channel != 0; // below 10
+            if is_driven || forces.is_some_and(Option::is_some) {
+                found(Mistake::of(part)(Rule::Controlled))?;
             }
         }
         Ok(())

@@ -19,6 +19,8 @@ impl Draft {
             Request::Joint(spec) => self.set_joint(spec.clone()),
             Request::Wall(spec) => self.set_wall(*spec),
             Request::ForceControl { channel, spec } => self.set_force(*channel, *spec),
+            Request::Limb(spec) => self.set_endpoint(*spec),
+            Request::Line(spec) => self.set_line(spec.clone()),
             _ => return None,
         })
     }
@@ -51,6 +53,12 @@ impl Draft {
         }
         if let Some(spec) = &self.wall {
             sum.note(&Request::Wall(*spec));
+        }
+        if let Some(spec) = &self.endpoint {
+            sum.note(&Request::Limb(*spec));
+        }
+        for spec in &self.lines {
+            sum.note(&Request::Line(spec.clone()));
         }
         let parts = self.channels.iter().zip(&self.muscles).zip(&self.forces);
         for (channel, ((train, muscle), force)) in (0u8..).zip(parts) {

@@ -4,6 +4,7 @@
 use super::super::draft::check_channel;
 use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
 use super::{Answer, Reply, Session, busy, is_arming, send, submit};
+use crate::control::Endpoint;
 use crate::link::{Code, Part, Refusal, Request, SetupSum};
 use crate::pulse::{CHANNELS, TrainSpec};
 use crate::safety::{
@@ -103,6 +104,19 @@ impl Session {
                 submit(request, mail)?;
                 return Ok(Reply::Later);
             }
+            &Request::Wrench { at, force_mn } => {
+                for part in force_mn {
+                    Endpoint::FORCE_MN.check(part)?;
+                }
+                let request = ControlRequest::Wrench {
+                    seq,
+                    arrived: now,
+                    at: at.unwrap_or(now),
+                    force_mn,
+                };
+                submit(request, mail)?;
+                return Ok(Reply::Later);
+            }
             &Request::Rung { channel, rung } => {
                 check_channel(channel)?;
                 let request = ControlRequest::Rung { seq, channel, rung };
@@ -115,8 +129,13 @@ impl Session {
                 at,
             } => {
                 Request::JOINT.check(joint)?;
-                let angle = Angle::from_centideg(centideg);
-                submit(ControlRequest::Measurement { seq, at, angle }, mail)?;
+                let request = ControlRequest::Measurement {
+                    seq,
+                    at,
+                    joint,
+                    angle: Angle::from_centideg(centideg),
+                };
+                submit(request, mail)?;
                 return Ok(Reply::Later);
             }
             Request::Pulses { channel, pulses } => {

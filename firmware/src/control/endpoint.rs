@@ -1,0 +1,362 @@
+//! A wanted force at the hand: from timed forces and nine angles to the amplitudes of
+//! an arm's muscles, by the nearest neighbour of `limb`, at its own period.
+
+use super::sensor::{MeasurementError, Sensor, SensorFault, SensorSource, SensorState};
+use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
+use crate::limb::{
+    AXES, AXIS_NAMES, JOINTS, Jacobians, LINES, Limb, LimbError, LimbSpec, LineSpec, Number,
+    Posture, ReachError, Wrench,
+};
+use crate::range::{OutOfRange, Range};
+use crate::units::{Amplitude, Angle, Force, ForceRate, Micros, us};
+use fixed::types::I16F16;
+use heapless::Vec;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// A wearer's arm as it travels on the wire, unvalidated; its lines follow one by one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct EndpointSpec {
+    /// As [`LimbSpec::ways_um`].
+    pub ways_um: [[i32; 3]; JOINTS + 1],
+    /// As [`LimbSpec::ranges_mdeg`].
+    pub ranges_mdeg: [(i32, i32); AXES],
+    /// From recruitment to recruitment, ms; 5…50. The paper's loop: 5.
+    pub recruit_ms: u8,
+    /// How the arm is held.
+    pub posture: PostureSpec,
+}
+
+/// Where the nine angles come from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum PostureSpec {
+    /// They stay as they are here, 0.01°, each within its range.
+    Fixed([i16; AXES]),
+    /// The host measures each.
+    Measured {
+        /// Age at which the last measurement of any is stale, ms; 2…500.
+        stale_after_ms: u16,
+    },
+}
+
+/// A validated arm with its lines. What changes is an [`EndpointState`].
+#[derive(Clone, Debug)]
+pub struct Endpoint {
+    limb: Limb,
+    lines: Vec<u8, LINES>,
+    period_us: u32,
+    posture: Source,
+}
+
+#[derive(Clone, Debug)]
+enum Source {
+    Fixed(Posture),
+    Measured([Sensor; AXES]),
+}
+
+/// What an arm remembers. Begin every stimulation with a fresh one.
+#[derive(Clone, Debug, Default)]
+pub struct EndpointState {
+    /// The three parts of the wanted force.
+    tracks: [SetpointTrack<Force>; 3],
+    sensors: [SensorState; AXES],
+    jacobians: Jacobians<f32>,
+    /// The instant that they are of.
+    posed: Option<Micros>,
+    /// The next recruitment.
+    due: Option<Micros>,
+}
+
+/// What an arm asks for from this tick on.
+#[derive(Clone, PartialEq, Debug)]
+pub struct EndpointOrders {
+    /// The force wanted now, mN.
+    pub target_mn: [i32; 3],
+    /// Every line's channel and its amplitude: all of them zero unless all of the
+    /// wanted force can be made.
+    pub amplitudes: Vec<(u8, Amplitude), LINES>,
+    /// How much of it can be made, thousandths: 1000 is all, and is given.
+    pub made_permille: u16,
+}
+
+/// Why a wanted force was not taken.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum WrenchError {
+    /// Its time.
+    Setpoint(SetpointError),
+    /// It cannot be made.
+    Unmade(Unmade),
+}
+
+/// Why a force cannot be made.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Unmade {
+    /// An angle is not measured, or stale, or no arm's.
+    NoPosture {
+        /// Which of the nine.
+        axis: u8,
+    },
+    /// An angle is outside the wearer's range.
+    Posture(OutOfRange),
+    /// No line helps at any joint.
+    NoMuscleHelps,
+    /// A line would have to be stronger than it may.
+    TooStrong {
+        /// The channel of the line that is asked for the most beyond its limit.
+        channel: u8,
+        /// What can be made of it, thousandths, rounded down.
+        permille: u16,
+    },
+}
+
+impl EndpointSpec {
+    /// Of [`Self::recruit_ms`].
+    pub const RECRUIT_MS: Range = Range::new("recruit_ms", 5, 50);
+
+    /// The arm with these lines, which `Limb` validates.
+    #[must_use]
+    pub fn limb(&self, lines: &Vec<LineSpec, LINES>) -> LimbSpec {
+        LimbSpec {
+            ways_um: self.ways_um,
+            ranges_mdeg: self.ranges_mdeg,
+            lines: lines.clone(),
+        }
+    }
+
+    /// Tells `note` of every mistake in the spec by itself.
+    pub fn mistakes(&self, note: &mut dyn FnMut(OutOfRange)) {
+        LimbSpec::bone_mistakes(&self.ways_um, &self.ranges_mdeg, &mut |mistake| {
+            if let LimbError::Way { range, .. } | LimbError::Axis { range, .. } = mistake {
+                note(range);
+            }
+        });
+        let mut hold = |checked: Result<(), OutOfRange>| {
+            if let Err(range) = checked {
+                note(range);
+            }
+        };
+        hold(Self::RECRUIT_MS.check(self.recruit_ms));
+        match self.posture {
+            PostureSpec::Measured { stale_after_ms } => {
+                hold(SensorSource::STALE_AFTER_MS.check(stale_after_ms));
+            }
+            PostureSpec::Fixed(angles) => {
+                let axes = angles.iter().zip(&self.ranges_mdeg).zip(AXIS_NAMES);
+                for ((&centideg, &(low, high)), name) in axes {
+                    // At most 327 680.
+                    hold(Range::new(name, low, high).check(i32::from(centideg) * 10));
+                }
+            }
+        }
+    }
+
+    /// The first of [`Self::mistakes`].
+    ///
+    /// # Errors
+    /// That one.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        let mut first = None;
+        self.mistakes(&mut |range| {
+            first.get_or_insert(range);
+        });
+        first.map_or(Ok(()), Err)
+    }
+}
+
+impl Endpoint {
+    /// Of a force, each part: no hand's beyond.
+    pub const FORCE_MN: Range = Range::new("force_mn", -1_000_000, 1_000_000);
+
+    /// Validates an arm and its lines.
+    ///
+    /// # Errors
+    /// The first offending field and what it allows.
+    pub fn new(spec: &EndpointSpec, lines: &Vec<LineSpec, LINES>) -> Result<Self, OutOfRange> {
+        spec.check()?;
+        let limb = Limb::new(&spec.limb(lines)).map_err(LimbError::range)?;
+        let posture = match spec.posture {
+            PostureSpec::Fixed(angles) => Source::Fixed(angles.map(Angle::from_centideg)),
+            PostureSpec::Measured { stale_after_ms } => {
+                let sensor =
+                    |range| Sensor::of_joint(SensorSource::Host, stale_after_ms, range);
+                let [a, b, c, d, e, f, g, h, i] = spec.ranges_mdeg.map(sensor);
+                Source::Measured([a?, b?, c?, d?, e?, f?, g?, h?, i?])
+            }
+        };
+        Ok(Self {
+            limb,
+            lines: lines.iter().map(|line| line.channel).collect(),
+            period_us: u32::from(spec.recruit_ms) * 1000,
+            posture,
+        })
+    }
+
+    /// Takes a force at the hand, mN, valid from `at`; see [`SetpointTrack::accept`]. It
+    /// must be one that can be made as the arm is held now.
+    ///
+    /// # Errors
+    /// [`WrenchError`]; nothing that is wanted has changed then.
+    pub fn wish(
+        &self,
+        state: &mut EndpointState,
+        now: Micros,
+        at: Micros,
+        force_mn: [i32; 3],
+    ) -> Result<(), WrenchError> {
+        let wanted = force_mn.map(newton);
+        let made = self.recruit(state, now, wanted);
+        made.map_err(WrenchError::Unmade)?;
+        // All three have taken the same times, and so take this one or do not.
+        for (track, force) in state.tracks.iter_mut().zip(wanted) {
+            let taken = track.accept(now, at, force, Some(ForceRate::new(I16F16::ZERO)));
+            taken.map_err(WrenchError::Setpoint)?;
+        }
+        Ok(())
+    }
+
+    /// Takes an angle of the arm from the host, measured at `at`; of an axis above 8
+    /// nothing.
+    ///
+    /// # Errors
+    /// [`MeasurementError`]; the state is unchanged then.
+    pub fn measurement(
+        &self,
+        state: &mut EndpointState,
+        now: Micros,
+        at: Micros,
+        axis: u8,
+        angle: Angle,
+    ) -> Result<(), MeasurementError> {
+        let Source::Measured(sensors) = &self.posture else {
+            return Err(MeasurementError::NotFromHost);
+        };
+        let axis = usize::from(axis);
+        match (sensors.get(axis), state.sensors.get_mut(axis)) {
+            (Some(sensor), Some(state)) => sensor.take_from_host(state, now, at, angle),
+            _ => Ok(()),
+        }
+    }
+
+    /// One control tick. `None` between recruitments, and until the first force is due:
+    /// nobody has asked for anything.
+    ///
+    /// # Errors
+    /// [`SensorFault`] once an angle that was measured is stale, or beyond belief.
+    pub fn tick(
+        &self,
+        state: &mut EndpointState,
+        now: Micros,
+    ) -> Result<Option<EndpointOrders>, SensorFault> {
+        if let Source::Measured(sensors) = &self.posture {
+            for (sensor, state) in sensors.iter().zip(&mut state.sensors) {
+                match sensor.angle(state, now, None) {
+                    Ok(_) | Err(SensorFault::Absent) => {}
+                    Err(fault) => return Err(fault),
+                }
+            }
+        }
+        let mut wanted = [Force::default(); 3];
+        for (part, track) in wanted.iter_mut().zip(&mut state.tracks) {
+            let Some(force) = track.value_at(now, HoldPolicy::Hold) else {
+                return Ok(None);
+            };
+            *part = force;
+        }
+        if state.due.is_some_and(|due| self.is_ahead(due, now)) {
+            return Ok(None);
+        }
+        let due = state.due.filter(|due| self.is_ahead(*due + us(self.period_us), now));
+        state.due = Some(due.unwrap_or(now) + us(self.period_us));
+        let recruited = self.recruit(state, now, wanted);
+        let made_permille = match recruited {
+            Ok(_) => 1000,
+            Err(Unmade::TooStrong { permille, .. }) => permille,
+            Err(_) => 0,
+        };
+        let orders = recruited.unwrap_or_default();
+        let amplitude = |&channel: &u8| {
+            let mut named = orders.iter().filter(|(it, _)| *it == channel);
+            (channel, named.next().map_or(Amplitude::ZERO, |(_, it)| *it))
+        };
+        Ok(Some(EndpointOrders {
+            target_mn: wanted.map(millinewton),
+            amplitudes: self.lines.iter().map(amplitude).collect(),
+            made_permille,
+        }))
+    }
+
+    /// Whether `due` lies ahead, within a period: any further is a wrapped clock.
+    fn is_ahead(&self, due: Micros, now: Micros) -> bool {
+        let ahead = (due - now).us();
+        ahead > 0 && ahead.cast_unsigned() <= self.period_us
+    }
+
+    /// The amplitudes of those lines that a force needs as the arm is held now.
+    fn recruit(
+        &self,
+        state: &mut EndpointState,
+        now: Micros,
+        wanted: [Force; 3],
+    ) -> Result<crate::limb::Orders, Unmade> {
+        self.pose(state, now)?;
+        // Below 2^26; what single precision rounds is below 10 µN.
+        let [x, y, z] = wanted.map(|part| f32::ratio(part.get().to_bits(), 1 << 16));
+        let made = self.limb.recruit(&state.jacobians, &Wrench::of_force(x, y, z));
+        made.map(|recruited| recruited.orders).map_err(|e| match e {
+            ReachError::NoMuscleHelps => Unmade::NoMuscleHelps,
+            ReachError::TooStrong { line, share } => Unmade::TooStrong {
+                channel: self.lines.get(usize::from(line)).copied().unwrap_or(0),
+                permille: (share * 1000.0) as u16, // saturates; 0 to 1 anyway
+            },
+        })
+    }
+
+    /// Turns the Jacobians to how the arm is held now, unless they are.
+    fn pose(&self, state: &mut EndpointState, now: Micros) -> Result<(), Unmade> {
+        let mut measured = [Angle::default(); AXES];
+        let posture = match &self.posture {
+            Source::Fixed(_) if state.posed.is_some() => return Ok(()),
+            Source::Measured(_) if state.posed == Some(now) => return Ok(()),
+            Source::Fixed(posture) => posture,
+            Source::Measured(sensors) => {
+                let all = measured.iter_mut().zip(sensors).zip(&mut state.sensors);
+                for (axis, ((angle, sensor), state)) in (0u8..).zip(all) {
+                    let found = sensor.angle(state, now, None);
+                    *angle = found.map_err(|_| Unmade::NoPosture { axis })?;
+                }
+                &measured
+            }
+        };
+        state.posed = None;
+        let jacobians = self.limb.refresh(posture);
+        state.jacobians = jacobians.map_err(|e| Unmade::Posture(e.range()))?;
+        state.posed = Some(now);
+        Ok(())
+    }
+}
+
+/// A part of a force that travelled as mN.
+fn newton(millinewton: i32) -> Force {
+    let mn = Endpoint::FORCE_MN;
+    let mn = i64::from(millinewton.max(mn.min).min(mn.max));
+    // Below 2^20 · 2^16 / 1000; to the nearest, so that it reads back.
+    Force::new(I16F16::from_bits(((mn * 65_536 + 500).div_euclid(1000)) as i32))
+}
+
+/// The same for the wire again.
+fn millinewton(force: Force) -> i32 {
+    let bits = i64::from(force.get().to_bits());
+    ((bits * 1000 + 32_768) >> 16) as i32 // at most 2^31 · 1000 / 2^16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forces_come_back_as_they_were_asked_for() {
+        for mn in (-1_000_000..=1_000_000).step_by(7) {
+            assert_eq!(millinewton(newton(mn)), mn);
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! The arm: forces wanted at its hand, its angles, and what its muscles get.
+
+use super::{Controller, Phase};
+use crate::control::{EndpointOrders, EndpointState, SensorFault};
+use crate::device::mail::{ControlOrder, ControllerMail};
+use crate::link::{Code, Refusal, WrenchSample};
+use crate::safety::Fault;
+use crate::units::{Angle, Micros};
+
+impl Controller {
+    /// The arm at rest and fresh.
+    pub(super) fn rest_endpoint(&mut self) {
+        self.wrench = None;
+        self.endpoint = EndpointState::default();
+    }
+
+    /// Takes a wanted force at the hand.
+    pub(super) fn wish(
+        &mut self,
+        now: Micros,
+        at: Micros,
+        force_mn: [i32; 3],
+    ) -> Result<(), Refusal<'static>> {
+        if self.phase == Phase::Off {
+            return Err(Refusal::new(Code::NotArmed, "state"));
+        }
+        let none = Refusal::new(Code::NoLimb, "limb");
+        let endpoint = self.setup.endpoint.as_ref().ok_or(none)?;
+        let taken = endpoint.wish(&mut self.endpoint, now, at, force_mn);
+        taken.map_err(Refusal::from)
+    }
+
+    /// Takes one of the arm's angles.
+    pub(super) fn posture(
+        &mut self,
+        now: Micros,
+        at: Micros,
+        axis: u8,
+        angle: Angle,
+    ) -> Result<(), Refusal<'static>> {
+        let none = Refusal::new(Code::NoLimb, "limb");
+        let endpoint = self.setup.endpoint.as_ref().ok_or(none)?;
+        let taken = endpoint.measurement(&mut self.endpoint, now, at, axis, angle);
+        taken.map_err(Refusal::from)
+    }
+
+    /// Runs the arm while stimulating. A force that can no longer be made, as the arm is
+    /// held now, is given not at all until it can be made again.
+    pub(super) fn control_endpoint(&mut self, now: Micros, mail: &mut ControllerMail<'_>) {
+        if self.phase != Phase::Running {
+            return;
+        }
+        let Some(endpoint) = &self.setup.endpoint else {
+            return;
+        };
+        let orders = match endpoint.tick(&mut self.endpoint, now) {
+            Ok(Some(orders)) => orders,
+            Ok(None) | Err(SensorFault::Absent) => return,
+            Err(fault) => {
+                let fault = match fault {
+                    SensorFault::OutOfRange { .. } => Fault::SensorRange,
+                    _ => Fault::SensorStale,
+                };
+                let _ = mail.order(ControlOrder::Fault(fault)); // counted
+                return;
+            }
+        };
+        self.tell_endpoint(&orders);
+        for (channel, amplitude) in orders.amplitudes {
+            self.record_order(channel, amplitude);
+            let order = ControlOrder::Amplitude { channel, amplitude };
+            let _ = mail.order(order); // counted
+        }
+    }
+
+    /// Keeps what the next sample tells.
+    fn tell_endpoint(&mut self, orders: &EndpointOrders) {
+        self.limiting |= orders.made_permille < 1000;
+        let least = self.wrench.map_or(1000, |told| told.made_permille);
+        self.wrench = Some(WrenchSample {
+            target_mn: orders.target_mn,
+            made_permille: orders.made_permille.min(least),
+        });
+    }
+
+    /// What the next sample tells of the arm. What could be made counts from then on anew.
+    pub(super) const fn take_wrench(&mut self) -> Option<WrenchSample> {
+        let told = self.wrench;
+        if let Some(sample) = &mut self.wrench {
+            sample.made_permille = 1000;
+        }
+        told
+    }
+}
