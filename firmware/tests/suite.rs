@@ -7,6 +7,7 @@ mod device_allowance;
 mod device_arming;
 mod device_desk;
 mod device_electrodes;
+mod device_endpoint;
 mod device_force;
 mod device_force_reach;
 mod device_frames;

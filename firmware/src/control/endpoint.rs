@@ -177,8 +177,7 @@ impl Endpoint {
         let posture = match spec.posture {
             PostureSpec::Fixed(angles) => Source::Fixed(angles.map(Angle::from_centideg)),
             PostureSpec::Measured { stale_after_ms } => {
-                let sensor =
-                    |range| Sensor::of_joint(SensorSource::Host, stale_after_ms, range);
+                let sensor = |range| Sensor::of_joint(SensorSource::Host, stale_after_ms, range);
                 let [a, b, c, d, e, f, g, h, i] = spec.ranges_mdeg.map(sensor);
                 Source::Measured([a?, b?, c?, d?, e?, f?, g?, h?, i?])
             }
@@ -265,7 +264,9 @@ impl Endpoint {
         if state.due.is_some_and(|due| self.is_ahead(due, now)) {
             return Ok(None);
         }
-        let due = state.due.filter(|due| self.is_ahead(*due + us(self.period_us), now));
+        let due = state
+            .due
+            .filter(|due| self.is_ahead(*due + us(self.period_us), now));
         state.due = Some(due.unwrap_or(now) + us(self.period_us));
         let recruited = self.recruit(state, now, wanted);
         let made_permille = match recruited {
@@ -301,7 +302,9 @@ impl Endpoint {
         self.pose(state, now)?;
         // Below 2^26; what single precision rounds is below 10 µN.
         let [x, y, z] = wanted.map(|part| f32::ratio(part.get().to_bits(), 1 << 16));
-        let made = self.limb.recruit(&state.jacobians, &Wrench::of_force(x, y, z));
+        let made = self
+            .limb
+            .recruit(&state.jacobians, &Wrench::of_force(x, y, z));
         made.map(|recruited| recruited.orders).map_err(|e| match e {
             ReachError::NoMuscleHelps => Unmade::NoMuscleHelps,
             ReachError::TooStrong { line, share } => Unmade::TooStrong {
@@ -340,7 +343,9 @@ fn newton(millinewton: i32) -> Force {
     let mn = Endpoint::FORCE_MN;
     let mn = i64::from(millinewton.max(mn.min).min(mn.max));
     // Below 2^20 · 2^16 / 1000; to the nearest, so that it reads back.
-    Force::new(I16F16::from_bits(((mn * 65_536 + 500).div_euclid(1000)) as i32))
+    Force::new(I16F16::from_bits(
+        ((mn * 65_536 + 500).div_euclid(1000)) as i32,
+    ))
 }
 
 /// The same for the wire again.

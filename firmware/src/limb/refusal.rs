@@ -91,7 +91,10 @@ impl PostureError {
     pub fn range(self) -> OutOfRange {
         let names = &AXIS_NAMES;
         OutOfRange {
-            field: names.get(usize::from(self.axis)).copied().unwrap_or_default(),
+            field: names
+                .get(usize::from(self.axis))
+                .copied()
+                .unwrap_or_default(),
             value: self.mdeg.into(),
             min: self.low_mdeg,
             max: self.high_mdeg,

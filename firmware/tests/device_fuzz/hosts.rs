@@ -2,7 +2,11 @@
 
 use super::walls::wall;
 use crate::device_desk::*;
-use firmware::control::{ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
+use firmware::bench::limb::{before_the_trunk, nominal};
+use firmware::control::{
+    EndpointSpec, ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, PostureSpec, SensorSource,
+};
+use firmware::limb::{LimbSpec, LineSpec};
 use firmware::link::Request;
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec, Trigger};
@@ -381,9 +385,44 @@ pub fn request() -> impl Strategy<Value = Request> {
         2 => (near(0, 0), any::<i16>(), any::<u32>()).prop_map(|(joint, centideg, at)| Request::Measurement { joint: joint as u8, centideg, at: Micros::new(at) }),
         2 => (near(0, 3), near(12_500, 20_000), option::of(near(20_000, 2_000_000))).prop_map(|(channel, period_us, slowest)| Request::ForceControl { channel: channel as u8, spec: ForceSpec { min_period_us: period_us, hold: HoldPolicy::Extrapolate { max_ms: 100 }, max_period_us: slowest } }),
         3 => (near(0, 3), option::of(any::<u32>()), 0u32..30_000, option::of(any::<i32>())).prop_map(|(channel, at, millinewton, rate)| Request::Force { channel: channel as u8, at: at.map(Micros::new), millinewton, millinewton_per_s: rate }),
+        1 => arm(),
+        3 => (0usize..9, near(0, 3)).prop_map(|(n, channel)| line(n, channel as u8)),
+        2 => (option::of(any::<u32>()), proptest::array::uniform3(-12_000i32..12_000)).prop_map(|(at, force_mn)| Request::Wrench { at: at.map(Micros::new), force_mn }),
+        2 => (0u8..10, -3_000i16..9_000, any::<u32>()).prop_map(|(joint, centideg, at)| Request::Measurement { joint, centideg, at: Micros::new(at) }),
         1 => near16(0, 1_000).prop_map(|period_ms| Request::Subscribe { period_ms }),
         1 => any::<u64>().prop_map(|schema| Request::Hello { schema }),
     ]
+}
+
+/// A nominal arm, held or measured.
+fn arm() -> impl Strategy<Value = Request> {
+    (5u8..60, option::of(near16(2, 500))).prop_map(|(recruit_ms, stale_after_ms)| {
+        let LimbSpec {
+            ways_um,
+            ranges_mdeg,
+            ..
+        } = nominal();
+        let posed = before_the_trunk().map(|angle| angle.to_centideg());
+        let posture = stale_after_ms.map_or(PostureSpec::Fixed(posed), |stale_after_ms| {
+            PostureSpec::Measured { stale_after_ms }
+        });
+        Request::Limb(EndpointSpec {
+            ways_um,
+            ranges_mdeg,
+            recruit_ms,
+            posture,
+        })
+    })
+}
+
+/// A nominal muscle under another channel.
+fn line(n: usize, channel: u8) -> Request {
+    let line = nominal().lines[n].clone();
+    Request::Line(LineSpec {
+        channel,
+        limit: Amplitude::new(10_000),
+        ..line
+    })
 }
 
 pub fn step() -> impl Strategy<Value = Step> {
@@ -416,9 +455,10 @@ pub fn opening() -> impl Strategy<Value = Vec<Step>> {
         option::weighted(0.15, groups()),
         option::weighted(0.1, joint()),
         option::weighted(0.15, wall()),
+        option::weighted(0.2, arm()),
         0u32..=20_000,
     )
-        .prop_map(|(wearer, specs, groups, joint, wall, amplitude)| {
+        .prop_map(|(wearer, specs, groups, joint, wall, arm, amplitude)| {
             let amplitudes = all(specs.len(), amplitude);
             let mut steps = vec![Step::Hello, Step::Send(Request::Wearer(wearer))];
             for (channel, spec) in (0u8..).zip(specs) {
@@ -427,6 +467,10 @@ pub fn opening() -> impl Strategy<Value = Vec<Step>> {
             steps.extend(groups.map(Step::Send));
             steps.extend(joint.map(|j| Step::Send(Request::Joint(j))));
             steps.extend(wall.map(|w| Step::Send(Request::Wall(w))));
+            if let Some(arm) = arm {
+                steps.push(Step::Send(arm));
+                steps.push(Step::Send(line(3, 0)));
+            }
             steps.push(Step::Send(ARM));
             steps.push(Step::Wait(24_000));
             steps.push(Step::Send(Request::Start));

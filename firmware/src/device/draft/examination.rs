@@ -4,6 +4,7 @@ use super::{Draft, Mistake, Part, Rule, channel_of};
 use crate::control::{Endpoint, ForceControl, Joint, JointSpec};
 use crate::device::part::{ControlPart, Muscle};
 use crate::haptics::{Wall, WallSpec};
+use crate::limb::LimbSpec;
 use crate::muscle::MuscleSpec;
 use crate::pulse::{CHANNELS, GroupError, TrainSpec};
 use crate::range::OutOfRange;
@@ -128,7 +129,9 @@ impl Draft {
             let wall = Wall::new(spec).map_err(Mistake::of(Part::Wall));
             Ok(ControlPart::Wall(wall?))
         });
-        let endpoint = self.endpoint.iter().map(|spec| {
+        // Without lines nothing is to be built: told.
+        let endpoint = self.endpoint.iter().filter(|_| !self.lines.is_empty());
+        let endpoint = endpoint.map(|spec| {
             let endpoint = Endpoint::new(spec, &self.lines).map_err(Mistake::of(Part::Limb));
             Ok(ControlPart::Endpoint(endpoint?))
         });
@@ -237,6 +240,9 @@ impl Draft {
             return Ok(());
         }
         let is_beside = self.joint.is_some() || self.wall.is_some();
+        // At most 10.
+        let count = LimbSpec::LINE_COUNT.check(self.lines.len() as i64);
+        count.or_else(|e| found(Mistake::of(Part::Limb)(e)))?;
         for (is_wrong, rule) in [
             (self.endpoint.is_none(), Rule::NoLimb),
             (is_beside, Rule::JointAndLimb),
