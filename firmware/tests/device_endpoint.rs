@@ -5,7 +5,7 @@ use crate::device_force::{FORCE, SLOW, control, muscle};
 use firmware::bench::limb::{before_the_trunk, nominal};
 use firmware::control::{Endpoint, EndpointSpec, EndpointState, PostureSpec, Unmade, WrenchError};
 use firmware::device::{Draft, Mistake, Part, Rule};
-use firmware::limb::{AXES, LINES, Limb, LineSpec, Wrench};
+use firmware::limb::{AXES, Limb, Lines, Wrench};
 use firmware::link::{Code, Request, Telemetry, WrenchSample};
 use firmware::safety::{ChannelSpec, Fault, State, WearerSpec};
 use firmware::units::{Amplitude, Micros};
@@ -30,7 +30,7 @@ fn arm_of(posture: PostureSpec, recruit_ms: u8) -> EndpointSpec {
     }
 }
 
-fn lines() -> heapless::Vec<LineSpec, LINES> {
+fn lines() -> Lines {
     let mut lines = nominal().lines;
     for line in &mut lines {
         line.limit = Amplitude::new(20_000);
@@ -245,7 +245,7 @@ fn an_angle_beyond_belief_is_the_sensor_s_fault() {
 #[test]
 fn a_force_that_can_no_longer_be_made_is_given_not_at_all() {
     let mut desk = stimulating(MEASURED, 5);
-    let mut hold = |desk: &mut Desk, angles: [i16; AXES]| {
+    let hold = |desk: &mut Desk, angles: [i16; AXES]| {
         desk.samples();
         for _ in 0..10 {
             measure(desk, angles);

@@ -194,6 +194,7 @@ fn place(request: &Request) -> (u8, Option<u8>) {
         Request::Channel { channel, .. }
         | Request::Muscle { channel, .. }
         | Request::ForceControl { channel, .. } => Some(*channel),
+        Request::Line(spec) => Some(spec.channel),
         _ => None,
     };
     (encoded(request)[0], channel)

@@ -4,8 +4,8 @@
 use super::sensor::{MeasurementError, Sensor, SensorFault, SensorSource, SensorState};
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
 use crate::limb::{
-    AXES, AXIS_NAMES, JOINTS, Jacobians, LINES, Limb, LimbError, LimbSpec, LineSpec, Number,
-    Posture, ReachError, Wrench,
+    AXES, AXIS_NAMES, JOINTS, Jacobians, LINES, Limb, LimbError, LimbSpec, Lines, Number, Posture,
+    ReachError, Wrench,
 };
 use crate::range::{OutOfRange, Range};
 use crate::units::{Amplitude, Angle, Force, ForceRate, Micros, us};
@@ -115,7 +115,7 @@ impl EndpointSpec {
 
     /// The arm with these lines, which `Limb` validates.
     #[must_use]
-    pub fn limb(&self, lines: &Vec<LineSpec, LINES>) -> LimbSpec {
+    pub fn limb(&self, lines: &Lines) -> LimbSpec {
         LimbSpec {
             ways_um: self.ways_um,
             ranges_mdeg: self.ranges_mdeg,
@@ -171,7 +171,7 @@ impl Endpoint {
     ///
     /// # Errors
     /// The first offending field and what it allows.
-    pub fn new(spec: &EndpointSpec, lines: &Vec<LineSpec, LINES>) -> Result<Self, OutOfRange> {
+    pub fn new(spec: &EndpointSpec, lines: &Lines) -> Result<Self, OutOfRange> {
         spec.check()?;
         let limb = Limb::new(&spec.limb(lines)).map_err(LimbError::range)?;
         let posture = match spec.posture {

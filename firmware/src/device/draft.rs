@@ -7,7 +7,7 @@ mod requests;
 use super::mistake::{Mistake, Part, Rule};
 use crate::control::{EndpointSpec, ForceControl, ForceSpec, Joint, JointSpec};
 use crate::haptics::{Wall, WallSpec};
-use crate::limb::{LINES, LineSpec};
+use crate::limb::{LineSpec, Lines};
 use crate::muscle::{MuscleSpec, Recruitment};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS, check_members};
 use crate::range::{OutOfRange, Range};
@@ -46,7 +46,7 @@ pub struct Draft {
     wall: Option<WallSpec>,
     endpoint: Option<EndpointSpec>,
     /// By rising channel.
-    lines: Vec<LineSpec, LINES>,
+    lines: Lines,
     channels: [Option<ChannelSpec>; CHANNELS],
     muscles: [Option<MuscleSpec>; CHANNELS],
     forces: [Option<ForceSpec>; CHANNELS],
@@ -99,7 +99,7 @@ impl Draft {
             joint: None,
             wall: None,
             endpoint: None,
-            lines: Vec::new(),
+            lines: Lines::new(),
             channels: [None; CHANNELS],
             muscles: [None; CHANNELS],
             forces: [None; CHANNELS],

@@ -29,7 +29,7 @@ pub use number::{Number, TURN_ERROR};
 pub use recruitment::{Orders, Recruited};
 pub use refusal::{LimbError, PostureError, ReachError};
 pub use skeleton::{Pose, Skeleton};
-pub use spec::{AXIS_NAMES, JointName, LimbSpec, LineSpec, ViaSpec};
+pub use spec::{AXIS_NAMES, JointName, LimbSpec, LineSpec, Lines, ViaSpec};
 pub use vector::{Rotation, Turn, Vector};
 pub use wrench::Wrench;
 

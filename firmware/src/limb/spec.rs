@@ -44,6 +44,9 @@ pub struct ViaSpec {
     pub at_um: [i32; 3],
 }
 
+/// A wearer's lines.
+pub type Lines = Vec<LineSpec, LINES>;
+
 /// One muscle group under one electrode pair.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct LineSpec {
@@ -74,7 +77,7 @@ pub struct LimbSpec {
     /// joint ±80 000: beyond it its outer axes come too close to each other.
     pub ranges_mdeg: [(i32, i32); AXES],
     /// 1…10.
-    pub lines: Vec<LineSpec, LINES>,
+    pub lines: Lines,
 }
 
 /// The nine axes by name, in the order of a posture.

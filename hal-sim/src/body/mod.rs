@@ -78,6 +78,11 @@ pub trait Body: Send {
     fn angle_deg(&self) -> f64;
     /// Joint angle as the sensor reports it, degrees.
     fn sensed_deg(&self) -> f64;
+    /// The nine angles of an arm as they are measured, in the order of
+    /// [`firmware::limb::AXIS_NAMES`], degrees; nothing of a body that has no arm.
+    fn posture_deg(&self) -> Option<[f64; 9]> {
+        None
+    }
     /// What the laboratory's own instrument reads now, N: of a limb that is fixed to a force
     /// sensor ([`bench`]). It is no part of the device; nothing without one.
     fn instrument_n(&self) -> Option<f64> {

@@ -78,6 +78,7 @@ fn channel(number: u8, name: &str, limit: f64) -> ChannelInfo {
         muscle: true,
         model: None,
         force: false,
+        line: false,
     }
 }
 
@@ -311,6 +312,7 @@ fn force_run(force_n: Option<f64>) -> Run {
         name: "ramp".to_owned(),
         channels: vec![ChannelInfo {
             force: true,
+            line: false,
             ..channel(1, "tibialis", 25.0)
         }],
         samples: (0..100).map(sample).collect(),

@@ -129,6 +129,7 @@ mod tests {
             muscle,
             model: None,
             force,
+            line: false,
         };
         let sample = |t_s: f64, seven: f64| Sample {
             t_s,
@@ -179,6 +180,7 @@ mod tests {
             muscle: true,
             model: None,
             force: true,
+            line: false,
         };
         let sample = |i: u32| Sample {
             t_s: f64::from(i) / 10.0,

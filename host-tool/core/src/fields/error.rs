@@ -160,6 +160,21 @@ problems! {
         "leave `force.max_frequency_hz` and `force.min_frequency_hz` out, or set partner = \"conducted\""
     474 ForceControlled { channel: u8 }
         "`{field}` names channel {channel}, which is under force control" ""
+    475 WrenchOutOfReach { at_s: f64, force: String, channel: u8, percent: f64, nearest: String }
+        "at {at_s} s `{field}` asks for {force}, and channel {channel}'s muscle is not strong enough within its limit: {percent} % can be made, {nearest}"
+        "ask for that much, or hold the arm otherwise"
+    476 NoMuscleHelps { at_s: f64, force: String }
+        "at {at_s} s `{field}` asks for {force}, and no muscle of the session helps towards it as the arm is held"
+        "ask for another direction, or stimulate a muscle that pulls that way"
+    477 NoLimb {}
+        "`{field}` is {given}, and there is no wearer file with a `[limb]`"
+        "name one in `[wearer] file`: it says where the muscles pull"
+    478 NoLine {}
+        "`{field}` is {given}, and no channel of the session has a `[[limb.line]]` in the wearer file"
+        "stimulate channels of the arm's muscles"
+    479 JointAndLimb {}
+        "`{field}` is {given}, which cannot run beside a `[joint]` or a `[wall]`: a measurement would be of both"
+        "keep one of them"
     480 JointAndWall {}
         "a `[joint]` and a `[wall]` cannot run together: the device measures one angle"
         "keep one of them"

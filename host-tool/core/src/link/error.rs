@@ -67,7 +67,11 @@ pub struct Refused {
 impl From<Refusal<'_>> for Refused {
     fn from(refusal: Refusal<'_>) -> Self {
         // These always have a range, which may be 0 to 0.
-        let ranged = [Code::OutOfRange, Code::AmplitudeCount];
+        let ranged = [
+            Code::OutOfRange,
+            Code::AmplitudeCount,
+            Code::WrenchOutOfReach,
+        ];
         let only_zero = Code::from_number(refusal.code).is_some_and(|c| ranged.contains(&c));
         Self {
             number: refusal.code,
@@ -114,6 +118,9 @@ impl fmt::Display for Refused {
                 Some(fault) => write!(f, " ({min}: {fault:?})")?,
                 None if self.code() == Some(Code::ForceOutOfReach) => {
                     write!(f, " (allowed 0, and {min} to {max} mN)")?;
+                }
+                None if self.code() == Some(Code::WrenchOutOfReach) => {
+                    write!(f, " ({max} \u{2030} of it can be made)")?;
                 }
                 None if self.is_sum() => write!(f, " ({min} µA, allowed {max})")?,
                 None if min == max => write!(f, " (allowed only {min})")?,

@@ -1,5 +1,6 @@
 //! Where frames go: a device in real time or a simulated world.
 
+use firmware::limb::AXES;
 use hal_sim::world::World;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -34,6 +35,10 @@ pub trait Port {
     /// What a simulated wearer's data glove reads, degrees.
     fn glove_deg(&mut self) -> Option<f64> {
         self.world().map(|world| world.body.sensed_deg())
+    }
+    /// The nine angles of a simulated wearer's arm as they are measured, degrees.
+    fn posture_deg(&mut self) -> Option<[f64; AXES]> {
+        self.world().and_then(|world| world.body.posture_deg())
     }
 }
 

@@ -57,6 +57,8 @@ requests! {
     "Sends an angle that the host measured, 0.01°."
     "Measurement" measurement(centideg: i16, at: Micros)
     Request::Measurement { joint: 0, centideg, at };
+    "Sets the wanted force at the hand, mN."
+    "Wrench" wrench(at: Option<Micros>, force_mn: [i32; 3]) Request::Wrench { at, force_mn };
     "Subscribes to telemetry every `period_ms`; 0 ends it."
     "Subscribe" subscribe(period_ms: u16) Request::Subscribe { period_ms };
     "Sends any request."

@@ -31,6 +31,10 @@ pub struct ChannelInfo {
     /// Whether that force is controlled: a place in `Sample::wanted_n`.
     #[serde(default)]
     pub force: bool,
+    /// Whether its muscle is an arm's, whose hand a force is wanted of:
+    /// `Sample::hand_n`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub line: bool,
 }
 
 /// The name of a model that this program knows: played on another, a record would not

@@ -32,6 +32,8 @@ pub enum Each {
     Muscle,
     /// For each channel under force control.
     Force,
+    /// Once, where an arm is driven.
+    Arm,
 }
 
 const fn column(
@@ -52,7 +54,7 @@ const fn column(
 
 /// The columns of `samples.csv`, in their order.
 #[rustfmt::skip]
-pub const SAMPLES: [Column; 14] = [
+pub const SAMPLES: [Column; 18] = [
     column(Each::Table, "t_s", "s", "time since the start of the trains", "device clock, 1 µs"),
     column(Each::Table, "target_deg", "°", "wanted joint angle, or where the wall stands; empty before the first setpoint and without joint or wall", "device: the setpoint it follows, held or extrapolated"),
     column(Each::Table, "measured_deg", "°", "joint angle; empty before the first measurement and without joint or wall", "the session's sensor, as the device took it"),
@@ -67,6 +69,10 @@ pub const SAMPLES: [Column; 14] = [
     column(Each::Force, "rate", "Hz", "pulse rate in force; empty while the channel plays nothing", "device: force control"),
     column(Each::Force, "below", "N", "force below the wanted one that the limits can give; empty unless they cannot give the wanted one", "device: force control"),
     column(Each::Force, "above", "N", "force above the wanted one that the limits can give; empty as before", "device: force control"),
+    column(Each::Arm, "hand_x_n", "N", "wanted force at the hand, backward; empty before the first", "device: the setpoint it follows"),
+    column(Each::Arm, "hand_y_n", "N", "the same, to the right", "device: the setpoint it follows"),
+    column(Each::Arm, "hand_z_n", "N", "the same, upward", "device: the setpoint it follows"),
+    column(Each::Arm, "hand_made", "", "part of that force that can be made as the arm is held, the least since the row before: 1 is all, and given; less is not given at all", "device: recruitment"),
 ];
 
 /// The columns of `edges.csv`, in their order.
@@ -84,8 +90,13 @@ impl Column {
         if self.each == Each::Table {
             return vec![(self.name.to_owned(), self.unit.to_owned())];
         }
+        if self.each == Each::Arm {
+            let is_driven = channels.iter().any(|channel| channel.line);
+            let name = (self.name.to_owned(), self.unit.to_owned());
+            return is_driven.then_some(name).into_iter().collect();
+        }
         let own = channels.iter().filter(|channel| match self.each {
-            Each::Table | Each::Channel => true,
+            Each::Table | Each::Arm | Each::Channel => true,
             Each::Width => channel.live_width,
             Each::Muscle => channel.muscle,
             Each::Force => channel.force,
@@ -135,7 +146,7 @@ pub(super) fn in_markdown(columns: &[Column]) -> String {
     let mut text = "| column | unit | meaning | source |\n|---|---|---|---|\n".to_owned();
     for column in columns {
         let (name, unit) = match column.each {
-            Each::Table => (column.name.to_owned(), column.unit),
+            Each::Table | Each::Arm => (column.name.to_owned(), column.unit),
             Each::Channel => (format!("{}_N_ma, …_v", column.name), "the channel's"),
             Each::Width | Each::Muscle | Each::Force => (
                 format!("{}_N_{}", column.name, in_name(column.unit)),
@@ -148,6 +159,7 @@ pub(super) fn in_markdown(columns: &[Column]) -> String {
             Each::Width => "; for each channel N with a `max_width_us`",
             Each::Muscle => "; for each channel N with a muscle",
             Each::Force => "; for each channel N under force control",
+            Each::Arm => "; with an arm",
         };
         let (meaning, source) = (column.meaning, column.source);
         text += &format!("| `{name}` | {unit} | {meaning}{whose} | {source} |\n");

@@ -356,6 +356,13 @@ pub struct Sample {
     /// The force above it that they can give, N, likewise.
     #[serde(default)]
     pub above_n: Vec<Option<f64>>,
+    /// Wanted force at the hand, N, backward, to the right, upward; empty before its
+    /// first setpoint and where no arm is driven.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hand_n: Vec<Option<f64>>,
+    /// What part of it can be made: 1 is all, and given; less is not given at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hand_made: Option<f64>,
 }
 
 /// The state of a device, by its word in `samples.csv`.

@@ -55,6 +55,12 @@ pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[Chann
             push_field(text, values.get(column).copied().flatten());
         }
     }
+    if channels.iter().any(|channel| channel.line) {
+        for column in 0..3 {
+            push_field(text, sample.hand_n.get(column).copied().flatten());
+        }
+        push_field(text, sample.hand_made);
+    }
     text.push(b'\n');
 }
 
@@ -110,9 +116,20 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
         "rate_",
         "below_",
         "above_",
+        "hand_",
     ]
     .map(columns);
-    let [amplitudes, widths, forces, wanted, rates, below, above] = lists;
+    let [
+        amplitudes,
+        widths,
+        forces,
+        wanted,
+        rates,
+        below,
+        above,
+        mut hand,
+    ] = lists;
+    let made = hand.pop(); // the last of the arm's
     let fixed = FIXED.map(|name| rows.column(name));
     let [t, target, measured, truth, effort, limiting, state] = fixed;
     let (t, target, measured) = (t?, target?, measured?);
@@ -137,6 +154,11 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
             rates_hz: list(&rates)?,
             below_n: list(&below)?,
             above_n: list(&above)?,
+            hand_n: match list(&hand)? {
+                none if none.iter().all(Option::is_none) => Vec::new(),
+                force => force,
+            },
+            hand_made: made.map_or(Ok(None), |made| row.optional(made))?,
         })
     })
 }

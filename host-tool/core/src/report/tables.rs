@@ -320,6 +320,7 @@ mod tests {
             muscle: true,
             model: model.map(str::to_owned),
             force: false,
+            line: false,
         };
         let told = |models: &[(u8, Option<&str>)]| {
             models_in_words(&Trial {

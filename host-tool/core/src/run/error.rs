@@ -33,6 +33,11 @@ pub enum RunError {
         "E506 the board does not know its output stages ({0}), so nothing can be armed; store them with `flexor stages --store`"
     )]
     StagesUnknown(&'static str),
+    /// Only a simulated wearer has the arm whose angles this session measures.
+    #[error(
+        "E550 the session's posture is measured by the host, and {0} has no simulated arm; say posture_deg"
+    )]
+    NoPosture(String),
     /// Only a simulated wearer has the glove that this session measures with.
     #[error(
         "E513 the session's angle is measured by the host, and {0} has no simulated glove; use sensor = \"adc\""

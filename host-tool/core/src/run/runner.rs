@@ -6,11 +6,12 @@ use super::stages::check_stages;
 use super::{Observer, RunError, Seen, SessionFile, Stopped, Wish, trial};
 use crate::link::{Client, Error, Incoming, Interruption, Port};
 use crate::record::{Recorder, Trial};
-use crate::session::{Session, Setpoint};
+use crate::session::{Session, SessionLimb, Setpoint};
 use firmware::control::SensorSource;
 use firmware::link::{Counters, Event, HelloInfo, Request};
 use firmware::safety::{Stages, State};
 use firmware::units::{Micros, us};
+use std::collections::VecDeque;
 use std::iter;
 
 /// Longest wait for the outputs to be reported isolated after a stop, µs.
@@ -18,6 +19,12 @@ const STOP_US: u64 = 300_000;
 
 /// Longest wait for the grounding that follows an acknowledgement, µs.
 const ACKNOWLEDGE_US: u64 = 300_000;
+
+/// Wanted forces at the hand whose answers may be on their way.
+const WISHES: usize = 64;
+
+/// From measurement to measurement of an arm's nine angles, µs.
+const POSTURE_US: u64 = 20_000;
 
 /// A device that says nothing for so long is lost, µs. It owes telemetry every
 /// 100 ms at least.
@@ -53,6 +60,8 @@ struct Run<'a, P> {
     begun: Counters,
     refused: usize,
     ended: Option<(String, &'static str)>,
+    /// The latest forces at the hand that were asked for, with their numbers.
+    wishes: VecDeque<(u16, [i32; 3])>,
     /// When the device last said something, in the port's time.
     heard_us: u64,
 }
@@ -94,6 +103,7 @@ pub fn run<P: Port>(
         begun: Counters::default(),
         refused: 0,
         ended: None,
+        wishes: VecDeque::new(),
         heard_us: 0,
     };
     let started = run.identify(&info).and_then(|()| run.prepare(&info.stages));
@@ -202,6 +212,14 @@ impl<P: Port> Run<'_, P> {
             let pulses = self.client.status()?.counters.pulses;
             self.checked = pulses.wrapping_sub(self.begun.pulses);
         }
+        if self.measures_posture() {
+            if self.client.port().posture_deg().is_none() {
+                return Err(RunError::NoPosture("this device".to_owned()));
+            }
+            for request in self.posture() {
+                self.client.request(request)?;
+            }
+        }
         // The first setpoint is there before the first pulse.
         self.client
             .request(self.session.setpoints.at(0).request(None))?;
@@ -259,6 +277,11 @@ impl<P: Port> Run<'_, P> {
             };
             self.client.post(measured)?;
         }
+        if self.measures_posture() && before / POSTURE_US != due / POSTURE_US {
+            for request in self.posture() {
+                self.client.post(request)?;
+            }
+        }
         for request in self.session.rungs(before, due) {
             self.client.post(request)?;
         }
@@ -270,10 +293,14 @@ impl<P: Port> Run<'_, P> {
         let setpoints = &self.session.setpoints;
         for setpoint in iter::once(setpoints.at(due)).chain(setpoints.with(due)) {
             let at = match setpoint {
-                Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(now),
+                Setpoint::Angle { .. } | Setpoint::Force { .. } | Setpoint::Wrench(_) => Some(now),
                 Setpoint::Amplitudes(_) | Setpoint::KeepAlive => None,
             };
-            self.client.post(setpoint.request(at))?;
+            let seq = self.client.post(setpoint.request(at))?;
+            if let Setpoint::Wrench(force_mn) = setpoint {
+                self.wishes.truncate(WISHES - 1);
+                self.wishes.push_front((seq, force_mn));
+            }
         }
         Ok(())
     }
@@ -287,6 +314,27 @@ impl<P: Port> Run<'_, P> {
                 world.hold_trigger(begin + at, trigger.held_us);
             }
         }
+    }
+
+    fn measures_posture(&self) -> bool {
+        let limb = self.session.limb.as_ref();
+        limb.is_some_and(SessionLimb::is_measured)
+    }
+
+    /// A measurement of each of the arm's angles now.
+    fn posture(&mut self) -> Vec<Request> {
+        let now = self.client.port().now_us();
+        let at = self.client.device_time(now).unwrap_or(self.epoch);
+        let angles = self.client.port().posture_deg().into_iter().flatten();
+        let measured = (0u8..).zip(angles).map(|(joint, deg)| {
+            let centideg = (deg * 100.0).round() as i16; // saturates
+            Request::Measurement {
+                joint,
+                centideg,
+                at,
+            }
+        });
+        measured.collect()
     }
 
     fn measures(&self) -> bool {

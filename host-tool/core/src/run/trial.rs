@@ -30,6 +30,10 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
         muscle: channel.muscle.is_some(),
         model: (channel.muscle.as_ref()).map(|muscle| rung_name(muscle.rung()).to_owned()),
         force: channel.force.is_some(),
+        line: session.limb.as_ref().is_some_and(|limb| {
+            let mut lines = limb.lines.iter();
+            lines.any(|line| line.channel == channel.index())
+        }),
     });
     let wall = session.wall.map(|wall| WallPlace {
         at_deg: milli(wall.at_mdeg.into()),
@@ -111,6 +115,11 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
         rates_hz: force(|f| f.period_us.map(|us| 1e6 / f64::from(us))),
         below_n: side(|gap| gap.below_mn),
         above_n: side(|gap| gap.above_mn),
+        hand_n: telemetry.wrench.map_or_else(Vec::new, |wrench| {
+            let newtons = wrench.target_mn.map(|mn| Some(f64::from(mn) * 1e-3));
+            newtons.to_vec()
+        }),
+        hand_made: (telemetry.wrench).map(|wrench| f64::from(wrench.made_permille) * 1e-3),
     }
 }
 

@@ -4,6 +4,8 @@
 
 use std::sync::LazyLock;
 
+use firmware::control::{Endpoint, SensorSource};
+use firmware::limb::AXIS_NAMES;
 use firmware::muscle::{CalciumForceSpec, RecruitmentSpec, Rung};
 use firmware::pulse::{CHANNELS, MAX_GROUPS, Partner, Shape, TrainSpec, Trigger};
 use firmware::range::Range;
@@ -265,6 +267,25 @@ fn list_of_pulses() -> Section {
     ]
 }
 
+/// What a force at the hand over time is told by.
+#[rustfmt::skip]
+fn wrench_points() -> Section {
+    let force = Number { device: "", ..Number::of("N", 3, Endpoint::FORCE_MN) };
+    vec![
+        f("at_s", Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising")), Required, "when"),
+        f("force_n", Kind::Wholes(force.bound("what the muscles can make"), "a list of three numbers"), Required, "backward, to the right, upward, seen from the thorax"),
+    ]
+}
+
+/// The nine angles of an arm.
+fn posture() -> Section {
+    let angle = |name| {
+        let number = Number::within("°", 2, -18_000, 18_000).bound("within the wearer's range");
+        f(name, Kind::Whole(number), Or(0), "of that axis")
+    };
+    AXIS_NAMES.map(angle).into()
+}
+
 /// An amplitude or a force.
 fn either() -> Kind {
     Kind::Whole(Number::within("unit or N", 3, 0, 10_000_000))
@@ -294,7 +315,7 @@ fn setpoints() -> Section {
     let [offset, amplitude, _] = sine_of_force();
     let angle = || Kind::Real(Number::any("°", 3, "within the joint's range"));
     vec![
-        f("kind", Kind::Choice(vec!["keep-alive", "amplitudes", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine"]), Required, "what is streamed; angles need a `[joint]`, forces a channel's `force`; `\"keep-alive\"` is nothing but a sign of life: all that a `[wall]` needs"),
+        f("kind", Kind::Choice(vec!["keep-alive", "amplitudes", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force"]), Required, "what is streamed; angles need a `[joint]`, forces a channel's `force`, a force at the hand the `[limb]` of a wearer file; `\"keep-alive\"` is nothing but a sign of life: all that a `[wall]` needs"),
         f("rate_hz", Kind::Real(Number::within("Hz", 0, 1, 1000).bound("above 1000/`host_timeout_ms`")), Required, "how often"),
         f("offset_deg", angle(), Required, "centre").when("kind", &["angle-sine"]),
         f("amplitude_deg", angle(), Required, "of the sine").when("kind", &["angle-sine"]),
@@ -302,6 +323,9 @@ fn setpoints() -> Section {
         f("channel", channel(), Required, "whose amplitude, or whose force").when("kind", &["amplitude-ramp", "amplitude-steps", "force-ramp", "force-sine"]),
         f("points", list(stimulus_points(), 1, None, "points"), Required, "`{ at_s, value, width_us }`: amplitudes and widths, both straight between their times in a ramp, both held in steps; the last pair stays. Each pair on the way is within `max_charge_uc` (E630). From 0 an amplitude rises over the wearer's `rise_ms`, a ramp of the width as soon as that reaches 10 µs").when("kind", &["amplitude-ramp", "amplitude-steps"]),
         f("points", list(force_points(), 1, None, "points"), Required, "`{ at_s, n }`: forces, straight between their times; the last one stays; more than 1000 N/s is a step").when("kind", &["force-ramp"]),
+        f("points", list(wrench_points(), 1, None, "points"), Required, "`{ at_s, force_n }`: [forces at the hand](endpoint_session.md), straight between their times; the last one stays").when("kind", &["endpoint-force"]),
+        f("posture_deg", Kind::Table(posture()), Optional, "how the arm is held: nine angles; without it the host measures them").when("kind", &["endpoint-force"]),
+        f("stale_after_ms", n("ms", 0, SensorSource::STALE_AFTER_MS), Or(100), "age at which a measured angle is stale; not beside `posture_deg`").when("kind", &["endpoint-force"]),
         f("offset_n", offset, Required, "centre").when("kind", &["force-sine"]),
         f("amplitude_n", amplitude, Required, "of the sine").when("kind", &["force-sine"]),
         f("frequency_hz", Kind::Real(SINE), Required, "of the sine").when("kind", &["angle-sine", "force-sine"]),
@@ -309,7 +333,7 @@ fn setpoints() -> Section {
         f("list", list(list_of_pulses(), 0, None, "lists"), Optional, "`{ at_s, channel, pulses }`: [lists of pulses](#lists), each played once in place of its channel's own"),
         f("bounds", list(bounds, 0, Some(CHANNELS), "channels"), Optional, "`{ channel, least, most, per_s, shortest_s }`: what a live client may stream instead, for the choice of [muscle models](muscle.md); a run plays the file's own, which may not leave them (but a force may go below `least`)"),
         f("values", list(values(), 1, Some(CHANNELS), "channels"), Required, "`{ channel, value, width_us }`: constant amplitudes; not for the joint's or the wall's channels").when("kind", &["amplitudes"]),
-        f("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same beside all that is wanted").when("kind", &["keep-alive", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine"]),
+        f("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same beside all that is wanted").when("kind", &["keep-alive", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force"]),
     ]
 }
 

@@ -19,6 +19,7 @@ mod haptic;
 mod hold;
 mod joint;
 mod law;
+mod limb;
 mod limits;
 mod manual;
 mod muscle;
@@ -53,11 +54,14 @@ pub use fidelity::Share;
 use fields::{DAY_US, FILE};
 pub use hand::{UnnamedHand, hand_body};
 pub use law::LawName;
+pub use limb::SessionLimb;
 pub use manual::manual;
 pub use muscle::{Model, Muscle, rung_name};
 pub use schema::schema;
 use setpoints::read_setpoints;
-pub use setpoints::{Bounds, Course, ForceCourse, Setpoint, Setpoints};
+pub use setpoints::{
+    Bounds, Course, ForceCourse, Setpoint, Setpoints, WrenchCourse, nearest, newtons,
+};
 pub use study::{Electrode, Study};
 pub use trigger::{Edges, SimulatedTrigger};
 use worn::Person;
@@ -82,6 +86,8 @@ pub struct Session {
     pub joint: Option<JointSpec>,
     /// The virtual wall that the device makes felt; not beside a joint.
     pub wall: Option<WallSpec>,
+    /// The arm whose hand exerts the wanted force; not beside a joint or a wall.
+    pub limb: Option<SessionLimb>,
     /// What the host streams.
     pub setpoints: Setpoints,
     /// The window in which errors are scored, µs from the start.
@@ -195,6 +201,7 @@ impl Session {
             sync: setup.sync,
             joint: setup.joint,
             wall: setup.wall,
+            limb: setup.limb,
             setpoints: setpoints??,
             measure: measure?,
             body: body?,
@@ -241,6 +248,10 @@ impl Session {
         }));
         all.extend(self.joint.clone().map(Request::Joint));
         all.extend(self.wall.map(Request::Wall));
+        if let Some(limb) = &self.limb {
+            all.push(Request::Limb(limb.spec));
+            all.extend(limb.lines.iter().cloned().map(Request::Line));
+        }
         all
     }
 

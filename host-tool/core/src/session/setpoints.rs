@@ -4,6 +4,7 @@ mod pairs;
 mod read;
 mod stimulus;
 mod times;
+mod wrench;
 
 use std::f64::consts::TAU;
 
@@ -14,6 +15,7 @@ use firmware::units::{Amplitude, Micros};
 
 pub(super) use read::read_setpoints;
 pub use stimulus::StimulusCourse;
+pub use wrench::{WrenchCourse, nearest, newtons};
 
 /// What the host streams, and how often.
 #[derive(Clone, PartialEq, Debug)]
@@ -76,6 +78,8 @@ pub enum Course {
     AngleSteps(Vec<(u64, i16)>),
     /// Forces of one channel on the link (0–9).
     Force(u8, ForceCourse),
+    /// Forces at the hand of the session's arm.
+    Wrench(WrenchCourse),
 }
 
 /// The course of a wanted force.
@@ -118,6 +122,8 @@ pub enum Setpoint {
         /// mN/s.
         millinewton_per_s: i32,
     },
+    /// For the arm: the force at its hand, mN.
+    Wrench([i32; 3]),
 }
 
 impl Setpoint {
@@ -145,6 +151,7 @@ impl Setpoint {
                 millinewton,
                 millinewton_per_s: Some(millinewton_per_s),
             },
+            &Self::Wrench(force_mn) => Request::Wrench { at, force_mn },
             Self::Amplitudes(values) => Request::Amplitudes {
                 mask: values
                     .iter()
@@ -189,6 +196,7 @@ impl Setpoints {
                 }
             }
             Course::Force(channel, course) => course.setpoint(*channel, t_us),
+            Course::Wrench(course) => Setpoint::Wrench(course.at(t_us)),
             Course::Stimulus(channel, course) => {
                 Setpoint::Amplitudes(vec![(*channel, course.at(t_us))])
             }

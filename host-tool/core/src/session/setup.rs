@@ -11,6 +11,7 @@ use firmware::safety::{SetupError, WearerSpec};
 use super::channels::Channels;
 use super::fields::PARTNERS;
 use super::joint::read_joint;
+use super::limb::{SessionLimb, read_limb};
 use super::limits::{tell_sum, tell_times};
 use super::verdict::{tell, tell_group};
 use super::wall::read_wall;
@@ -26,6 +27,7 @@ pub(super) struct SetupSpec {
     pub(super) sync: Option<u8>,
     pub(super) joint: Option<JointSpec>,
     pub(super) wall: Option<WallSpec>,
+    pub(super) limb: Option<SessionLimb>,
     /// Bit i: channel i on the link is not the host's to drive.
     pub(super) controlled: u16,
 }
@@ -64,6 +66,17 @@ pub(super) fn read_setup(
     mistakes.extend(joint.clone().and_then(|spec| draft.set_joint(spec).err()));
     let wall = root.table("wall").and_then(|t| read_wall(t, &channels));
     mistakes.extend(wall.and_then(|spec| draft.set_wall(spec).err()));
+    if root.has("joint") || root.has("wall") {
+        tell_limb_beside(root); // sound or not
+    }
+    let limb = read_limb(root, person, &channels);
+    if let Some(limb) = &limb {
+        // Each was judged with the wearer file.
+        let _ = draft.set_endpoint(limb.spec);
+        for line in &limb.lines {
+            let _ = draft.set_line(line.clone());
+        }
+    }
     let Ok(_) = draft.examine(|mistake| {
         mistakes.push(mistake);
         Ok::<(), Infallible>(())
@@ -80,7 +93,17 @@ pub(super) fn read_setup(
         sync,
         joint,
         wall,
+        limb,
         controlled: draft.controlled(),
+    }
+}
+
+/// Tells that an arm is driven beside a joint or a wall.
+fn tell_limb_beside(root: &Table<'_>) {
+    if let Some(t) = root.table("setpoints")
+        && t.word("kind") == "endpoint-force"
+    {
+        t.say("kind", Problem::JointAndLimb {});
     }
 }
 

@@ -52,9 +52,18 @@ pub(super) fn tell(root: &Table<'_>, channels: &[Channel], mistake: Mistake) {
                 tell_joint_or_wall(t, channels, mistake);
             }
         }
+        // A channel of force control; its limit was taken from the channel.
+        Part::Line(index) => {
+            let mut tables = root.tables("channel").iter();
+            let found = tables.find(|t| names(t, "number", index));
+            if let (Some(table), Rule::Controlled) = (found, mistake.rule) {
+                let channel = index + 1; // at most 10
+                table.say("force", Problem::ForceControlled { channel });
+            }
+        }
         // No channel at all: told. The sum: told for all that can be added.
         // That a channel is not there: told where it is named.
-        Part::Setup | Part::Sync => {}
+        Part::Setup | Part::Sync | Part::Limb => {}
     }
 }
 

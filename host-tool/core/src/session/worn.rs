@@ -130,6 +130,11 @@ impl Person {
         }
     }
 
+    /// Whether its wearer file is wrong, which is told.
+    pub(super) const fn is_unknown(&self) -> bool {
+        self.is_unknown
+    }
+
     /// The wearer's limits: the session's where it says them, else the file's. What is
     /// wrong by itself judges nothing else: then the loosest are checked.
     pub(super) fn limits(&self, root: &Table<'_>) -> WearerSpec {

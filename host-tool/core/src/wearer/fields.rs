@@ -78,6 +78,7 @@ fn file() -> Section {
         f("electrode", list(electrode(), 0, Some(CHANNELS), "electrodes"), Optional, "electrodes"),
         f("forearm", Kind::Table(forearm()), Optional, "for simulated forearms of this size"),
         f("elbow", Kind::Table(elbow()), Optional, "which electrodes are the elbow's"),
+        f("limb", Kind::Table(super::limb::fields()), Optional, "the right arm, for a wanted force at the hand ([endpoint_session.md](endpoint_session.md)); origin of the thorax wherever convenient"),
         f("history", list(history(), 0, None, "entries"), Optional, "what was done to this file, oldest first; only ever appended"),
         f("check", list(check(), 0, None, "checks"), Optional, "drift checks, oldest first; only ever appended"),
     ]

@@ -10,6 +10,7 @@
 mod electrode;
 mod fields;
 mod judge;
+mod limb;
 mod limits;
 mod read;
 mod shipped;
@@ -20,6 +21,8 @@ mod write;
 
 pub use electrode::{Electrode, Interval, Muscle, StrengthDuration, Unfit};
 pub use fields::{INTERVALS_OF, manual, schema};
+pub(crate) use limb::triple;
+pub use limb::{Limb, Line};
 pub(crate) use limits::{beyond, limits, limits_of};
 pub use read::is_one;
 pub use shipped::{SHIPPED, shipped};
@@ -54,6 +57,8 @@ pub struct Wearer {
     pub forearm: Option<Forearm>,
     /// The elbow's muscles.
     pub elbow: Option<Elbow>,
+    /// The arm, for forces at the hand.
+    pub limb: Option<Limb>,
     /// What was done to this file, oldest first; only ever appended.
     pub history: Vec<History>,
     /// Drift checks, oldest first; only ever appended.
@@ -163,6 +168,7 @@ impl Wearer {
             electrodes: Vec::new(),
             forearm: None,
             elbow: None,
+            limb: None,
             history: Vec::new(),
             checks: Vec::new(),
         }

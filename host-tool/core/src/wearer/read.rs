@@ -114,6 +114,7 @@ fn read(t: &Table<'_>) -> Option<Wearer> {
     };
     let forearm = t.part("forearm", read_forearm);
     let elbow = t.part("elbow", |e| Some(read_elbow(e, find)));
+    let limb = t.part("limb", |l| super::limb::read(l, &electrodes, are_whole));
     let checks = t.tables("check").iter().filter(|item| item.is_sound());
     let checks = checks.map(|item| read_check(item, find)).collect();
     let history = t.tables("history").iter().filter(|item| item.is_sound());
@@ -127,6 +128,7 @@ fn read(t: &Table<'_>) -> Option<Wearer> {
         electrodes,
         forearm: forearm?,
         elbow: elbow?,
+        limb: limb?,
         history,
         checks,
     })

@@ -7,10 +7,10 @@ macro_rules! wearers {
 }
 
 /// File name and text of each of `host-tool/wearers`.
-pub const SHIPPED: [(&str, &str); 16] = wearers![
+pub const SHIPPED: [(&str, &str); 17] = wearers![
     "K01" "K02" "K03" "K04" "K05" "K06" "K07" "K08" "K09" "K10"
     "P" "Q" "R" "S"
-    "harris-1" "harris-2"
+    "harris-1" "harris-2" "arm-1"
 ];
 
 /// The text of the shipped wearer file of this name, with or without `.toml`.

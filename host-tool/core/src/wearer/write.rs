@@ -1,8 +1,9 @@
 //! Writes a wearer file: what the reader makes the same wearer of again.
 
+use super::limb::{JOINT_WORDS, RANGES, SEGMENTS, WAYS};
 use super::unit::Unit;
 use super::{
-    DriftCheck, Elbow, Electrode, Forearm, History, Muscle, SCHEMA, StrengthDuration, Wearer,
+    DriftCheck, Elbow, Electrode, Forearm, History, Limb, Muscle, SCHEMA, StrengthDuration, Wearer,
 };
 use crate::fields::decimal::{in_units, written};
 use firmware::muscle::FatigueSpec;
@@ -30,6 +31,9 @@ pub(super) fn to_toml(it: &Wearer) -> String {
     if let Some(elbow) = &it.elbow {
         out.head("[elbow]");
         write_elbow(&mut out, elbow);
+    }
+    if let Some(limb) = &it.limb {
+        write_limb(&mut out, limb);
     }
     out.0 + &appendix(&it.history, &it.checks)
 }
@@ -293,4 +297,37 @@ fn write_elbow(out: &mut Lines, it: &Elbow) {
     out.field("biceps", it.biceps);
     out.given("triceps_nm", it.triceps_nm.map(|nm| written(nm, 0)));
     out.given("biceps_nm", it.biceps_nm.map(|nm| written(nm, 0)));
+}
+
+fn write_limb(out: &mut Lines, it: &Limb) {
+    out.head("[limb]");
+    for (name, um) in WAYS.into_iter().zip(it.ways_um) {
+        out.field(name, numbers(&um));
+    }
+    for (name, (low, high)) in RANGES.into_iter().zip(it.ranges_mdeg) {
+        out.field(name, numbers(&[low, high]));
+    }
+    for line in &it.lines {
+        out.head("[[limb.line]]");
+        out.field("channel", line.channel);
+        out.text("joint", word(&JOINT_WORDS, line.joint));
+        out.line("points = [");
+        for via in &line.vias {
+            let (segment, at) = (word(&SEGMENTS, via.segment), numbers(&via.at_um));
+            out.line(&format!("    {{ segment = \"{segment}\", at_mm = {at} }},"));
+        }
+        out.line("]");
+        out.field("gain_n_per_unit", in_units(line.gain_mn_per_unit.into(), 3));
+    }
+}
+
+/// A list of thousandths.
+fn numbers(milli: &[i32]) -> String {
+    let each: Vec<String> = milli.iter().map(|it| in_units((*it).into(), 3)).collect();
+    format!("[{}]", each.join(", "))
+}
+
+fn word<T: Copy + PartialEq>(words: &[(&'static str, T)], it: T) -> &'static str {
+    let found = words.iter().find(|(_, known)| *known == it);
+    found.map_or("", |(word, _)| word) // all are there
 }

@@ -1,8 +1,9 @@
 //! What a run's record is told of what arrives.
 
 use super::{Run, RunError};
-use crate::link::{Incoming, Port};
+use crate::link::{Incoming, Port, Refused};
 use crate::run::{Seen, identity, pulses, trial};
+use crate::session::{nearest, newtons};
 use firmware::link::{Code, Event, HelloInfo};
 
 impl<P: Port> Run<'_, P> {
@@ -129,18 +130,35 @@ impl<P: Port> Run<'_, P> {
             }
             // The last setpoints, which a stop has overtaken; its event tells of it.
             Incoming::Refused(_, refused) if refused.number == Code::Stopped as u16 => {}
-            Incoming::Refused(_, refused) => {
+            Incoming::Refused(seq, refused) => {
                 self.refused += 1;
                 let now = self.client.port().now_us();
                 let at = self.client.device_time(now).unwrap_or(self.epoch);
                 let t_s = f64::from((at - self.epoch).us()) * 1e-6;
                 self.observer.see(Seen::Refused(t_s, &refused));
-                self.note(t_s, refused.to_string())?;
+                let nearest = self.nearest(seq, &refused).unwrap_or_default();
+                self.note(t_s, format!("{refused}{nearest}"))?;
             }
             Incoming::Status(status) => self.observer.see(Seen::Status(&status)),
             Incoming::Acknowledged(..) => {}
         }
         Ok(())
+    }
+
+    /// The nearest to a refused force at the hand that can be made, in words.
+    fn nearest(&self, seq: Option<u16>, refused: &Refused) -> Option<String> {
+        let (_, permille) = refused.allowed?;
+        if refused.code() != Some(Code::WrenchOutOfReach) {
+            return None;
+        }
+        let mut wishes = self.wishes.iter();
+        let (_, wanted) = wishes.find(|(known, _)| Some(*known) == seq)?;
+        let made = nearest(*wanted, u16::try_from(permille).ok()?);
+        Some(format!(
+            "; asked for {}, the nearest is {}",
+            newtons(*wanted),
+            newtons(made)
+        ))
     }
 
     fn note(&mut self, t_s: f64, text: String) -> Result<(), RunError> {

@@ -8,6 +8,7 @@ use super::super::channels::Channels;
 use super::super::setup::SetupSpec;
 use super::pairs::{read_amplitudes, read_lists, read_stimuli};
 use super::times::read_time;
+use super::wrench::read_wrenches;
 use super::{Bounds, Course, ForceCourse, Setpoints, to_centi};
 use crate::fields::decimal::in_units;
 use crate::fields::error::Problem;
@@ -99,6 +100,7 @@ fn read_course(t: &Table<'_>, setup: &SetupSpec, has_joint: bool) -> Option<Cour
         }
         "angle-sine" => read_sine(t, &joint?),
         "angle-steps" => read_steps(t, &joint?),
+        "endpoint-force" => read_wrenches(t, setup.limb.as_ref(), t.real("rate_hz")),
         "force-ramp" | "force-sine" => {
             let channel = find_controlled(t, &setup.channels)?;
             let course = match kind {

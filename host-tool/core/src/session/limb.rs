@@ -1,0 +1,117 @@
+//! `[setpoints] kind = "endpoint-force"`: the arm that the device drives, and how it is
+//! held.
+
+use firmware::control::{EndpointSpec, PostureSpec};
+use firmware::limb::{AXES, AXIS_NAMES, LINES, Lines};
+
+use super::channels::Channels;
+use super::worn::Person;
+use crate::fields::decimal::between;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
+
+/// The arm of a session.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SessionLimb {
+    /// Its bones, how often the device recruits, and how it is held.
+    pub spec: EndpointSpec,
+    /// Lines of the session's channels, by rising channel.
+    pub lines: Lines,
+}
+
+impl SessionLimb {
+    /// Whether the host measures how it is held.
+    #[must_use]
+    pub const fn is_measured(&self) -> bool {
+        matches!(self.spec.posture, PostureSpec::Measured { .. })
+    }
+}
+
+/// Setpoints and recruitments per second that may be asked for.
+const RATES_HZ: [f64; 2] = [200.0, 20.0];
+
+/// Reads the arm, if forces at the hand are streamed; tells all that is wrong with it.
+pub(super) fn read_limb(
+    root: &Table<'_>,
+    person: &Person,
+    channels: &Channels,
+) -> Option<SessionLimb> {
+    let t = root.table("setpoints")?;
+    if t.word("kind") != "endpoint-force" {
+        return None;
+    }
+    let rate_hz = t.real("rate_hz");
+    let is_rate = rate_hz.is_some_and(|hz| RATES_HZ.contains(&hz));
+    if rate_hz.is_some() && !is_rate {
+        t.out_of_range("rate_hz", "200 or 20 for a force at the hand".into());
+    }
+    if person.is_unknown() {
+        return None; // told
+    }
+    let Some(limb) = person
+        .worn
+        .as_ref()
+        .and_then(|worn| worn.wearer.limb.as_ref())
+    else {
+        t.say("kind", Problem::NoLimb {});
+        return None;
+    };
+    let ranges = &limb.ranges_mdeg;
+    let posture = match t.table("posture_deg") {
+        None if t.has("posture_deg") => return None,
+        None => PostureSpec::Measured {
+            stale_after_ms: t.whole("stale_after_ms"),
+        },
+        Some(p) => {
+            if t.has("stale_after_ms") {
+                let other = "posture_deg".into();
+                t.say("stale_after_ms", Problem::SaidTwice { other });
+            }
+            PostureSpec::Fixed(read_posture(p, ranges)?)
+        }
+    };
+    let lines = limb.lines.iter().filter_map(|line| {
+        let mut list = channels.list.iter();
+        let channel = list.find(|it| it.number == line.channel)?;
+        let threshold = channels.electrode(channel.number)?.motor_threshold;
+        let [_, most] = channels.used(channel)?;
+        Some(line.spec(threshold, most))
+    });
+    let lines: Lines = lines.take(LINES).collect();
+    if lines.is_empty() {
+        if channels.are_whole() {
+            t.say("kind", Problem::NoLine {});
+        }
+        return None;
+    }
+    let recruit_ms = match rate_hz {
+        Some(hz) if is_rate => (1e3 / hz).round() as u8, // 5 or 50
+        _ => return None,
+    };
+    let spec = EndpointSpec {
+        ways_um: limb.ways_um,
+        ranges_mdeg: *ranges,
+        recruit_ms,
+        posture,
+    };
+    Some(SessionLimb { spec, lines })
+}
+
+/// Nine angles, 0.01°; those that are not said are 0.
+fn read_posture(p: &Table<'_>, ranges: &[(i32, i32); AXES]) -> Option<[i16; AXES]> {
+    if !p.is_sound() {
+        return None;
+    }
+    let mut is_within = true;
+    let mut all = [0; AXES];
+    for ((to, name), &(low, high)) in all.iter_mut().zip(AXIS_NAMES).zip(ranges) {
+        let centideg: i16 = p.whole(name);
+        if !(low..=high).contains(&(i32::from(centideg) * 10)) {
+            let range = between(low.into(), high.into(), 3);
+            p.out_of_range(name, format!("{range}, this wearer's range"));
+            is_within = false;
+        }
+        *to = centideg;
+    }
+    is_within.then_some(all)
+}

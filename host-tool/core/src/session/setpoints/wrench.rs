@@ -1,0 +1,116 @@
+//! Reads forces at the hand over time, and asks the firmware's arm whether it can make
+//! them.
+
+use firmware::control::{Endpoint, EndpointState, Unmade, WrenchError};
+use firmware::units::Micros;
+
+use super::super::limb::SessionLimb;
+use super::Course;
+use super::times::read_time;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
+use crate::wearer::triple;
+
+/// Forces at the hand in mN at µs, the first at 0, straight between them; the last one
+/// stays.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct WrenchCourse(pub Vec<(u64, [i32; 3])>);
+
+impl WrenchCourse {
+    /// The force `t_us` after the start, mN.
+    #[must_use]
+    pub fn at(&self, t_us: u64) -> [i32; 3] {
+        let next = self.0.partition_point(|&(at_us, _)| at_us <= t_us);
+        let Some(&(from_us, from)) = self.0.get(next.saturating_sub(1)) else {
+            return [0; 3];
+        };
+        let Some(&(to_us, to)) = self.0.get(next) else {
+            return from;
+        };
+        let part = (t_us - from_us) as f64 / (to_us - from_us) as f64;
+        let mut force = from;
+        for (it, to) in force.iter_mut().zip(to) {
+            *it += (part * f64::from(to - *it)).round() as i32; // both within ±1e6
+        }
+        force
+    }
+}
+
+/// On the way from point to point so many forces are tried at most.
+const TRIED: u64 = 2_000;
+
+/// Reads `points`, and tells of every one that cannot be made, or that cannot on the way
+/// to it, how much can.
+pub(super) fn read_wrenches(
+    t: &Table<'_>,
+    limb: Option<&SessionLimb>,
+    rate_hz: Option<f64>,
+) -> Option<Course> {
+    let mut points: Vec<(u64, [i32; 3])> = Vec::new();
+    let items = t.tables("points").iter().filter(|it| it.is_sound());
+    let items: Vec<&Table<'_>> = items.collect();
+    for item in &items {
+        let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
+        points.push((at_us, triple(item, "force_n")?));
+    }
+    let course = WrenchCourse(points);
+    let fixed = limb.filter(|limb| !limb.is_measured());
+    if let Some(endpoint) = fixed.and_then(|limb| Endpoint::new(&limb.spec, &limb.lines).ok()) {
+        tell_unmade(&items, &course, &endpoint, rate_hz?);
+    }
+    Some(Course::Wrench(course))
+}
+
+fn tell_unmade(items: &[&Table<'_>], course: &WrenchCourse, endpoint: &Endpoint, rate_hz: f64) {
+    let mut before_us = 0;
+    for (item, &(at_us, _)) in items.iter().zip(&course.0) {
+        let setpoints = ((at_us - before_us) as f64 * rate_hz / 1e6).ceil() as u64;
+        let count = setpoints.clamp(1, TRIED);
+        let way_us = at_us - before_us;
+        before_us = at_us;
+        let times = (0..count).rev().map(|n| at_us - way_us * n / count);
+        // The point itself is told, or else the first on the way to it.
+        let wrong = |t_us: u64| Some((t_us, unmade(endpoint, course.at(t_us))?));
+        let found = wrong(at_us).or_else(|| times.into_iter().find_map(wrong));
+        if let Some((t_us, why)) = found {
+            let wanted = course.at(t_us);
+            let (at_s, force) = (t_us as f64 / 1e6, newtons(wanted));
+            item.say("force_n", problem(why, wanted, at_s, force));
+        }
+    }
+}
+
+/// Why a force cannot be made as the arm is held, if it cannot.
+fn unmade(endpoint: &Endpoint, force_mn: [i32; 3]) -> Option<Unmade> {
+    let (mut state, now) = (EndpointState::default(), Micros::new(0));
+    match endpoint.wish(&mut state, now, now, force_mn) {
+        Err(WrenchError::Unmade(why)) => Some(why),
+        _ => None,
+    }
+}
+
+fn problem(why: Unmade, wanted: [i32; 3], at_s: f64, force: String) -> Problem {
+    match why {
+        Unmade::TooStrong { channel, permille } => Problem::WrenchOutOfReach {
+            at_s,
+            force,
+            channel: channel + 1, // at most 10
+            percent: f64::from(permille) / 10.0,
+            nearest: newtons(nearest(wanted, permille)),
+        },
+        _ => Problem::NoMuscleHelps { at_s, force },
+    }
+}
+
+/// What can be made of a force, mN: `permille` of it.
+#[must_use]
+pub fn nearest(force_mn: [i32; 3], permille: u16) -> [i32; 3] {
+    force_mn.map(|mn| mn * i32::from(permille.min(1000)) / 1000) // within ±1e9
+}
+
+/// "[1, -2.5, 0] N".
+#[must_use]
+pub fn newtons(force_mn: [i32; 3]) -> String {
+    let [x, y, z] = force_mn.map(|mn| f64::from(mn) / 1e3);
+    format!("[{x}, {y}, {z}] N")
+}

@@ -1,0 +1,209 @@
+//! `[limb]`: a wearer's right arm, its bones and where its muscles pull.
+
+use firmware::limb::{AXES, JOINTS, JointName, LimbError, LimbSpec, LineSpec, VIAS, ViaSpec};
+use firmware::pulse::CHANNELS;
+use firmware::units::Amplitude;
+
+use super::Electrode;
+use crate::fields::error::Problem;
+use crate::fields::field::Need::Required;
+use crate::fields::field::{Kind, Number, Section, channel, f, list, n, one_of};
+use crate::fields::table::Table;
+
+/// A right arm: bones, ranges of its joints, muscles.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Limb {
+    /// As [`LimbSpec::ways_um`].
+    pub ways_um: [[i32; 3]; JOINTS + 1],
+    /// As [`LimbSpec::ranges_mdeg`].
+    pub ranges_mdeg: [(i32, i32); AXES],
+    /// By rising channel.
+    pub lines: Vec<Line>,
+}
+
+/// Where the muscle under an electrode pulls, and how strongly.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Line {
+    /// The electrode's channel, 1–10.
+    pub channel: u8,
+    /// The joint at which the recruitment considers it.
+    pub joint: JointName,
+    /// Origin to insertion, two to six.
+    pub vias: Vec<ViaSpec>,
+    /// Force per amplitude above the motor threshold, mN per mA or V.
+    pub gain_mn_per_unit: u32,
+}
+
+impl Line {
+    /// As the device takes it, between these two amplitudes.
+    #[must_use]
+    pub fn spec(&self, threshold: Amplitude, limit: Amplitude) -> LineSpec {
+        LineSpec {
+            channel: self.channel.saturating_sub(1), // 1–10
+            joint: self.joint,
+            vias: self.vias.iter().take(VIAS).copied().collect(),
+            gain_mn_per_ma: self.gain_mn_per_unit,
+            threshold,
+            limit,
+        }
+    }
+}
+
+/// Fields of [`Limb::ways_um`].
+pub(super) const WAYS: [&str; JOINTS + 1] = ["to_sc_mm", "to_gh_mm", "to_el_mm", "to_hand_mm"];
+/// Fields of [`Limb::ranges_mdeg`].
+pub(super) const RANGES: [&str; AXES] = [
+    "sc_protraction_deg",
+    "sc_elevation_deg",
+    "sc_roll_deg",
+    "gh_flexion_deg",
+    "gh_abduction_deg",
+    "gh_rotation_deg",
+    "el_flexion_deg",
+    "el_bend_deg",
+    "el_pronation_deg",
+];
+/// Joints by word.
+pub(super) const JOINT_WORDS: [(&str, JointName); JOINTS] = [
+    ("sternoclavicular", JointName::Sternoclavicular),
+    ("glenohumeral", JointName::Glenohumeral),
+    ("elbow", JointName::Elbow),
+];
+/// Segments by word, in their order.
+pub(super) const SEGMENTS: [(&str, u8); JOINTS + 1] = [
+    ("thorax", 0),
+    ("girdle", 1),
+    ("upper-arm", 2),
+    ("forearm", 3),
+];
+/// What three numbers are.
+const TRIPLE: &str = "a list of three numbers";
+const PAIR: &str = "a list of two numbers";
+
+/// Its fields.
+#[rustfmt::skip]
+pub(super) fn fields() -> Section {
+    let place = |range| Kind::Wholes(Number::of("mm", 3, range), TRIPLE);
+    let turns = |range| Kind::Wholes(Number::of("°", 3, range), PAIR);
+    let points = vec![
+        f("segment", one_of(&SEGMENTS), Required, "to which it is fixed"),
+        f("at_mm", place(LineSpec::AT_UM), Required, "from the segment's origin: backward, to the right, upward"),
+    ];
+    let lines = vec![
+        f("channel", channel(), Required, "an electrode of the file; force begins at its `motor_threshold` and ends at its `maximum` or `limit`"),
+        f("joint", one_of(&JOINT_WORDS), Required, "which the recruitment considers it at; one that it crosses"),
+        f("points", list(points, 2, Some(VIAS), "points"), Required, "`{ segment, at_mm }`: origin to insertion; segments never fall"),
+        f("gain_n_per_unit", n("N per unit", 3, LineSpec::GAIN_MN_PER_MA), Required, "force per amplitude above the motor threshold"),
+    ];
+    let ways = ["its origin to the sternoclavicular joint", "that to the glenohumeral joint", "that to the elbow", "that to the hand"];
+    let axes = ["protraction", "elevation", "roll", "flexion", "abduction", "internal rotation", "flexion", "bend sideways", "pronation"];
+    let ways = WAYS.into_iter().zip(ways);
+    let mut all: Section = ways.map(|(name, meaning)| f(name, place(LimbSpec::WAY_UM), Required, meaning)).collect();
+    all.extend(RANGES.into_iter().zip(axes).enumerate().map(|(axis, (name, meaning))| {
+        let range = [LimbSpec::RANGE_MDEG, LimbSpec::MIDDLE_MDEG][usize::from(axis % 3 == 1)];
+        f(name, turns(range), Required, meaning)
+    }));
+    all.push(f("line", list(lines, 1, Some(CHANNELS), "lines"), Required, "one for each muscle"));
+    all
+}
+
+/// Reads `[limb]`, and tells everything that the device would refuse of it.
+pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> Option<Limb> {
+    let ways = WAYS.map(|name| triple(t, name));
+    let ranges = RANGES.map(|name| pair(t, name));
+    let items = t.tables("line");
+    let lines: Vec<Option<Line>> = items.iter().map(read_line).collect();
+    let mut ways_um = [[0, 0, -100_000]; JOINTS + 1];
+    for (to, from) in ways_um.iter_mut().zip(ways) {
+        *to = from.unwrap_or(*to);
+    }
+    let mut ranges_mdeg = [(0, 0); AXES];
+    for (to, from) in ranges_mdeg.iter_mut().zip(ranges) {
+        *to = from.unwrap_or(*to);
+    }
+    LimbSpec::bone_mistakes(&ways_um, &ranges_mdeg, &mut |mistake| match mistake {
+        LimbError::Way { way, .. } if ways[usize::from(way)].is_some() => {
+            let allowed = "a bone of 10 mm at least, each number within ±1000".into();
+            t.out_of_range(WAYS[usize::from(way)], allowed);
+        }
+        LimbError::Axis { axis, range } if ranges[usize::from(axis)].is_some() => {
+            let [min, max] = [range.min, range.max].map(|mdeg| f64::from(mdeg) / 1e3);
+            t.out_of_range(
+                RANGES[usize::from(axis)],
+                format!("two numbers, {min} to {max}"),
+            );
+        }
+        _ => {}
+    });
+    let mut known: Vec<Line> = Vec::new();
+    for (item, line) in items.iter().zip(lines) {
+        let Some(line) = line else { continue };
+        let channel = line.channel;
+        if known.iter().any(|it| it.channel == channel) {
+            item.say("channel", Problem::ChannelTwice { channel });
+        }
+        let is_there = electrodes.iter().any(|it| it.channel == channel);
+        if !is_there && are_whole {
+            item.say("channel", Problem::NoSuchChannel { channel });
+        }
+        let mut is_routed = true;
+        // What the electrode says is judged with the electrode.
+        line.spec(Amplitude::ZERO, Amplitude::new(1))
+            .mistakes(&mut |range| is_routed &= range.field != LineSpec::SEGMENT.field);
+        if !is_routed {
+            let allowed = "from a segment before its `joint` to one behind it, never back".into();
+            item.out_of_range("points", allowed);
+        }
+        known.push(line);
+    }
+    known.sort_by_key(|line| line.channel);
+    Some(Limb {
+        ways_um,
+        ranges_mdeg,
+        lines: known,
+    })
+}
+
+fn read_line(t: &Table<'_>) -> Option<Line> {
+    let via = |item: &Table<'_>| {
+        Some(ViaSpec {
+            segment: item.named("segment", &SEGMENTS)?,
+            at_um: triple(item, "at_mm")?,
+        })
+    };
+    let vias: Option<Vec<ViaSpec>> = t.tables("points").iter().map(via).collect();
+    if !t.is_sound() {
+        return None;
+    }
+    Some(Line {
+        channel: t.whole("channel"),
+        joint: t.named("joint", &JOINT_WORDS)?,
+        vias: vias?,
+        gain_mn_per_unit: t.whole("gain_n_per_unit"),
+    })
+}
+
+/// Three numbers in the device's steps.
+pub(crate) fn triple(t: &Table<'_>, name: &str) -> Option<[i32; 3]> {
+    let all = wholes(t, name);
+    let found = <[i32; 3]>::try_from(all).ok();
+    if found.is_none() && t.has(name) && !t.wholes(name).is_empty() {
+        t.out_of_range(name, "three numbers: backward, to the right, upward".into());
+    }
+    found
+}
+
+fn pair(t: &Table<'_>, name: &str) -> Option<(i32, i32)> {
+    let all = wholes(t, name);
+    let found = <[i32; 2]>::try_from(all).ok();
+    if found.is_none() && t.has(name) && !t.wholes(name).is_empty() {
+        t.out_of_range(name, "two numbers: lowest and highest".into());
+    }
+    found.map(|[low, high]| (low, high))
+}
+
+fn wholes(t: &Table<'_>, name: &str) -> Vec<i32> {
+    let all = t.wholes(name).iter();
+    all.map(|(value, _)| i32::try_from(*value).unwrap_or(i32::MAX)) // within its range
+        .collect()
+}
