@@ -1,0 +1,321 @@
+//! Forces at the hand in sessions: what is read, what is refused, what is played.
+
+use firmware::control::PostureSpec;
+use firmware::link::Request;
+use firmware::units::Micros;
+use hal_sim::body::{Body, CHANNELS, Load, Pulse};
+use hal_sim::native::native;
+use hal_sim::wire::faults::Faults;
+use hal_sim::world::World;
+use host_core::link::SimulatedPort;
+use host_core::record::{read_samples, write_samples};
+use host_core::run::{Outcome, SessionFile, run};
+use host_core::session::{Course, Session, SessionError};
+use host_core::wearer::{Wearer, shipped};
+
+use crate::link_native::native_world;
+use crate::session_files::load;
+
+const BOOT: Micros = Micros::new(u32::MAX - 2_000_000);
+const EXAMPLE: &str = include_str!("../../sessions/endpoint_force.toml");
+const FIXED: &str =
+    "posture_deg = { gh_flexion = 45, gh_abduction = 30, gh_rotation = 20, el_flexion = 80 }\n";
+
+fn with(text: &str, edits: &[(&str, &str)]) -> String {
+    let edit = |text: String, (find, replace): &(&str, &str)| {
+        assert!(text.contains(find), "{find}");
+        text.replacen(find, replace, 1)
+    };
+    edits.iter().fold(text.to_owned(), edit)
+}
+
+/// Numbers and lines of what is told of the example with these edits, and of its wearer
+/// with those.
+fn told(edits: &[(&str, &str)], of_wearer: &[(&str, &str)]) -> (Vec<u16>, String) {
+    let wearer = with(shipped("arm-1").unwrap(), of_wearer);
+    let text = with(EXAMPLE, edits);
+    match Session::parse_beside("it.toml", &text, &|_| Ok(wearer.clone())) {
+        Ok(_) => (Vec::new(), String::new()),
+        Err(e) => (numbers(&e), e.lines()),
+    }
+}
+
+fn numbers(e: &SessionError) -> Vec<u16> {
+    e.all().map(|e| e.problem().number()).collect()
+}
+
+#[test]
+fn the_example_says_an_arm_and_its_nine_lines() {
+    let session = load("endpoint_force.toml");
+    let limb = session.limb.as_ref().unwrap();
+    assert_eq!((limb.spec.recruit_ms, limb.lines.len()), (5, 9));
+    let PostureSpec::Fixed(angles) = limb.spec.posture else {
+        panic!("{limb:?}");
+    };
+    assert_eq!(angles, [0, 0, 0, 4_500, 3_000, 2_000, 8_000, 0, 0]);
+    // As the nominal arm of the device's own benches, to the µm.
+    let nominal = firmware::bench::limb::nominal();
+    assert_eq!(limb.spec.ways_um, nominal.ways_um);
+    assert_eq!(limb.spec.ranges_mdeg, nominal.ranges_mdeg);
+    assert_eq!(limb.lines, nominal.lines);
+    let requests = session.requests();
+    let lines = requests.iter().filter(|it| matches!(it, Request::Line(_)));
+    assert_eq!(lines.count(), 9);
+    let Course::Wrench(course) = &session.setpoints.course else {
+        panic!("{:?}", session.setpoints.course);
+    };
+    assert_eq!(course.at(500_000), [-1_000, 1_500, 1_250]);
+    assert_eq!(course.at(9_000_000), [0; 3]);
+}
+
+#[test]
+fn a_wearer_s_arm_is_written_as_it_is_read() {
+    let wearer = Wearer::parse("arm-1", shipped("arm-1").unwrap()).unwrap();
+    let again = Wearer::parse("again", &wearer.to_toml()).unwrap();
+    assert_eq!(again, wearer);
+    assert_eq!(wearer.limb.unwrap().lines.len(), 9);
+}
+
+#[test]
+fn every_mistake_of_the_session_is_named() {
+    // Too strong: what can be made is named, and can be.
+    let too_strong = [(
+        "force_n = [-2.0, 3.0, 2.5] },\n    { at_s = 2.0",
+        "force_n = [-20, 30, 25] },\n    { at_s = 2.0",
+    )];
+    let (numbers, lines) = told(&too_strong, &[]);
+    // At the point itself, and at the next, on the way from it.
+    assert_eq!(numbers, [475, 475], "{lines}");
+    assert!(lines.contains("% can be made, [-"), "{lines}");
+    let nearest = lines.split("can be made, [").nth(1).unwrap();
+    let nearest = nearest.split(']').next().unwrap();
+    let made = format!("force_n = [{nearest}] }},\n    {{ at_s = 2.0");
+    assert_eq!(told(&[(too_strong[0].0, &made)], &[]).0, [0; 0]);
+    // Two mistakes at once, each where it is.
+    let two = [
+        ("rate_hz = 200", "rate_hz = 90"),
+        ("el_flexion = 80", "el_flexion = 131"),
+    ];
+    let (numbers, lines) = told(&two, &[]);
+    assert_eq!(numbers, [407, 407], "{lines}");
+    assert!(
+        lines.contains("setpoints.posture_deg.el_flexion"),
+        "{lines}"
+    );
+    assert!(lines.contains("0 to 130, this wearer's range"), "{lines}");
+    assert!(
+        lines.contains("200 or 20 for a force at the hand"),
+        "{lines}"
+    );
+    let pair = [("[2.0, -2.0, 1.0]", "[2.0, -2.0]")];
+    assert_eq!(told(&pair, &[]).0, [407]);
+    let both = [(FIXED, &*format!("{FIXED}stale_after_ms = 50\n"))];
+    assert_eq!(told(&both, &[]).0, [409]);
+    let no_file = [("file = \"../wearers/arm-1.toml\"", "rise_ms = 50")];
+    let (numbers, lines) = told(&no_file, &[]);
+    assert!(numbers.contains(&477), "{lines}");
+    let joint = "[joint]\nangle_min_deg = 0\n[setpoints]";
+    assert!(told(&[("[setpoints]", joint)], &[]).0.contains(&479));
+}
+
+#[test]
+fn every_mistake_of_the_wearer_s_arm_is_named() {
+    let mut seen = String::new();
+    let arm = |of_wearer: &[(&str, &str)]| {
+        let text = with(shipped("arm-1").unwrap(), of_wearer);
+        match Wearer::parse("arm-1.toml", &text) {
+            Ok(_) => (Vec::new(), String::new()),
+            Err(e) => (numbers(&e), e.lines()),
+        }
+    };
+    let all = [
+        ("to_el_mm = [0, 0, -300]", "to_el_mm = [0, 0, -3]"),
+        ("gh_abduction_deg = [0, 80]", "gh_abduction_deg = [0, 81]"),
+        ("el_bend_deg = [-10, 10]", "el_bend_deg = [10, -10]"),
+        ("gain_n_per_unit = 9", "gain_n_per_unit = 0"),
+        ("channel = 4\njoint", "channel = 3\njoint"),
+    ];
+    for edit in all {
+        let (numbers, lines) = arm(&[edit]);
+        let expected = if edit.0.starts_with("channel") {
+            420
+        } else {
+            407
+        };
+        assert_eq!(numbers, [expected], "{lines}");
+        seen += &lines;
+    }
+    let (numbers, lines) = arm(&all);
+    assert_eq!(numbers.len(), all.len(), "{lines}");
+    // The biceps turns no elbow from the forearm alone.
+    let alone = (
+        "{ segment = \"upper-arm\", at_mm = [-30, 0, -130] }",
+        "{ segment = \"forearm\", at_mm = [-30, 0, -130] }",
+    );
+    let (numbers, lines) = arm(&[alone]);
+    assert_eq!(numbers, [407], "{lines}");
+    assert!(
+        lines.contains("from a segment before its `joint`"),
+        "{lines}"
+    );
+    for part in ["a bone of 10 mm", "two numbers, -80 to 80", "limb.line"] {
+        assert!(seen.contains(part), "{part}: {seen}");
+    }
+}
+
+/// The biceps alone cannot push the hand down.
+#[test]
+fn where_no_muscle_helps_it_is_said() {
+    let from = EXAMPLE.find("\n[[channel]]\nnumber = 2").unwrap();
+    let to = EXAMPLE.find("\n[setpoints]").unwrap();
+    let one = format!("{}{}", &EXAMPLE[..from], &EXAMPLE[to..]);
+    let told = |force: &str| {
+        let points = one.find("points =").unwrap();
+        let text = format!(
+            "{}points = [{{ at_s = 0, force_n = {force} }}]\n",
+            &one[..points]
+        );
+        match Session::parse("it.toml", &text) {
+            Ok(_) => Vec::new(),
+            Err(e) => numbers(&e),
+        }
+    };
+    assert_eq!(told("[0, 0, 5]"), [0; 0]);
+    assert_eq!(told("[0, 0, -5]"), [476]);
+}
+
+fn play(text: &str, world: World) -> Outcome {
+    let file = SessionFile::parse("endpoint.toml", text).unwrap();
+    run(&file, SimulatedPort::new(world), None, |_| ()).0
+}
+
+#[test]
+fn a_run_records_what_was_wanted_and_given() {
+    let text = with(EXAMPLE, &[("duration_s = 6.0", "duration_s = 2.0")]);
+    let outcome = play(&text, native_world(BOOT));
+    assert!(outcome.error.is_none(), "{:?}", outcome.error);
+    assert_eq!(outcome.refused, 0, "{:?}", outcome.trial.events);
+    let trial = outcome.trial;
+    let held = trial.samples.iter().find(|s| s.t_s > 1.5).unwrap();
+    assert_eq!(held.hand_n, [Some(-2.0), Some(3.0), Some(2.5)]);
+    assert_eq!((held.hand_made, held.limiting), (Some(1.0), false));
+    let playing = held.amplitudes.iter().flatten().count();
+    assert!((2..=3).contains(&playing), "{held:?}");
+    // All of it reads back.
+    let path = std::env::temp_dir().join(format!("flexor-hand-{}.csv", std::process::id()));
+    let mut out = Vec::new();
+    write_samples(&mut out, &trial.channels, &trial.samples).unwrap();
+    std::fs::write(&path, out).unwrap();
+    let again = read_samples(&path).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(again, trial.samples);
+}
+
+/// An arm that leaves the wearer's range for a while.
+struct Moving {
+    now_us: u64,
+    away_us: std::ops::Range<u64>,
+    lost_us: u64,
+    loads: [Load; CHANNELS],
+}
+
+impl Body for Moving {
+    fn pulse(&mut self, _: &Pulse) {}
+    fn advance(&mut self, to_us: u64) -> bool {
+        self.now_us = self.now_us.max(to_us);
+        true
+    }
+    fn angle_deg(&self) -> f64 {
+        0.0
+    }
+    fn sensed_deg(&self) -> f64 {
+        0.0
+    }
+    fn posture_deg(&self) -> Option<[f64; 9]> {
+        let is_away = self.away_us.contains(&self.now_us);
+        let elbow = if is_away { 135.0 } else { 80.0 };
+        (self.now_us < self.lost_us).then_some([0.0, 0.0, 0.0, 45.0, 30.0, 20.0, elbow, 0.0, 0.0])
+    }
+    fn loads(&self) -> &[Load; CHANNELS] {
+        &self.loads
+    }
+    fn loads_mut(&mut self) -> &mut [Load; CHANNELS] {
+        &mut self.loads
+    }
+}
+
+fn moving(away_us: std::ops::Range<u64>, lost_us: u64) -> World {
+    let body = Moving {
+        now_us: 0,
+        away_us,
+        lost_us,
+        loads: [Load::NOMINAL; CHANNELS],
+    };
+    World::new(
+        Box::new(native(BOOT)),
+        Box::new(body),
+        BOOT,
+        Faults::default(),
+        1,
+    )
+}
+
+#[test]
+fn a_measured_posture_is_streamed_and_heeded() {
+    for rate in ["rate_hz = 200", "rate_hz = 20"] {
+        let edits = [
+            ("duration_s = 6.0", "duration_s = 1.5"),
+            (FIXED, ""),
+            ("rate_hz = 200", rate),
+        ];
+        let text = with(EXAMPLE, &edits);
+        let outcome = play(&text, moving(0..0, u64::MAX));
+        assert!(outcome.error.is_none(), "{:?}", outcome.error);
+        assert_eq!(outcome.refused, 0, "{:?}", outcome.trial.events);
+        let last = outcome.trial.samples.iter().find(|s| s.t_s > 1.4).unwrap();
+        assert!(last.amplitudes.iter().flatten().count() >= 2, "{last:?}");
+        // Nobody measures: there is no such arm.
+        let none = play(&text, native_world(BOOT)).error.unwrap().to_string();
+        assert!(none.starts_with("E550"), "{none}");
+    }
+}
+
+#[test]
+fn a_posture_that_is_lost_ends_it() {
+    let edits = [("duration_s = 6.0", "duration_s = 2.0"), (FIXED, "")];
+    let text = with(EXAMPLE, &edits);
+    let outcome = play(&text, moving(0..0, 2_500_000));
+    let error = outcome.error.unwrap().to_string();
+    assert!(error.contains("SensorStale"), "{error}");
+}
+
+/// While the elbow is out of its range nothing is put out, and the host, whose forces are
+/// refused, is told why.
+#[test]
+fn out_of_its_range_an_arm_gets_nothing() {
+    let edits = [
+        ("duration_s = 6.0", "duration_s = 1.5"),
+        (FIXED, "stale_after_ms = 60\n"),
+    ];
+    let text = with(EXAMPLE, &edits);
+    let outcome = play(&text, moving(2_900_000..3_000_000, u64::MAX));
+    let refused = outcome
+        .trial
+        .events
+        .iter()
+        .find(|(_, it)| it.contains("el_flexion"));
+    let (_, told) = refused.unwrap_or_else(|| panic!("{:?}", outcome.trial.events));
+    assert!(told.contains("allowed 0 to 130000"), "{told}");
+    let away = outcome
+        .trial
+        .samples
+        .iter()
+        .filter(|s| s.hand_made == Some(0.0));
+    let away: Vec<_> = away.collect();
+    assert!(away.len() > 5, "{}", away.len());
+    let quiet = away
+        .iter()
+        .filter(|s| s.amplitudes.iter().all(Option::is_none));
+    assert!(quiet.count() >= away.len() - 3);
+    assert!(away.iter().all(|s| s.limiting));
+}
