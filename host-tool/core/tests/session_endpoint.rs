@@ -158,7 +158,7 @@ fn every_mistake_of_the_wearer_s_arm_is_named() {
         lines.contains("from a segment before its `joint`"),
         "{lines}"
     );
-    for part in ["a bone of 10 mm", "two numbers, -80 to 80", "limb.line"] {
+    for part in ["a bone of 10 mm", "the highest, within ±80", "limb.line"] {
         assert!(seen.contains(part), "{part}: {seen}");
     }
 }
@@ -245,10 +245,12 @@ impl Body for Moving {
 }
 
 fn moving(away_us: std::ops::Range<u64>, lost_us: u64) -> World {
+    // A world counts from when its device boots.
+    let boot_us = u64::from(BOOT.get());
     let body = Moving {
         now_us: 0,
-        away_us,
-        lost_us,
+        away_us: boot_us + away_us.start..boot_us + away_us.end,
+        lost_us: boot_us.saturating_add(lost_us),
         loads: [Load::NOMINAL; CHANNELS],
     };
     World::new(
@@ -284,7 +286,7 @@ fn a_measured_posture_is_streamed_and_heeded() {
 fn a_posture_that_is_lost_ends_it() {
     let edits = [("duration_s = 6.0", "duration_s = 2.0"), (FIXED, "")];
     let text = with(EXAMPLE, &edits);
-    let outcome = play(&text, moving(0..0, 2_500_000));
+    let outcome = play(&text, moving(0..0, 1_000_000));
     let error = outcome.error.unwrap().to_string();
     assert!(error.contains("SensorStale"), "{error}");
 }
@@ -298,7 +300,7 @@ fn out_of_its_range_an_arm_gets_nothing() {
         (FIXED, "stale_after_ms = 60\n"),
     ];
     let text = with(EXAMPLE, &edits);
-    let outcome = play(&text, moving(2_900_000..3_000_000, u64::MAX));
+    let outcome = play(&text, moving(1_000_000..1_100_000, u64::MAX));
     let refused = outcome
         .trial
         .events

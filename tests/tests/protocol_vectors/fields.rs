@@ -31,7 +31,7 @@ fn named() -> BTreeSet<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware/src");
     let mut texts = Vec::new();
     for room in [
-        "device", "link", "control", "haptics", "muscle", "pulse", "safety",
+        "device", "link", "control", "haptics", "limb", "muscle", "pulse", "safety",
     ] {
         sources(&root.join(room), &mut texts);
     }

@@ -1,10 +1,13 @@
 //! One message of every kind, with every variant of every type inside.
 
+use firmware::bench::limb::nominal;
 use firmware::control::{
-    ForceGap, ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource,
+    EndpointSpec, ForceGap, ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, PostureSpec,
+    SensorSource,
 };
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
-use firmware::link::message::{ForceSample, OptionBytes, ResetCause};
+use firmware::limb::LineSpec;
+use firmware::link::message::{ForceSample, OptionBytes, ResetCause, WrenchSample};
 use firmware::link::{
     Code, Counters, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status, Telemetry,
     ToDevice,
@@ -112,6 +115,22 @@ fn joints() -> [(&'static str, Request); 3] {
         ),
         ("joint, PID", joint(LawSpec::PID, &[b], adc)),
     ]
+}
+
+/// The nominal arm.
+fn endpoint(posture: PostureSpec) -> EndpointSpec {
+    let limb = nominal();
+    EndpointSpec {
+        ways_um: limb.ways_um,
+        ranges_mdeg: limb.ranges_mdeg,
+        recruit_ms: 5,
+        posture,
+    }
+}
+
+/// One of its lines.
+fn line(n: usize) -> LineSpec {
+    nominal().lines[n].clone()
 }
 
 fn groups(partners: &[Partner]) -> Request {
@@ -254,6 +273,14 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
                 centideg_per_s: Some(-5_027),
             },
         ),
+        ("arm, held", Request::Limb(endpoint(PostureSpec::Fixed([0, 0, 0, 4_500, 3_000, 2_000, 8_000, 0, 0])))),
+        ("arm, measured", Request::Limb(endpoint(PostureSpec::Measured { stale_after_ms: 100 }))),
+        ("line over the elbow", Request::Line(line(0))),
+        ("line over the shoulder", Request::Line(line(2))),
+        ("line over the girdle", Request::Line(line(7))),
+        ("wrench", Request::Wrench { at: None, force_mn: [-2_000, 3_000, 0] }),
+        ("wrench, timed", Request::Wrench { at: Some(Micros::new(5)), force_mn: [1_000_000, -1_000_000, 1] }),
+        ("measurement of an arm", Request::Measurement { joint: 8, centideg: -1, at: Micros::new(1_000_000) }),
         ("measurement", Request::Measurement { joint: 0, centideg: 4_321, at: Micros::new(1_000_000) }),
         ("subscribe", Request::Subscribe { period_ms: 20 }),
         ("rung", Request::Rung { channel: 9, rung: Rung::CalciumForce }),
@@ -361,6 +388,10 @@ fn telemetry(at: Micros, channels: u32) -> Telemetry {
             .collect(),
         forces_mn: (0..channels).map(|c| (c != 0).then_some(c * 100)).collect(),
         force_control: (0..channels.min(2)).map(force).collect(),
+        wrench: is_full.then_some(WrenchSample {
+            target_mn: [-2_000, 3_000, 0],
+            made_permille: 988,
+        }),
         state: [State::Idle, State::Stimulating][usize::from(is_full)],
     }
 }

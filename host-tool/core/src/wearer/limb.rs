@@ -126,12 +126,10 @@ pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> 
             let allowed = "a bone of 10 mm at least, each number within ±1000".into();
             t.out_of_range(WAYS[usize::from(way)], allowed);
         }
-        LimbError::Axis { axis, range } if ranges[usize::from(axis)].is_some() => {
-            let [min, max] = [range.min, range.max].map(|mdeg| f64::from(mdeg) / 1e3);
-            t.out_of_range(
-                RANGES[usize::from(axis)],
-                format!("two numbers, {min} to {max}"),
-            );
+        LimbError::Axis { axis, .. } if ranges[usize::from(axis)].is_some() => {
+            let most = [180, 80][usize::from(axis % 3 == 1)];
+            let allowed = format!("the lowest and the highest, within ±{most}");
+            t.out_of_range(RANGES[usize::from(axis)], allowed);
         }
         _ => {}
     });

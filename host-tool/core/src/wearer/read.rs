@@ -114,7 +114,9 @@ fn read(t: &Table<'_>) -> Option<Wearer> {
     };
     let forearm = t.part("forearm", read_forearm);
     let elbow = t.part("elbow", |e| Some(read_elbow(e, find)));
-    let limb = t.part("limb", |l| super::limb::read(l, &electrodes, are_whole));
+    // Sound or not: what is wrong in one line is no reason to be silent of another.
+    let limb = t.table("limb");
+    let limb = limb.and_then(|l| super::limb::read(l, &electrodes, are_whole));
     let checks = t.tables("check").iter().filter(|item| item.is_sound());
     let checks = checks.map(|item| read_check(item, find)).collect();
     let history = t.tables("history").iter().filter(|item| item.is_sound());
@@ -128,7 +130,7 @@ fn read(t: &Table<'_>) -> Option<Wearer> {
         electrodes,
         forearm: forearm?,
         elbow: elbow?,
-        limb: limb?,
+        limb,
         history,
         checks,
     })

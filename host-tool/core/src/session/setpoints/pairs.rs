@@ -116,7 +116,7 @@ pub(super) fn read_stimuli(t: &Table<'_>, setup: &SetupSpec, is_held: bool) -> O
     let items: Vec<_> = t
         .tables("points")
         .iter()
-        .filter(|it| it.is_sound())
+        .take_while(|it| it.is_sound())
         .collect();
     for item in &items {
         let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;

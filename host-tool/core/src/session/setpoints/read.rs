@@ -157,7 +157,8 @@ fn find_controlled<'c>(t: &Table<'_>, channels: &'c Channels) -> Option<&'c Chan
 
 fn read_ramp(t: &Table<'_>, channel: &Channel) -> Option<ForceCourse> {
     let mut points: Vec<(u64, u32)> = Vec::new();
-    for item in t.tables("points").iter().filter(|item| item.is_sound()) {
+    // Of what comes behind a wrong one nothing can be said.
+    for item in t.tables("points").iter().take_while(|it| it.is_sound()) {
         let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
         let mn = item.whole::<i64>("n");
         check_force(item, "n", channel, mn as f64 / 1e3)?;
