@@ -14,6 +14,7 @@ mod cycles;
 mod device_numbers;
 mod device_stops;
 mod edges;
+mod endpoint;
 mod fidelity;
 mod force;
 mod force_reach;
