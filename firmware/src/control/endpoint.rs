@@ -171,6 +171,7 @@ impl Endpoint {
     ///
     /// # Errors
     /// The first offending field and what it allows.
+    #[inline(never)]
     pub fn new(spec: &EndpointSpec, lines: &Lines) -> Result<Self, OutOfRange> {
         spec.check()?;
         let limb = Limb::new(&spec.limb(lines)).map_err(LimbError::range)?;
@@ -195,6 +196,7 @@ impl Endpoint {
     ///
     /// # Errors
     /// [`WrenchError`]; nothing that is wanted has changed then.
+    #[inline(never)]
     pub fn wish(
         &self,
         state: &mut EndpointState,
@@ -241,6 +243,7 @@ impl Endpoint {
     ///
     /// # Errors
     /// [`SensorFault`] once an angle that was measured is stale, or beyond belief.
+    #[inline(never)]
     pub fn tick(
         &self,
         state: &mut EndpointState,
@@ -293,6 +296,7 @@ impl Endpoint {
     }
 
     /// The amplitudes of those lines that a force needs as the arm is held now.
+    #[inline(never)]
     fn recruit(
         &self,
         state: &mut EndpointState,
@@ -315,6 +319,7 @@ impl Endpoint {
     }
 
     /// Turns the Jacobians to how the arm is held now, unless they are.
+    #[inline(never)]
     fn pose(&self, state: &mut EndpointState, now: Micros) -> Result<(), Unmade> {
         let mut measured = [Angle::default(); AXES];
         let posture = match &self.posture {

@@ -162,9 +162,13 @@ impl Controller {
                 while let Some(part) = mail.parts.dequeue() {
                     self.setup.insert(part);
                 }
+                self.take_lines(mail);
                 self.rest(now);
             }
-            ControlEvent::Refused => while mail.parts.dequeue().is_some() {},
+            ControlEvent::Refused => {
+                while mail.lines.dequeue().is_some() {}
+                while mail.parts.dequeue().is_some() {}
+            }
             ControlEvent::Started => self.phase = Phase::Running,
             ControlEvent::Ended => self.end(),
             ControlEvent::State(state) => self.state = state,

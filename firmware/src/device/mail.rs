@@ -4,6 +4,7 @@ mod post;
 
 use super::part::ControlPart;
 use crate::control::Amplitudes;
+use crate::limb::{LINES, LineSpec};
 use crate::link::{Event, Refusal, Response};
 use crate::muscle::Rung;
 use crate::pulse::CHANNELS;
@@ -256,8 +257,8 @@ pub enum ControlEvent {
     Slowed,
 }
 
-/// All mailboxes; each holds one item less than its number. A setup and a list of pulses
-/// lie in mailboxes of their own because of their size. The controller's is not empty from
+/// All mailboxes; each holds one item less than its number. A setup, a list of pulses
+/// and an arm's lines lie in mailboxes of their own because of their size. The controller's is not empty from
 /// an arm order to its verdict: one is under way at a time.
 #[derive(Debug, Default)]
 pub struct Mailboxes {
@@ -267,6 +268,7 @@ pub struct Mailboxes {
     // A verdict for every order of one window, and what changes in it.
     reports: Queue<Report, 40>,
     control_parts: Queue<ControlPart, { PARTS + 1 }>,
+    lines: Queue<LineSpec, { LINES + 1 }>,
     control_requests: Queue<Asked, 16>,
     // A verdict for every request of one tick, an event, and then some.
     control_reports: Queue<ControlReport, 24>,
@@ -297,6 +299,7 @@ pub struct PulserMail<'a> {
 /// The controller's ends.
 pub struct ControllerMail<'a> {
     pub(super) parts: Consumer<'a, ControlPart>,
+    pub(super) lines: Consumer<'a, LineSpec>,
     pub(super) requests: Consumer<'a, Asked>,
     pub(super) reports: Producer<'a, ControlReport>,
     samples: Producer<'a, Response<'static>>,
@@ -313,6 +316,7 @@ pub struct SessionMail<'a> {
     pub(super) orders: Producer<'a, Order>,
     pub(super) reports: Consumer<'a, Report>,
     pub(super) control_parts: Producer<'a, ControlPart>,
+    pub(super) lines: Producer<'a, LineSpec>,
     pub(super) control_requests: Producer<'a, Asked>,
     pub(super) control_reports: Consumer<'a, ControlReport>,
     pub(super) samples: Consumer<'a, Response<'static>>,
@@ -330,6 +334,7 @@ impl Mailboxes {
             orders: Queue::new(),
             reports: Queue::new(),
             control_parts: Queue::new(),
+            lines: Queue::new(),
             control_requests: Queue::new(),
             control_reports: Queue::new(),
             samples: Queue::new(),
@@ -369,6 +374,7 @@ impl Mailboxes {
         let (orders_tx, orders_rx) = self.orders.split();
         let (reports_tx, reports_rx) = self.reports.split();
         let (control_parts_tx, control_parts_rx) = self.control_parts.split();
+        let (lines_of_arm_tx, lines_of_arm_rx) = self.lines.split();
         let (requests_tx, requests_rx) = self.control_requests.split();
         let (control_reports_tx, control_reports_rx) = self.control_reports.split();
         let (samples_tx, samples_rx) = self.samples.split();
@@ -387,6 +393,7 @@ impl Mailboxes {
         };
         let controller = ControllerMail {
             parts: control_parts_rx,
+            lines: lines_of_arm_rx,
             requests: requests_rx,
             reports: control_reports_tx,
             samples: samples_tx,
@@ -401,6 +408,7 @@ impl Mailboxes {
             orders: orders_tx,
             reports: reports_rx,
             control_parts: control_parts_tx,
+            lines: lines_of_arm_tx,
             control_requests: requests_tx,
             control_reports: control_reports_rx,
             samples: samples_rx,

@@ -1,7 +1,7 @@
 //! What the controller works with, part by part, so that no whole setup is ever on
 //! a stack.
 
-use crate::control::{Endpoint, ForceControl, Joint};
+use crate::control::{EndpointSpec, ForceControl, Joint};
 use crate::haptics::Wall;
 use crate::muscle::{Ladder, Recruitment};
 use crate::pulse::CHANNELS;
@@ -36,6 +36,7 @@ pub enum ControlPart {
     Joint(Joint),
     /// The virtual wall.
     Wall(Wall),
-    /// The arm whose hand exerts a wanted force.
-    Endpoint(Endpoint),
+    /// The arm whose hand exerts a wanted force. Its lines come by a mailbox of their
+    /// own, and it is built of both where it is used: whole it is longer than any part.
+    Limb(EndpointSpec),
 }

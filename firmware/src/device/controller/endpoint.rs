@@ -3,18 +3,31 @@
 use super::{Controller, Phase};
 use crate::control::{EndpointOrders, EndpointState, SensorFault};
 use crate::device::mail::{ControlOrder, ControllerMail};
+use crate::limb::Lines;
 use crate::link::{Code, Refusal, WrenchSample};
 use crate::safety::Fault;
 use crate::units::{Angle, Micros};
 
 impl Controller {
+    /// Builds the arm, if its parts were put in, with the lines that came with them.
+    #[inline(never)]
+    pub(super) fn take_lines(&mut self, mail: &mut ControllerMail<'_>) {
+        let mut lines = Lines::new();
+        while let Some(line) = mail.lines.dequeue() {
+            let _ = lines.push(line); // as many places as channels
+        }
+        self.setup.build_arm(&lines);
+    }
+
     /// The arm at rest and fresh.
+    #[inline(never)]
     pub(super) fn rest_endpoint(&mut self) {
         self.wrench = None;
         self.endpoint = EndpointState::default();
     }
 
     /// Takes a wanted force at the hand.
+    #[inline(never)]
     pub(super) fn wish(
         &mut self,
         now: Micros,
@@ -31,6 +44,7 @@ impl Controller {
     }
 
     /// Takes one of the arm's angles.
+    #[inline(never)]
     pub(super) fn posture(
         &mut self,
         now: Micros,
@@ -46,10 +60,15 @@ impl Controller {
 
     /// Runs the arm while stimulating. A force that can no longer be made, as the arm is
     /// held now, is given not at all until it can be made again.
+    #[inline]
     pub(super) fn control_endpoint(&mut self, now: Micros, mail: &mut ControllerMail<'_>) {
-        if self.phase != Phase::Running {
-            return;
+        if self.phase == Phase::Running && self.setup.endpoint.is_some() {
+            self.run_endpoint(now, mail);
         }
+    }
+
+    #[inline(never)]
+    fn run_endpoint(&mut self, now: Micros, mail: &mut ControllerMail<'_>) {
         let Some(endpoint) = &self.setup.endpoint else {
             return;
         };

@@ -1,8 +1,9 @@
 //! What the controller works with, put together part by part.
 
 use super::super::part::{ControlPart, Muscle};
-use crate::control::{Endpoint, ForceControl, Joint};
+use crate::control::{Endpoint, EndpointSpec, ForceControl, Joint};
 use crate::haptics::Wall;
+use crate::limb::Lines;
 use crate::pulse::CHANNELS;
 use heapless::Vec;
 
@@ -25,6 +26,8 @@ pub(super) struct ControlSetup {
     pub(super) wall: Option<Wall>,
     /// The arm; `None` if there is a joint or a wall.
     pub(super) endpoint: Option<Endpoint>,
+    /// What it is to be built of.
+    limb: Option<EndpointSpec>,
 }
 
 impl ControlSetup {
@@ -41,7 +44,7 @@ impl ControlSetup {
                 self.muscles.clear();
                 self.forces.clear();
                 (self.joint, self.wall) = (None, None);
-                self.endpoint = None;
+                (self.endpoint, self.limb) = (None, None);
             }
             ControlPart::Muscle(muscle, force) => {
                 // As many slots as channels.
@@ -52,7 +55,14 @@ impl ControlSetup {
             }
             ControlPart::Joint(joint) => self.joint = Some(joint),
             ControlPart::Wall(wall) => self.wall = Some(wall),
-            ControlPart::Endpoint(endpoint) => self.endpoint = Some(endpoint),
+            ControlPart::Limb(spec) => self.limb = Some(spec),
         }
+    }
+
+    /// Builds the arm with its lines; both were examined together.
+    #[inline(never)]
+    pub(super) fn build_arm(&mut self, lines: &Lines) {
+        let spec = self.limb.take();
+        self.endpoint = spec.and_then(|spec| Endpoint::new(&spec, lines).ok());
     }
 }

@@ -4,7 +4,7 @@ use super::{Draft, Mistake, Part, Rule, channel_of};
 use crate::control::{Endpoint, ForceControl, Joint, JointSpec};
 use crate::device::part::{ControlPart, Muscle};
 use crate::haptics::{Wall, WallSpec};
-use crate::limb::LimbSpec;
+use crate::limb::{LimbSpec, LineSpec};
 use crate::muscle::MuscleSpec;
 use crate::pulse::{CHANNELS, GroupError, TrainSpec};
 use crate::range::OutOfRange;
@@ -129,12 +129,8 @@ impl Draft {
             let wall = Wall::new(spec).map_err(Mistake::of(Part::Wall));
             Ok(ControlPart::Wall(wall?))
         });
-        // Without lines nothing is to be built: told.
-        let endpoint = self.endpoint.iter().filter(|_| !self.lines.is_empty());
-        let endpoint = endpoint.map(|spec| {
-            let endpoint = Endpoint::new(spec, &self.lines).map_err(Mistake::of(Part::Limb));
-            Ok(ControlPart::Endpoint(endpoint?))
-        });
+        let endpoint = self.endpoint.iter();
+        let endpoint = endpoint.map(|spec| Ok(ControlPart::Limb(*spec)));
         let guided = joint.chain(wall).chain(endpoint);
         channels.chain(muscles).chain(guided)
     }
@@ -175,6 +171,11 @@ impl Draft {
                 .is_some_and(|spec| has_live_width(&spec.train));
             live | u16::from(is_live) << index
         })
+    }
+
+    /// The lines of the arm, by rising channel.
+    pub(in crate::device) fn lines(&self) -> &[LineSpec] {
+        &self.lines
     }
 
     /// Channels with a train, as bits.
@@ -243,6 +244,11 @@ impl Draft {
         // At most 10.
         let count = LimbSpec::LINE_COUNT.check(self.lines.len() as i64);
         count.or_else(|e| found(Mistake::of(Part::Limb)(e)))?;
+        // Of parts that are sound by themselves it is.
+        let built = self.endpoint.map(|spec| Endpoint::new(&spec, &self.lines));
+        if let (true, Some(Err(e))) = (count.is_ok(), built) {
+            found(Mistake::of(Part::Limb)(e))?;
+        }
         for (is_wrong, rule) in [
             (self.endpoint.is_none(), Rule::NoLimb),
             (is_beside, Rule::JointAndLimb),

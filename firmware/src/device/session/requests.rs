@@ -214,6 +214,9 @@ impl Session {
         let setup = self.draft.examine(refuse)?.ok_or_else(busy)?;
         // Nothing is refused from here on: every part was just built, and the
         // mailboxes are as large as the largest setup.
+        for line in self.draft.lines() {
+            send(&mut mail.lines, line.clone())?;
+        }
         for part in self.draft.parts() {
             send(&mut mail.control_parts, part?)?;
         }
