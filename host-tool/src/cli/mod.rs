@@ -303,12 +303,17 @@ fn failure(error: &anyhow::Error) -> serde_json::Value {
     object
 }
 
+/// To standard error; if that has gone, nobody is there to tell.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
 /// A session file's error shows the line; everything else is one sentence.
 fn complain(error: &anyhow::Error) {
     use host_core::session::SessionError;
     match error.downcast_ref::<SessionError>() {
-        Some(file) => eprintln!("{:?}", miette::Report::new(file.clone())),
-        None => eprintln!("error: {}", printable(&format!("{error:#}"))),
+        Some(file) => say(&format!("{:?}", miette::Report::new(file.clone()))),
+        None => say(&format!("error: {}", printable(&format!("{error:#}")))),
     }
 }
 

@@ -18,7 +18,10 @@ mod shared;
 mod view;
 mod work;
 
-pub use calibration::{Behind, Sight, calibration_order, draw_calibration, sit};
+pub use calibration::{
+    AT_ONCE, Behind, Inlet, Seat, Sight, Sitting, State, calibration_order, draw_calibration,
+    early, leave_unread, put, sift,
+};
 pub use keys::{Order, order};
 pub use line::{json, line};
 pub use lines::lines;

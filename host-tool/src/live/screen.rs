@@ -19,19 +19,25 @@ pub(super) fn has_panicked() -> bool {
 }
 
 /// The terminal in raw mode, on its alternate screen.
-pub(super) struct Screen(pub(super) DefaultTerminal);
+struct Screen(DefaultTerminal);
 
 impl Screen {
-    pub(super) fn open() -> io::Result<Self> {
+    fn open() -> io::Result<Self> {
         // Restores the terminal in a panic hook of its own.
         let screen = Self(ratatui::try_init()?);
-        let restore = std::panic::take_hook();
-        std::panic::set_hook(Box::new(move |panic| {
-            PANICKED.store(true, Ordering::Release);
-            restore(panic);
-        }));
+        note_panics(|| {});
         Ok(screen)
     }
+}
+
+/// From now on a panic is noted, and `restore` comes before it is told.
+pub(super) fn note_panics(restore: fn()) {
+    let tell = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        PANICKED.store(true, Ordering::Release);
+        restore();
+        tell(panic);
+    }));
 }
 
 impl Drop for Screen {

@@ -1,7 +1,7 @@
 //! The operator that stands in for a person on simulators.
 
 use super::operator::Gone;
-use super::{Operator, Order, OrderError, Phase, Step, View};
+use super::{Operator, Order, Phase, Step, View};
 
 /// Orders what the instrument and the simulated wearer say: raises when it may, answers
 /// as the instrument judged, takes threshold and limit for minimum and maximum. For
@@ -43,7 +43,7 @@ impl Auto {
 }
 
 impl Operator for Auto {
-    fn order(&mut self, view: &View) -> Result<Option<Result<Order, OrderError>>, Gone> {
-        Ok(Self::decide(view).map(Ok))
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+        Ok(Self::decide(view).into_iter().collect())
     }
 }

@@ -5,8 +5,8 @@ mod device;
 
 use super::instrument::{Instrument, READ_US};
 use super::{
-    Action, CalibrationError, Entry, Gone, Head, Journal, Operator, Order, Phase, Plan, Refusal,
-    Told, View, setup,
+    Action, CalibrationError, Entry, Head, Journal, Operator, Order, Phase, Plan, Refusal, Told,
+    View, setup,
 };
 use crate::link::{Client, Interruption, Port};
 use crate::run::acknowledge;
@@ -172,29 +172,25 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
             self.judge()?;
         }
         let view = self.view();
-        match self.desk.operator.order(&view) {
-            Ok(None) => Ok(()),
-            Ok(Some(Ok(order))) => {
-                let t_us = self.t_us();
-                let was_on = self.machine.is_on();
-                match self.machine.order(t_us, &order) {
-                    Ok(actions) => {
-                        if order.raises() || (was_on && !self.machine.is_on()) {
-                            self.forget();
-                        }
-                        self.act(actions)
-                    }
-                    Err(refusal) => {
-                        self.tell_refusal(&refusal);
-                        Ok(())
-                    }
+        let orders = self.desk.operator.orders(&view);
+        let orders = orders.map_err(|gone| CalibrationError::Gone(gone, place(&view)))?;
+        orders.iter().try_for_each(|order| self.carry_out(order))
+    }
+
+    fn carry_out(&mut self, order: &Order) -> Result<(), CalibrationError> {
+        let t_us = self.t_us();
+        let was_on = self.machine.is_on();
+        match self.machine.order(t_us, order) {
+            Ok(actions) => {
+                if order.raises() || (was_on && !self.machine.is_on()) {
+                    self.forget();
                 }
+                self.act(actions)
             }
-            Ok(Some(Err(nonsense))) => {
-                self.desk.operator.tell(Told::Nonsense(&nonsense), &view);
+            Err(refusal) => {
+                self.tell_refusal(&refusal);
                 Ok(())
             }
-            Err(Gone) => Err(CalibrationError::Gone(place(&view))),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Why a calibration was refused or did not go on, and what to do about it.
 
-use super::Refusal;
+use super::{Gone, Refusal};
 use crate::link::Error;
 use std::path::PathBuf;
 
@@ -73,8 +73,8 @@ pub enum CalibrationError {
     #[error("E683 the operator ended the calibration at {0}; go on with --resume")]
     Aborted(String),
     /// Nobody orders any more.
-    #[error("E684 nobody orders any more (the input has ended) at {0}; go on with --resume")]
-    Gone(String),
+    #[error("E684 nobody orders any more ({0}) at {1}; go on with --resume")]
+    Gone(Gone, String),
     /// What was to be written is no wearer file.
     #[error("E687 what is to be written to {0} is no wearer file: {1}")]
     Wrong(PathBuf, String),

@@ -1,6 +1,6 @@
 //! Who orders: a person at a terminal, another program, or nobody on a simulator.
 
-use super::{Entry, Order, OrderError, Refusal, View};
+use super::{Entry, Order, Refusal, View};
 
 /// What an operator is told beside the view.
 #[derive(Clone, Copy, Debug)]
@@ -9,31 +9,40 @@ pub enum Told<'a> {
     Recorded(&'a Entry),
     /// An order was not carried out, or what it led to is not possible.
     Refused(&'a Refusal),
-    /// What was sent is no order.
-    Nonsense(&'a OrderError),
     /// The wearer file was written.
     Written,
 }
 
 /// Why no orders come any more.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Gone;
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum Gone {
+    /// Nobody can send any.
+    #[error("the input has ended")]
+    Ended,
+    /// Nobody sees what they are for.
+    #[error("the output is not read")]
+    Unread,
+    /// More comes than anybody orders.
+    #[error("the input is flooded")]
+    Flooded,
+}
 
 /// Who orders. Never waits: the device must hear of its host meanwhile.
 pub trait Operator {
-    /// What is to be seen now, asked for every 5 ms; an order if there is one.
+    /// What is to be seen now, asked for every 5 ms; what is to be done now, in this order.
+    /// What raises or answers was ordered after the state that it is for was shown.
     ///
     /// # Errors
     /// Nobody is there any more.
-    fn order(&mut self, view: &View) -> Result<Option<Result<Order, OrderError>>, Gone>;
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone>;
 
     /// Something happened.
     fn tell(&mut self, _told: Told<'_>, _view: &View) {}
 }
 
 impl<O: Operator + ?Sized> Operator for &mut O {
-    fn order(&mut self, view: &View) -> Result<Option<Result<Order, OrderError>>, Gone> {
-        (**self).order(view)
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+        (**self).orders(view)
     }
 
     fn tell(&mut self, told: Told<'_>, view: &View) {

@@ -86,6 +86,12 @@ impl Order {
     pub const fn raises(&self) -> bool {
         matches!(self, Self::Raise | Self::Again)
     }
+
+    /// Whether it lowers or ends, and is carried out in every state.
+    #[must_use]
+    pub const fn lowers(&self) -> bool {
+        matches!(self, Self::Lower | Self::TooMuch | Self::Abort)
+    }
 }
 
 /// Why an order is not carried out now. Nothing was changed.

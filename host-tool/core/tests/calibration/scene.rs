@@ -7,8 +7,7 @@ use hal_sim::native::native_seeded;
 use hal_sim::world::World;
 use host_core::calibration::{
     Auto, CalibrationError, Course, Desk, Entry, Files, Found, Gone, Head, Journal, OnDisk,
-    Operator, Order, OrderError, Phase, Plan, Spent, Step, View, board, calibrate, journal_of,
-    read,
+    Operator, Order, Phase, Plan, Spent, Step, View, board, calibrate, journal_of, read,
 };
 use host_core::link::{Port, SimulatedPort};
 use host_core::run::simulated;
@@ -101,7 +100,7 @@ pub struct Until {
 }
 
 impl Operator for Until {
-    fn order(&mut self, view: &View) -> Result<Option<Result<Order, OrderError>>, Gone> {
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
         let (at, now) = (self.moment, (view.electrode, view.step, view.phase));
         let is_time = view.phase != Phase::On || view.left_s < at.left_s;
         let mut come = self.come.borrow_mut();
@@ -109,10 +108,10 @@ impl Operator for Until {
             come.has_come = true;
             come.channel = usize::from(view.channel - 1);
             if self.way == Way::Abort {
-                return Ok(Some(Ok(Order::Abort)));
+                return Ok(vec![Order::Abort]);
             }
         }
-        Ok(Auto::decide(view).map(Ok))
+        Auto.orders(view)
     }
 }
 

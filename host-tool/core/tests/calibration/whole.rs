@@ -4,9 +4,7 @@ use super::scene::*;
 use hal_sim::body::Array;
 use hal_sim::body::array::MOVEMENTS;
 use hal_sim::body::bench::SensorSpec;
-use host_core::calibration::{
-    Auto, CalibrationError, Gone, OnDisk, Operator, Order, OrderError, View,
-};
+use host_core::calibration::{Auto, CalibrationError, Gone, OnDisk, Operator, Order, View};
 use host_core::wearer::{Evidence, Wearer};
 
 /// The instrument tells some 60 mN from its noise: the truth is the lowest step at which
@@ -84,11 +82,12 @@ fn thresholds_are_seldom_false_and_mostly_within_a_step() {
 struct Once(bool);
 
 impl Operator for Once {
-    fn order(&mut self, view: &View) -> Result<Option<Result<Order, OrderError>>, Gone> {
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
         if view.t_s > 30.0 {
-            return Err(Gone);
+            return Err(Gone::Ended);
         }
-        Ok((!std::mem::replace(&mut self.0, true)).then_some(Ok(Order::Raise)))
+        let is_first = !std::mem::replace(&mut self.0, true);
+        Ok(is_first.then_some(Order::Raise).into_iter().collect())
     }
 }
 

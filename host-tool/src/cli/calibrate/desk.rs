@@ -4,11 +4,10 @@ use super::CalibrateArgs;
 use super::ordered::Task;
 use super::work::{Worked, work};
 use crate::cli::Bar;
-use crate::live::{Behind, Sight, sit};
-use host_core::calibration::{Auto, Gone, Operator, Order, OrderError, Told, View};
+use crate::live::{Behind, Seat, Sight, Sitting};
+use host_core::calibration::{Auto, Gone, Operator, Order, Told, View};
 use host_core::link::Interruption;
 use std::sync::Mutex;
-use std::sync::mpsc::channel;
 
 /// Stands in for a person, and moves the bar on.
 pub struct Watched<'a> {
@@ -23,8 +22,8 @@ impl<'a> Watched<'a> {
 }
 
 impl Operator for Watched<'_> {
-    fn order(&mut self, view: &View) -> Result<Option<Result<Order, OrderError>>, Gone> {
-        Auto.order(view)
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+        Auto.orders(view)
     }
 
     fn tell(&mut self, _told: Told<'_>, view: &View) {
@@ -33,8 +32,8 @@ impl Operator for Watched<'_> {
     }
 }
 
-/// A person at the terminal orders: one thread draws and takes keys, another is at the
-/// device, so that a slow terminal never keeps it waiting.
+/// A person at the terminal orders: one thread draws, another takes keys and is at
+/// the device, so that a slow terminal never keeps it waiting.
 ///
 /// # Errors
 /// As [`work`], or the terminal.
@@ -43,23 +42,25 @@ pub fn at_the_terminal(
     task: &Task,
     interruption: &Interruption,
 ) -> anyhow::Result<Worked> {
-    let sight = Mutex::new(Sight {
+    let sitting = Mutex::new(Sitting::at(Sight {
         wearer: task.wearer().to_owned(),
         device: args.device.to_string(),
         ..Sight::default()
-    });
-    let (to, orders) = channel();
+    }));
+    let mut seat = Seat::open()?;
     let (seated, worked) = std::thread::scope(|scope| {
-        let sight = &sight;
+        let sitting = &sitting;
         let worker = scope.spawn(move || {
-            let mut operator = Behind { sight, orders };
-            work(args, task, interruption, &mut operator)
+            let interruption = interruption.clone();
+            let mut operator = Behind {
+                sitting,
+                interruption: interruption.clone(),
+            };
+            work(args, task, &interruption, &mut operator)
         });
-        let seated = sit(sight, &to, || worker.is_finished());
-        // Nobody orders any more: the device is stopped.
-        drop(to);
-        (seated, worker.join())
+        (seat.sit(sitting, || worker.is_finished()), worker.join())
     });
+    drop(seat);
     let worked = worked.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
     seated?;
     Ok(worked)

@@ -1,22 +1,38 @@
 //! Another program orders: JSON lines on standard input and output.
 
-use host_core::calibration::{Gone, Operator, Order, OrderError, Phase, Step, Told, View};
-use host_core::calibration::{Level, Refusal};
+use crate::live::{AT_ONCE, Inlet, State, early, leave_unread, put, sift};
+use host_core::calibration::{Gone, Level, Operator, Order, OrderError, Phase, Step, Told, View};
 use serde_json::{Value, json};
-use std::io::{BufRead, Read, Write};
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
-use std::thread::JoinHandle;
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
 
 /// Longest line that is read, bytes: what is longer is no order.
-const LONGEST: u64 = 16_384;
+const LONGEST: usize = 16_384;
 
-/// Lines in and out, each by a thread of its own: neither a program that is slow to read
-/// nor one that is slow to write keeps the device waiting.
+/// Most lines that wait to be read by the other program.
+const UNREAD: usize = 1024;
+
+/// Refusals of one turn that are told one by one.
+const TOLD: usize = 16;
+
+/// How long the last lines wait for somebody who reads nothing.
+const LAST: Duration = Duration::from_secs(1);
+
+/// Lines in and out, at every turn all that can be without waiting: neither a program that
+/// is slow to read nor one that is slow to write keeps the device waiting.
+#[derive(Default)]
 pub struct Lines {
-    typed: Receiver<String>,
-    told: Sender<String>,
-    writer: JoinHandle<()>,
+    inlet: Inlet,
+    unread: Unread,
+    /// What came since the last turn, and whether it is for what is shown.
+    asked: Vec<(Order, bool)>,
+    nonsense: Vec<OrderError>,
+    /// What is written next, and whether it shows the state.
+    told: VecDeque<(Vec<u8>, bool)>,
     shown: Option<Shown>,
+    state: Option<State>,
+    /// The state has been written, after all that had come before was taken in.
+    is_shown: bool,
 }
 
 /// What of a view is told again when it changes.
@@ -33,67 +49,145 @@ struct Shown(
 );
 
 impl Lines {
-    /// Reads and writes from now on.
-    pub fn begin() -> Self {
-        let (to, typed) = channel();
-        std::thread::spawn(move || {
-            let mut stdin = std::io::stdin().lock();
-            while let Some(line) = line(&mut stdin) {
-                if to.send(line).is_err() {
-                    break;
-                }
+    /// Takes in all that waits; `is_late` is not for what is shown.
+    fn take(&mut self, t_s: f64, is_late: bool) {
+        let bytes = self.inlet.take(t_s);
+        let is_last = self.inlet.gone().is_some();
+        for line in self.unread.lines(&bytes, is_last) {
+            match Order::parse(&line) {
+                Ok(order) => self.asked.push((order, self.is_shown && !is_late)),
+                Err(error) => self.nonsense.push(error),
             }
-        });
-        let (told, lines) = channel::<String>();
-        let writer = std::thread::spawn(move || {
-            let mut stdout = std::io::stdout();
-            for line in lines {
-                // A reader that has gone misses nothing that it wants.
-                if writeln!(stdout, "{line}")
-                    .and_then(|()| stdout.flush())
-                    .is_err()
-                {
-                    break;
-                }
-            }
-        });
-        let shown = None;
-        Self {
-            typed,
-            told,
-            writer,
-            shown,
         }
     }
 
-    /// Waits until everything is written.
-    pub fn end(self) {
-        drop(self.told);
-        // A thread that panicked has nothing more to write.
-        let _ = self.writer.join();
+    /// Looks whether there is something else to show.
+    fn show(&mut self, view: &View) {
+        let state = State::of(view);
+        let is_new = self.state.as_ref() != Some(&state);
+        if is_new {
+            (self.state, self.is_shown) = (Some(state), false);
+            self.asked.iter_mut().for_each(|asked| asked.1 = false);
+            // What is still unread shows what was.
+            self.told.iter_mut().for_each(|told| told.1 = false);
+        }
+        let shown = Shown::of(view);
+        if is_new || self.shown.as_ref() != Some(&shown) {
+            self.shown = Some(shown);
+            self.say(&view_line(view), is_new);
+        }
     }
 
-    fn say(&self, value: &Value) {
-        let _ = self.told.send(value.to_string()); // nobody reads
+    fn say(&mut self, value: &Value, is_state: bool) {
+        self.told
+            .push_back((format!("{value}\n").into_bytes(), is_state));
+    }
+
+    /// Writes what there is room for. Before a state is shown whole, what waits is taken in.
+    fn write(&mut self, t_s: f64) -> Result<(), Gone> {
+        while let Some((bytes, is_state)) = self.told.front() {
+            let is_shown = *is_state && bytes.len() <= AT_ONCE;
+            if is_shown {
+                self.take(t_s, true);
+            }
+            let Some((bytes, _)) = self.told.front_mut() else {
+                break;
+            };
+            let written = put(bytes).map_err(|_| Gone::Unread)?;
+            bytes.drain(..written);
+            if written == 0 {
+                break;
+            }
+            if bytes.is_empty() {
+                self.told.pop_front();
+                self.is_shown |= is_shown;
+            }
+        }
+        match self.told.len() > UNREAD {
+            true => Err(Gone::Unread),
+            false => Ok(()),
+        }
+    }
+
+    /// Tells what was not carried out.
+    fn refuse(&mut self, count: usize) {
+        for error in std::mem::take(&mut self.nonsense).into_iter().take(TOLD) {
+            self.say(&refused(&error.to_string()), false);
+        }
+        let one = refused(&early(1).to_string());
+        (0..count.min(TOLD)).for_each(|_| self.say(&one, false));
+        if count > TOLD {
+            self.say(&refused(&early(count - TOLD).to_string()), false);
+        }
+    }
+
+    /// Writes the last lines. If nobody reads them, nobody is waited for.
+    pub fn end(mut self) {
+        let mut since = Instant::now();
+        while let Some((bytes, _)) = self.told.front_mut() {
+            match put(bytes) {
+                Ok(0) if since.elapsed() < LAST => std::thread::sleep(Duration::from_millis(2)),
+                Ok(written) if written > 0 => {
+                    bytes.drain(..written);
+                    since = Instant::now();
+                }
+                _ => break,
+            }
+            if bytes.is_empty() {
+                self.told.pop_front();
+            }
+        }
+        leave_unread(LAST);
     }
 }
 
-/// The next line, whatever is in it; nothing when the input has ended.
-fn line(input: &mut impl BufRead) -> Option<String> {
-    let mut bytes = Vec::new();
-    let read = input.by_ref().take(LONGEST).read_until(b'\n', &mut bytes);
-    if read.ok()? == 0 {
-        return None;
-    }
-    while !bytes.ends_with(b"\n") && bytes.len() as u64 >= LONGEST {
-        // The rest of what is too long is no order either.
-        let mut rest = Vec::new();
-        let read = input.by_ref().take(LONGEST).read_until(b'\n', &mut rest);
-        if read.ok()? == 0 || rest.ends_with(b"\n") {
-            break;
+/// The part of a line that has come.
+#[derive(Default)]
+struct Unread {
+    bytes: Vec<u8>,
+    is_long: bool,
+}
+
+impl Unread {
+    /// The lines that end in `bytes`, whatever is in them; with `is_last` the rest, too.
+    fn lines(&mut self, bytes: &[u8], is_last: bool) -> Vec<String> {
+        let mut lines = Vec::new();
+        for byte in bytes {
+            match byte {
+                b'\n' => lines.push(self.line()),
+                _ if self.bytes.len() < LONGEST => self.bytes.push(*byte),
+                _ => self.is_long = true,
+            }
         }
+        if is_last && !self.bytes.is_empty() {
+            lines.push(self.line());
+        }
+        lines
     }
-    Some(String::from_utf8_lossy(&bytes).trim_end().to_owned())
+
+    fn line(&mut self) -> String {
+        let mut bytes = std::mem::take(&mut self.bytes);
+        if std::mem::take(&mut self.is_long) {
+            // Whatever it begins with.
+            bytes.push(b'?');
+        }
+        String::from_utf8_lossy(&bytes).trim_end().to_owned()
+    }
+}
+
+impl Shown {
+    fn of(view: &View) -> Self {
+        Self(
+            view.electrode,
+            view.step,
+            view.phase,
+            view.level,
+            view.raise,
+            view.question,
+            view.is_rested,
+            view.complains,
+        )
+    }
 }
 
 /// A view as a line, with what may be ordered.
@@ -125,26 +219,22 @@ fn refused(error: &str) -> Value {
 }
 
 impl Operator for Lines {
-    fn order(&mut self, view: &View) -> Result<Option<Result<Order, OrderError>>, Gone> {
-        let shown = Shown(
-            view.electrode,
-            view.step,
-            view.phase,
-            view.level,
-            view.raise,
-            view.question,
-            view.is_rested,
-            view.complains,
-        );
-        if self.shown.as_ref() != Some(&shown) {
-            self.shown = Some(shown);
-            self.say(&view_line(view));
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+        self.take(view.t_s, false);
+        self.show(view);
+        let asked = std::mem::take(&mut self.asked);
+        let (orders, count) = sift(asked, view.given > Level(0));
+        self.refuse(count);
+        if orders.contains(&Order::Abort) {
+            return Ok(orders);
         }
-        match self.typed.try_recv() {
-            Ok(line) => Ok(Some(Order::parse(&line))),
-            Err(TryRecvError::Empty) => Ok(None),
-            Err(TryRecvError::Disconnected) => Err(Gone),
+        if let Some(gone) = self.inlet.gone() {
+            return Err(gone);
         }
+        // Of what nobody could see nothing is given.
+        put(&[]).map_err(|_| Gone::Unread)?;
+        self.write(view.t_s)?;
+        Ok(orders)
     }
 
     fn tell(&mut self, told: Told<'_>, view: &View) {
@@ -152,16 +242,11 @@ impl Operator for Lines {
             Told::Recorded(entry) => {
                 json!({ "event": "recorded", "t_s": view.t_s, "entry": entry })
             }
-            Told::Refused(refusal) => refusal_line(refusal),
-            Told::Nonsense(error) => refused(&error.to_string()),
+            Told::Refused(refusal) => refused(&refusal.to_string()),
             Told::Written => json!({ "event": "written" }),
         };
-        self.say(&said);
+        self.say(&said, false);
     }
-}
-
-fn refusal_line(refusal: &Refusal) -> Value {
-    refused(&refusal.to_string())
 }
 
 #[cfg(test)]
@@ -170,16 +255,17 @@ mod tests {
 
     #[test]
     fn every_line_is_read_whatever_is_in_it() {
-        let long = "x".repeat(40_000);
-        let text = format!("one\n\u{fffd}\n{long}\nlast");
-        let mut input = std::io::Cursor::new(text.into_bytes());
-        assert_eq!(line(&mut input).as_deref(), Some("one"));
-        assert_eq!(line(&mut input).as_deref(), Some("\u{fffd}"));
-        assert_eq!(line(&mut input).map(|it| it.len()), Some(16_384));
-        assert_eq!(line(&mut input).as_deref(), Some("last"));
-        assert_eq!(line(&mut input), None);
-        let mut broken = std::io::Cursor::new(b"\xff\xfe\nnext\n".to_vec());
-        assert!(Order::parse(&line(&mut broken).unwrap()).is_err());
-        assert_eq!(line(&mut broken).as_deref(), Some("next"));
+        let mut unread = Unread::default();
+        let long = format!("{{\"order\":\"raise\"}}{}", " ".repeat(40_000));
+        let text = format!("one\n\u{fffd}\n{long}\nla");
+        let lines = unread.lines(text.as_bytes(), false);
+        assert_eq!(lines[..2], ["one", "\u{fffd}"]);
+        assert!(lines.len() == 3 && Order::parse(&lines[2]).is_err());
+        assert!(unread.bytes.capacity() <= 2 * LONGEST);
+        assert_eq!(unread.lines(b"st", true), ["last"]);
+        assert!(unread.lines(b"", true).is_empty());
+        let broken = unread.lines(b"\xff\xfe\nnext\n", false);
+        assert!(Order::parse(&broken[0]).is_err());
+        assert_eq!(broken[1], "next");
     }
 }

@@ -97,7 +97,7 @@ pub fn main(args: &CalibrateArgs, output: Output) -> anyhow::Result<()> {
         bar.finish();
         worked?
     } else if output.json {
-        let mut lines = Lines::begin();
+        let mut lines = Lines::default();
         let worked = work(args, &task, &interruption, &mut lines);
         lines.end();
         worked?

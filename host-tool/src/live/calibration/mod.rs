@@ -3,13 +3,20 @@
 //! In: views and what was recorded, from the thread at the device. Out: orders, one a
 //! key. Not here: what an order does (`host_core::calibration`).
 
+mod asked;
 mod digits;
 mod keys;
 mod sight;
+mod sitting;
+mod stream;
 mod terminal;
+mod typed;
 mod view;
 
+pub use asked::{Inlet, State, early, sift};
 pub use keys::order as calibration_order;
-pub use sight::{Behind, Sight};
-pub use terminal::sit;
+pub use sight::Sight;
+pub use sitting::{Behind, Sitting};
+pub use stream::{AT_ONCE, leave_unread, put};
+pub use terminal::Seat;
 pub use view::draw as draw_calibration;

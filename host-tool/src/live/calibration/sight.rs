@@ -1,9 +1,7 @@
-//! What the thread at the device and the thread at the terminal share.
+//! What the operator sees.
 
-use host_core::calibration::{Entry, Gone, Operator, Order, OrderError, Told, View};
+use host_core::calibration::{Entry, Told, View};
 use std::collections::VecDeque;
-use std::sync::mpsc::{Receiver, TryRecvError};
-use std::sync::{Mutex, PoisonError};
 
 /// Notes that are kept.
 const NOTES: usize = 20;
@@ -29,39 +27,18 @@ impl Sight {
         self.notes.push_front((t_s, text, is_bad));
         self.notes.truncate(NOTES);
     }
-}
 
-/// The operator behind the screen, for the thread at the device.
-pub struct Behind<'a> {
-    /// What they see.
-    pub sight: &'a Mutex<Sight>,
-    /// What they order.
-    pub orders: Receiver<Order>,
-}
-
-impl Operator for Behind<'_> {
-    fn order(&mut self, view: &View) -> Result<Option<Result<Order, OrderError>>, Gone> {
-        let mut sight = self.sight.lock().unwrap_or_else(PoisonError::into_inner);
-        sight.view = Some(view.clone());
-        match self.orders.try_recv() {
-            Ok(order) => Ok(Some(Ok(order))),
-            Err(TryRecvError::Empty) => Ok(None),
-            Err(TryRecvError::Disconnected) => Err(Gone),
-        }
-    }
-
-    fn tell(&mut self, told: Told<'_>, view: &View) {
+    /// Notes what is told.
+    pub(super) fn tell(&mut self, told: Told<'_>, view: &View) {
         let (text, is_bad) = match told {
             Told::Recorded(entry) => match noted(entry) {
                 Some(text) => (text, matches!(entry, Entry::TooMuch { .. })),
                 None => return,
             },
             Told::Refused(refusal) => (refusal.to_string(), true),
-            Told::Nonsense(error) => (error.to_string(), true),
             Told::Written => ("the wearer file was written".to_owned(), false),
         };
-        let mut sight = self.sight.lock().unwrap_or_else(PoisonError::into_inner);
-        sight.note(view.t_s, text, is_bad);
+        self.note(view.t_s, text, is_bad);
     }
 }
 

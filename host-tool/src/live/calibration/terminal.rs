@@ -1,40 +1,135 @@
-//! The thread at the terminal: frames out, keys in.
+//! The thread at the terminal: frames out. It is not waited for, however slow it is.
 
-use super::{Sight, calibration_order, draw_calibration};
-use crate::live::screen::{FRAME, Screen, has_panicked};
-use crossterm::event::{self, Event};
-use host_core::calibration::Order;
-use std::io;
-use std::sync::mpsc::Sender;
-use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
+use super::stream::{AT_ONCE, leave_unread, put};
+use super::view::is_small;
+use super::{Sitting, draw_calibration};
+use crate::live::screen::{FRAME, has_panicked, note_panics};
+use crossterm::cursor::Show;
+use crossterm::event::{DisableBracketedPaste, EnableBracketedPaste};
+use crossterm::queue;
+use crossterm::terminal::{
+    EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
+};
+use ratatui::Terminal;
+use ratatui::backend::CrosstermBackend;
+use std::cell::RefCell;
+use std::io::{self, Write};
+use std::rc::Rc;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
-/// Draws and takes keys until `is_over`; every key is an order of its own.
-///
-/// # Errors
-/// The terminal fails.
-pub fn sit(
-    sight: &Mutex<Sight>,
-    orders: &Sender<Order>,
-    is_over: impl Fn() -> bool,
-) -> io::Result<()> {
-    let mut screen = Screen::open()?;
-    while !is_over() && !has_panicked() {
-        let seen = {
-            let sight = sight.lock().unwrap_or_else(PoisonError::into_inner);
-            sight.clone()
-        };
-        screen.0.draw(|frame| draw_calibration(frame, &seen))?;
-        let next = Instant::now() + FRAME;
-        while event::poll(next.saturating_duration_since(Instant::now()))? {
-            if let Event::Key(key) = event::read()? {
-                let mut sight = sight.lock().unwrap_or_else(PoisonError::into_inner);
-                let view = sight.view.clone().unwrap_or_default();
-                if let Some(order) = calibration_order(key, &view, &mut sight.typed) {
-                    let _ = orders.send(order); // the work is over
+/// From one try to write to the next.
+const RETRY: Duration = Duration::from_millis(2);
+
+/// Tries after which a terminal that takes nothing shows nothing, or is left as it is.
+const TRIES: u32 = 50;
+
+fn locked(sitting: &Mutex<Sitting>) -> MutexGuard<'_, Sitting> {
+    sitting.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What is to be written.
+#[derive(Clone, Default)]
+struct Bytes(Rc<RefCell<Vec<u8>>>);
+
+impl Write for Bytes {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.borrow_mut().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The terminal in raw mode, on its alternate screen, as long as this lives.
+pub struct Seat {
+    bytes: Bytes,
+    terminal: Terminal<CrosstermBackend<Bytes>>,
+}
+
+impl Seat {
+    /// Takes the terminal.
+    ///
+    /// # Errors
+    /// It cannot be taken.
+    pub fn open() -> io::Result<Self> {
+        let mut bytes = Bytes::default();
+        let terminal = Terminal::new(CrosstermBackend::new(bytes.clone()))?;
+        queue!(bytes, EnterAlternateScreen, EnableBracketedPaste)?;
+        enable_raw_mode()?;
+        note_panics(leave);
+        Ok(Self { bytes, terminal })
+    }
+
+    /// Draws until `is_over`, at the pace of the terminal. Afterwards nobody sits at it.
+    ///
+    /// # Errors
+    /// The terminal fails. One that has gone is no error: it is noted.
+    pub fn sit(&mut self, sitting: &Mutex<Sitting>, is_over: impl Fn() -> bool) -> io::Result<()> {
+        let mut drawn = Ok(());
+        while drawn.is_ok() && !is_over() && !has_panicked() {
+            drawn = self.draw(sitting, &is_over);
+            std::thread::sleep(FRAME);
+        }
+        locked(sitting).leave();
+        drawn
+    }
+
+    /// Draws what there is, and says that it is shown before its last bytes are written.
+    fn draw(&mut self, sitting: &Mutex<Sitting>, is_over: impl Fn() -> bool) -> io::Result<()> {
+        let (sight, number) = locked(sitting).seen();
+        let drawn = (self.terminal).draw(|frame| draw_calibration(frame, &sight))?;
+        let is_small = is_small(drawn.area);
+        let mut bytes = std::mem::take(&mut *self.bytes.0.borrow_mut());
+        let mut tries = 0;
+        while !bytes.is_empty() && !is_over() {
+            if bytes.len() <= AT_ONCE {
+                locked(sitting).show(number, is_small);
+            }
+            let Ok(written) = put(&bytes) else {
+                // Whoever is at the device ends it.
+                locked(sitting).leave();
+                break;
+            };
+            bytes.drain(..written);
+            if written == 0 {
+                tries += 1;
+                if tries >= TRIES {
+                    locked(sitting).hide();
                 }
+                std::thread::sleep(RETRY);
             }
         }
+        Ok(())
     }
-    Ok(())
+}
+
+impl Drop for Seat {
+    fn drop(&mut self) {
+        if !has_panicked() {
+            leave();
+        }
+        leave_unread(RETRY * TRIES);
+    }
+}
+
+/// Gives the terminal back as it was, if it is still there.
+fn leave() {
+    let _ = disable_raw_mode();
+    let mut bytes = Vec::new();
+    if queue!(bytes, DisableBracketedPaste, LeaveAlternateScreen, Show).is_err() {
+        return;
+    }
+    for _ in 0..TRIES {
+        match put(&bytes) {
+            Ok(written) => drop(bytes.drain(..written)),
+            Err(_) => return,
+        }
+        if bytes.is_empty() {
+            return;
+        }
+        std::thread::sleep(RETRY);
+    }
 }

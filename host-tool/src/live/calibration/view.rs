@@ -9,8 +9,22 @@ use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Gauge, Paragraph, Wrap};
 
-/// Draws all that `sight` has.
+/// Columns and rows that everything needs.
+const NEEDED: (u16, u16) = (80, 24);
+
+/// Whether not everything can be seen on `area`.
+#[must_use]
+pub const fn is_small(area: Rect) -> bool {
+    area.width < NEEDED.0 || area.height < NEEDED.1
+}
+
+/// Draws all that `sight` has; where that has no room, only whether something is given and
+/// how to end it.
 pub fn draw(frame: &mut Frame<'_>, sight: &Sight) {
+    if is_small(frame.area()) {
+        frame.render_widget(small(sight), frame.area());
+        return;
+    }
     let [title, status, middle, below, done, keys, more] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(1),
@@ -36,6 +50,20 @@ pub fn draw(frame: &mut Frame<'_>, sight: &Sight) {
     let [first, second] = footer(view);
     frame.render_widget(first, keys);
     frame.render_widget(second, more);
+}
+
+fn small(sight: &Sight) -> Paragraph<'_> {
+    let is_on = (sight.view.as_ref()).is_some_and(|view| view.phase == Phase::On);
+    let state = match is_on {
+        true => "ON".red().bold(),
+        false => "SILENT".bold(),
+    };
+    let (columns, rows) = NEEDED;
+    let lines = vec![
+        Line::from(vec![state, "  esc END".into()]),
+        Line::from(format!("too small: {columns} x {rows} needed")),
+    ];
+    Paragraph::new(lines)
 }
 
 fn draw_title(frame: &mut Frame<'_>, area: Rect, sight: &Sight, view: &View) {

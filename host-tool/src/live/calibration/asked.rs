@@ -1,0 +1,155 @@
+//! What of all that came at once is carried out.
+
+use super::stream;
+use host_core::calibration::{Gone, Level, Order, Phase, Refusal, Step, View};
+
+/// Most that anybody orders in a second of the device's time, bytes.
+const MOST: usize = 1 << 18;
+
+/// What a raise or an answer is for: one for each of these, ordered after it was shown.
+#[derive(Clone, PartialEq, Debug)]
+pub struct State {
+    electrode: usize,
+    step: Step,
+    phase: Phase,
+    level: Level,
+    raise: Option<Level>,
+    again: Option<Level>,
+    question: Option<&'static str>,
+    confirms: bool,
+}
+
+impl State {
+    /// At this sight.
+    #[must_use]
+    pub fn of(view: &View) -> Self {
+        Self {
+            electrode: view.electrode,
+            step: view.step,
+            // A question stays the same while the muscle rests and after.
+            phase: match view.question {
+                Some(_) => Phase::Rest,
+                None => view.phase,
+            },
+            level: view.level,
+            raise: view.raise,
+            again: view.again,
+            question: view.question,
+            confirms: view.confirms,
+        }
+    }
+}
+
+/// The input, as bytes; more than anybody orders ends it.
+#[derive(Debug, Default)]
+pub struct Inlet {
+    second: u64,
+    taken: usize,
+    gone: Option<Gone>,
+}
+
+impl Inlet {
+    /// What has come until now; `t_s` is the device's time.
+    pub fn take(&mut self, t_s: f64) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        if self.gone.is_some() {
+            return bytes;
+        }
+        if self.second != t_s as u64 {
+            (self.second, self.taken) = (t_s as u64, 0);
+        }
+        let goes_on = stream::take(&mut bytes, (MOST + 1).saturating_sub(self.taken));
+        self.taken += bytes.len();
+        if self.taken > MOST {
+            self.gone = Some(Gone::Flooded);
+        } else if !goes_on {
+            self.gone = Some(Gone::Ended);
+        }
+        bytes
+    }
+
+    /// Why nothing comes any more.
+    #[must_use]
+    pub const fn gone(&self) -> Option<Gone> {
+        self.gone
+    }
+}
+
+/// What is carried out of `asked`, orders in the order that they came in and whether each
+/// came after what it is for was shown; and how many are not. What ends or lowers goes
+/// before everything, however late it came. Of the rest one is carried out, the first, if
+/// nothing lowers.
+#[must_use]
+pub fn sift(asked: Vec<(Order, bool)>, is_on: bool) -> (Vec<Order>, usize) {
+    let has = |wanted: Order| asked.iter().any(|(order, _)| *order == wanted);
+    if has(Order::Abort) {
+        return (vec![Order::Abort], 0);
+    }
+    let mut done = Vec::new();
+    // Once for all: a second one would be about the level below.
+    done.extend(has(Order::TooMuch).then_some(Order::TooMuch));
+    done.extend((is_on && has(Order::Skip)).then_some(Order::Skip));
+    let (stops, rest): (Vec<_>, Vec<_>) = (asked.into_iter())
+        .partition(|(order, _)| order.lowers() || (is_on && *order == Order::Skip));
+    let lower = stops.into_iter().map(|(order, _)| order);
+    done.extend(lower.filter(|order| *order == Order::Lower));
+    let count = rest.len();
+    if done.is_empty()
+        && let Some((order, true)) = rest.into_iter().next()
+    {
+        return (vec![order], count - 1);
+    }
+    (done, count)
+}
+
+/// Why `count` orders are not carried out.
+#[must_use]
+pub fn early(count: usize) -> Refusal {
+    let what = match count {
+        1 => "this order".to_owned(),
+        _ => format!("{count} orders"),
+    };
+    Refusal::NotNow(format!(
+        "{what} came before what is shown now, or together with another: orders are not \
+         queued, one is for what is shown"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sifted(asked: &[(Order, bool)], is_on: bool) -> (Vec<Order>, usize) {
+        sift(asked.to_vec(), is_on)
+    }
+
+    #[test]
+    fn what_lowers_or_ends_overtakes_everything() {
+        let mut asked = vec![(Order::Raise, true); 3000];
+        asked.push((Order::Lower, false));
+        asked.push((Order::Lower, false));
+        let two = vec![Order::Lower, Order::Lower];
+        assert_eq!(sifted(&asked, true), (two, 3000));
+        asked.push((Order::TooMuch, false));
+        asked.push((Order::TooMuch, false));
+        let all = vec![Order::TooMuch, Order::Lower, Order::Lower];
+        assert_eq!(sifted(&asked, true), (all, 3000));
+        asked.push((Order::Skip, false));
+        assert_eq!(sifted(&asked, true).0[..2], [Order::TooMuch, Order::Skip]);
+        assert_eq!(sifted(&asked, false).1, 3001);
+        asked.push((Order::Abort, false));
+        assert_eq!(sifted(&asked, true), (vec![Order::Abort], 0));
+    }
+
+    #[test]
+    fn one_order_for_what_is_shown_and_none_from_before() {
+        let raise = vec![Order::Raise];
+        assert_eq!(sifted(&[(Order::Raise, true)], false), (raise.clone(), 0));
+        assert_eq!(sifted(&[(Order::Raise, false)], false), (vec![], 1));
+        let two = [(Order::Raise, true), (Order::No, true)];
+        assert_eq!(sifted(&two, false), (raise, 1));
+        let late = [(Order::No, false), (Order::Raise, true)];
+        assert_eq!(sifted(&late, false), (vec![], 2));
+        assert_eq!(sifted(&[(Order::Skip, false)], false), (vec![], 1));
+    }
+}

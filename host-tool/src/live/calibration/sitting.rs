@@ -1,0 +1,155 @@
+//! Who sits at the terminal, for both threads: keys in, orders out, and what is shown.
+
+use super::typed::Typed;
+use super::{Inlet, Sight, State, calibration_order, early, sift};
+use crossterm::event::KeyEvent;
+use host_core::calibration::{Gone, Level, Operator, Order, Refusal, Step, Told, View};
+use host_core::link::{Interruption, Signal};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Most keys of one turn that are typed: more is a paste, where nobody says so.
+const TYPED: usize = 4;
+
+/// What the thread at the device and the thread at the terminal share.
+#[derive(Debug, Default)]
+pub struct Sitting {
+    /// What is shown.
+    pub sight: Sight,
+    inlet: Inlet,
+    typed: Typed,
+    /// What was pressed since the last turn, and whether it is for what is shown.
+    pressed: Vec<(KeyEvent, bool)>,
+    state: Option<State>,
+    /// The state's, from 1.
+    number: u64,
+    /// That is on the terminal.
+    shown: Option<u64>,
+    is_small: bool,
+    has_left: bool,
+}
+
+impl Sitting {
+    /// At this sight.
+    #[must_use]
+    pub fn at(sight: Sight) -> Self {
+        let rest = Self::default();
+        Self { sight, ..rest }
+    }
+
+    /// What is to be drawn, and the number of its state.
+    #[must_use]
+    pub fn seen(&self) -> (Sight, u64) {
+        (self.sight.clone(), self.number)
+    }
+
+    /// What was pressed until now is not for state `number`, which is on the terminal next;
+    /// on one that `is_small` it cannot be seen.
+    pub fn show(&mut self, number: u64, is_small: bool) {
+        let shown = Some(number).filter(|_| !is_small);
+        if self.shown != shown {
+            self.take(false);
+            self.pressed.iter_mut().for_each(|key| key.1 = false);
+            (self.shown, self.is_small) = (shown, is_small);
+        }
+    }
+
+    /// The terminal takes nothing: what is on it is not what it should be.
+    pub const fn hide(&mut self) {
+        self.shown = None;
+    }
+
+    /// The terminal has gone.
+    pub const fn leave(&mut self) {
+        self.has_left = true;
+    }
+
+    fn take(&mut self, is_turn: bool) {
+        let t_s = self.sight.view.as_ref().map_or(0.0, |view| view.t_s);
+        let bytes = self.inlet.take(t_s);
+        let is_shown = self.shown == Some(self.number);
+        let keys = self.typed.keys(&bytes, is_turn);
+        self.pressed
+            .extend(keys.into_iter().map(|key| (key, is_shown)));
+    }
+
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+        self.take(true);
+        let state = State::of(view);
+        if self.state.as_ref() != Some(&state) {
+            self.state = Some(state);
+            self.number += 1;
+            self.pressed.iter_mut().for_each(|key| key.1 = false);
+        }
+        self.sight.view = Some(view.clone());
+        let asked = self.asked(view);
+        let (orders, count) = sift(asked, view.given > Level(0));
+        if count > 0 {
+            let why = match self.is_small {
+                true => Refusal::NotNow("the terminal is too small: 80 x 24 needed".to_owned()),
+                false => early(count),
+            };
+            self.sight.note(view.t_s, why.to_string(), true);
+        }
+        match (orders.contains(&Order::Abort), self.inlet.gone()) {
+            (true, _) => Ok(orders),
+            (false, Some(gone)) => Err(gone),
+            (false, None) if self.has_left => Err(Gone::Unread),
+            (false, None) => Ok(orders),
+        }
+    }
+
+    /// What was pressed, as orders.
+    fn asked(&mut self, view: &View) -> Vec<(Order, bool)> {
+        let pressed = std::mem::take(&mut self.pressed);
+        let is_typing = view.question.is_some() && view.step == Step::Points;
+        let mut is_for_this = is_typing || pressed.len() <= TYPED;
+        let mut asked = Vec::new();
+        for (key, is_shown) in pressed {
+            is_for_this &= is_shown;
+            let order = match is_for_this {
+                true => calibration_order(key, view, &mut self.sight.typed),
+                // Nobody typed a name before it was asked for.
+                false => calibration_order(key, &View::default(), &mut String::new()),
+            };
+            if let Some(order) = order {
+                let lowers = order.lowers();
+                asked.push((order, is_for_this));
+                // What follows is for what comes of it.
+                is_for_this &= lowers;
+            }
+        }
+        asked
+    }
+}
+
+/// The operator behind the terminal, for the thread at the device.
+pub struct Behind<'a> {
+    /// Who sits there.
+    pub sitting: &'a Mutex<Sitting>,
+    /// Asked to end when the terminal has gone.
+    pub interruption: Interruption,
+}
+
+impl Behind<'_> {
+    fn sitting(&self) -> MutexGuard<'_, Sitting> {
+        self.sitting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Operator for Behind<'_> {
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+        let orders = self.sitting().orders(view);
+        match orders {
+            Err(Gone::Ended | Gone::Unread) => {
+                // As the system says it, to those whose terminal it is.
+                self.interruption.ask(Signal::HangUp);
+                Ok(Vec::new())
+            }
+            orders => orders,
+        }
+    }
+
+    fn tell(&mut self, told: Told<'_>, view: &View) {
+        self.sitting().sight.tell(told, view);
+    }
+}
