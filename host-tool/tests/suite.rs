@@ -4,6 +4,10 @@
 mod bad_input_cli;
 #[cfg(unix)]
 mod calibrate_cli;
+#[cfg(unix)]
+mod calibrate_orders;
+#[cfg(unix)]
+mod calibrate_terminal;
 mod calibration_frame;
 #[cfg(unix)]
 mod check_cli;

@@ -1,0 +1,263 @@
+//! Orders to `flexor calibrate` that come all at once, too early, or from nobody who reads.
+
+use crate::program::{Said, flexor, folder, ran, said, written};
+use nix::fcntl::{FcntlArg, fcntl};
+use serde_json::Value;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+/// Levels are given for so long that no computer is too slow to order meanwhile.
+pub const PLAN: &str = "wearer = \"W01\"
+on_s = 10.0
+[limits]
+max_current_ma = 30.0
+[[electrode]]
+channel = 3
+place = \"wrist extensors\"
+ceiling = 24.0
+";
+
+/// The program in a folder, driven by lines.
+struct Driven {
+    folder: PathBuf,
+    process: Child,
+    orders: ChildStdin,
+    lines: Option<BufReader<ChildStdout>>,
+}
+
+/// The entries of this kind in the journal.
+pub fn entries(folder: &Path, kind: &str) -> Vec<Value> {
+    let journal = std::fs::read_to_string(folder.join("w.toml.journal")).unwrap_or_default();
+    let lines = journal
+        .lines()
+        .filter_map(|it| serde_json::from_str(it).ok());
+    lines
+        .filter(|line: &Value| line["entry"].get(kind).is_some())
+        .collect()
+}
+
+impl Driven {
+    fn start(test: &str, plan: &str) -> Self {
+        let folder = folder(test);
+        written(&folder, "plan.toml", plan);
+        let words = [
+            "--json",
+            "calibrate",
+            "--electrodes",
+            "plan.toml",
+            "--out",
+            "w.toml",
+        ];
+        let mut command = flexor(&folder, &words);
+        command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        let mut process = command.spawn().unwrap();
+        let orders = process.stdin.take().unwrap();
+        let lines = process.stdout.take().map(BufReader::new);
+        Self {
+            folder,
+            process,
+            orders,
+            lines,
+        }
+    }
+
+    fn send(&mut self, text: &str) {
+        self.orders.write_all(text.as_bytes()).unwrap();
+    }
+
+    fn next(&mut self, is: impl Fn(&Value) -> bool) -> Value {
+        let lines = self.lines.as_mut().unwrap();
+        loop {
+            let mut line = String::new();
+            assert!(lines.read_line(&mut line).unwrap() > 0, "it ended");
+            let value: Value = serde_json::from_str(&line).unwrap();
+            if is(&value) {
+                return value;
+            }
+        }
+    }
+
+    fn phase(&mut self, phase: &str) -> Value {
+        self.next(|it| it["phase"] == phase)
+    }
+
+    fn ready(&mut self) -> Value {
+        self.next(|it| it["phase"] == "ready" && it["question"].is_null())
+    }
+
+    fn given(&self) -> usize {
+        entries(&self.folder, "given").len()
+    }
+
+    /// How it ended by itself, its input open.
+    fn ended(mut self) -> Said {
+        let mut rest = String::new();
+        if let Some(lines) = &mut self.lines {
+            lines.read_to_string(&mut rest).unwrap();
+        }
+        self.process.stdout = None;
+        let mut error = String::new();
+        let mut stderr = self.process.stderr.take().unwrap();
+        stderr.read_to_string(&mut error).unwrap();
+        (self.process.wait().unwrap().code(), rest, error)
+    }
+
+    /// The pipe that nobody reads holds one page.
+    fn narrow(&self) {
+        let pipe = self.lines.as_ref().unwrap().get_ref();
+        fcntl(pipe, FcntlArg::F_SETPIPE_SZ(4096)).unwrap();
+    }
+}
+
+const RAISE: &str = "{\"order\":\"raise\"}\n";
+const NO: &str = "{\"order\":\"no\"}\n";
+const ABORT: &str = "{\"order\":\"abort\"}\n";
+
+#[test]
+fn a_block_of_orders_is_one_order() {
+    let mut driven = Driven::start("calibrate_block", &PLAN.replace("10.0", "1.0"));
+    driven.ready();
+    driven.send(&format!("{RAISE}{NO}").repeat(2000));
+    driven.phase("on");
+    driven.next(|it| it["question"].is_string());
+    // In a block, too, nothing is for what it comes before.
+    driven.send(&format!("{NO}{RAISE}{RAISE}"));
+    driven.ready();
+    assert_eq!(driven.given(), 1);
+    driven.send(RAISE);
+    let view = driven.phase("on");
+    assert_eq!(view["given"], 4.0);
+    driven.send(ABORT);
+    let folder = driven.folder.clone();
+    let (exit, _, error) = driven.ended();
+    assert!(exit == Some(1) && error.contains("E683"), "{error}");
+    let levels: Vec<Value> = entries(&folder, "given");
+    let levels: Vec<&Value> = levels
+        .iter()
+        .map(|it| &it["entry"]["given"]["level"])
+        .collect();
+    assert_eq!(levels.len(), 2, "{levels:?}");
+}
+
+#[test]
+fn what_was_refused_is_told_by_number() {
+    let mut driven = Driven::start("calibrate_refused", PLAN);
+    driven.ready();
+    driven.send(&RAISE.repeat(40));
+    let told = driven.next(|it| it["event"] == "refused");
+    let told = told["error"].as_str().unwrap().to_owned();
+    assert!(
+        told.starts_with("E671 not now: this order came before"),
+        "{told}"
+    );
+    driven.send(ABORT);
+    let (exit, _, _) = driven.ended();
+    assert_eq!(exit, Some(1));
+}
+
+/// 3000 orders one by one in turns of 5 ms last longer than the level that is given.
+#[test]
+fn too_much_and_the_end_overtake_what_is_pending() {
+    let mut driven = Driven::start("calibrate_overtakes", PLAN);
+    driven.ready();
+    driven.send(RAISE);
+    driven.phase("on");
+    driven.send(&format!(
+        "{}{{\"order\":\"too-much\"}}\n",
+        RAISE.repeat(3000)
+    ));
+    let told = driven.next(|it| it["entry"].get("too-much").is_some());
+    let given = entries(&driven.folder, "given");
+    let on_s = told["t_s"].as_f64().unwrap() - given[0]["t_s"].as_f64().unwrap();
+    assert!(on_s < 10.0, "{on_s}");
+    driven.ready();
+    driven.send(&format!("{}{ABORT}", RAISE.repeat(3000)));
+    let folder = driven.folder.clone();
+    let (exit, _, error) = driven.ended();
+    assert!(exit == Some(1) && error.contains("E683"), "{error}");
+    assert!(entries(&folder, "given").len() <= 2);
+}
+
+#[test]
+fn an_endless_stream_ends_it() {
+    for endless in ["x", "x\n", RAISE] {
+        let mut driven = Driven::start("calibrate_endless", PLAN);
+        driven.ready();
+        let block = endless.repeat(4096);
+        while driven.orders.write_all(block.as_bytes()).is_ok() {}
+        let folder = driven.folder.clone();
+        let (exit, _, error) = driven.ended();
+        assert!(exit == Some(1) && error.contains("E684"), "{error}");
+        assert!(error.contains("flooded"), "{error}");
+        assert!(entries(&folder, "given").len() <= 1);
+    }
+}
+
+#[test]
+fn without_a_reader_nothing_is_given() {
+    let mut driven = Driven::start("calibrate_no_reader", PLAN);
+    driven.ready();
+    driven.lines = None;
+    // It may have ended already.
+    let _ = driven.orders.write_all(RAISE.as_bytes());
+    let folder = driven.folder.clone();
+    let (exit, _, error) = driven.ended();
+    assert!(exit == Some(1) && error.contains("E684"), "{error}");
+    assert!(error.contains("output is not read"), "{error}");
+    assert!(entries(&folder, "given").is_empty());
+    assert_eq!(entries(&folder, "ended").len(), 1);
+    let again = [
+        "--json",
+        "calibrate",
+        "--electrodes",
+        "plan.toml",
+        "--auto",
+        "--resume",
+    ];
+    let (exit, told, error) = ran(&folder, &[&again[..], &["--out", "w.toml"]].concat());
+    assert_eq!(exit, Some(0), "{told}{error}");
+}
+
+/// The program that waits for its reader ends with the order, or with the first signal.
+#[test]
+fn an_output_that_nobody_reads_does_not_keep_it() {
+    for signal in [false, true] {
+        let mut driven = Driven::start("calibrate_unread", PLAN);
+        driven.narrow();
+        driven.ready();
+        // Each is answered; a page is full of it.
+        for _ in 0..8 {
+            driven.send(&"nonsense\n".repeat(16));
+        }
+        while entries(&driven.folder, "armed").is_empty() {
+            std::thread::yield_now();
+        }
+        match signal {
+            true => {
+                let id = driven.process.id().to_string();
+                let sent = Command::new("kill").args(["-INT", &id]).status();
+                assert!(sent.unwrap().success());
+            }
+            false => driven.send(ABORT),
+        }
+        let status = driven.process.wait().unwrap();
+        assert_eq!(status.code(), Some(if signal { 130 } else { 1 }));
+        assert_eq!(entries(&driven.folder, "ended").len(), 1);
+        // It was full, or its last line would be there.
+        let mut rest = String::new();
+        driven
+            .lines
+            .take()
+            .unwrap()
+            .read_to_string(&mut rest)
+            .unwrap();
+        assert!(!rest.is_empty() && !rest.contains("go on with"), "{rest}");
+        let (_, _, error) = said(driven.process.wait_with_output().unwrap());
+        let number = if signal { "E580" } else { "E683" };
+        assert!(error.contains(number), "{error}");
+    }
+}
