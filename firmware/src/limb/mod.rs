@@ -29,10 +29,11 @@ pub use number::{Number, TURN_ERROR};
 pub use recruitment::{Orders, Recruited};
 pub use refusal::{LimbError, PostureError, ReachError};
 pub use skeleton::{Pose, Skeleton};
-pub use spec::{AXIS_NAMES, JointName, LimbSpec, LineSpec, Lines, ViaSpec};
+pub use spec::{JointName, LimbSpec, LineSpec, Lines, ViaSpec};
 pub use vector::{Rotation, Turn, Vector};
 pub use wrench::Wrench;
 
+use crate::range::Range;
 use crate::units::Angle;
 use heapless::Vec;
 
@@ -40,6 +41,20 @@ use heapless::Vec;
 pub const JOINTS: usize = 3;
 /// Revolute axes, three a joint.
 pub const AXES: usize = 3 * JOINTS;
+/// The nine axes by name, in the order of a posture.
+pub const AXIS_NAMES: [&str; AXES] = [
+    "sc_protraction",
+    "sc_elevation",
+    "sc_roll",
+    "gh_flexion",
+    "gh_abduction",
+    "gh_rotation",
+    "el_flexion",
+    "el_bend",
+    "el_pronation",
+];
+/// Of a line's channel on the link.
+const CHANNEL: Range = Range::new("channel", 0, 9);
 /// Most lines of action: one a channel.
 pub const LINES: usize = 10;
 /// Most points of one line, origin and insertion included.

@@ -1,6 +1,6 @@
 //! Why an arm, a posture or a wrench is refused.
 
-use super::spec::{AXIS_NAMES, LineSpec};
+use super::{AXIS_NAMES, CHANNEL};
 use crate::range::OutOfRange;
 use core::fmt;
 
@@ -47,10 +47,10 @@ impl LimbError {
             Self::Way { range, .. } | Self::Axis { range, .. } | Self::Line { range, .. } => range,
             Self::Lines(range) => range,
             Self::ChannelTwice { channel, .. } => OutOfRange {
-                field: LineSpec::CHANNEL.field,
+                field: CHANNEL.field,
                 value: channel as i64,
-                min: LineSpec::CHANNEL.min,
-                max: LineSpec::CHANNEL.max,
+                min: CHANNEL.min,
+                max: CHANNEL.max,
             },
         }
     }

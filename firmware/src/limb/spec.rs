@@ -80,25 +80,12 @@ pub struct LimbSpec {
     pub lines: Lines,
 }
 
-/// The nine axes by name, in the order of a posture.
-pub const AXIS_NAMES: [&str; AXES] = [
-    "sc_protraction",
-    "sc_elevation",
-    "sc_roll",
-    "gh_flexion",
-    "gh_abduction",
-    "gh_rotation",
-    "el_flexion",
-    "el_bend",
-    "el_pronation",
-];
-
 /// Shortest bone.
 const SHORTEST_UM: i64 = 10_000;
 
 impl LineSpec {
     /// Of [`Self::channel`].
-    pub const CHANNEL: Range = Range::new("channel", 0, 9);
+    pub const CHANNEL: Range = super::CHANNEL;
     /// How many [`Self::vias`].
     pub const VIA_COUNT: Range = Range::new("vias", 2, 6);
     /// Of [`ViaSpec::segment`].

@@ -1,8 +1,8 @@
 //! Everything that is said on the link. Variant order is the wire format:
 //! append, never insert; the schema hash changes with any edit.
 
-use super::Refusal;
-use crate::control::{EndpointSpec, ForceGap, ForceSpec, JointSpec};
+use super::{Refusal, Telemetry};
+use crate::control::{EndpointSpec, ForceSpec, JointSpec};
 use crate::haptics::WallSpec;
 use crate::limb::{AXES, LineSpec};
 use crate::muscle::{MuscleSpec, Rung};
@@ -397,63 +397,6 @@ pub enum Event {
         /// Gain of the feedback from now on, thousandths of the configured one.
         gain_milli: u16,
     },
-}
-
-/// One telemetry sample. `None` is what is not there or not known: never a zero.
-#[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
-pub struct Telemetry {
-    /// Device time of the control tick.
-    pub at: Micros,
-    /// Wanted joint angle, or where the wall stands, 0.01°; none before the
-    /// first setpoint, and where neither runs.
-    pub target_centideg: Option<i16>,
-    /// Measured joint angle, 0.01°; none before the first measurement, and where
-    /// neither joint nor wall runs.
-    pub measured_centideg: Option<i16>,
-    /// What the law asked for, in thousandths of its own unit; with a wall, the
-    /// penetration in 0.001°, negative in front of it. None while neither runs.
-    pub effort_milli: Option<i32>,
-    /// Since the last sample an amplitude was clamped to the wearer's limit, or a
-    /// force was wanted that cannot be given.
-    pub limiting: bool,
-    /// Amplitudes now in force: of the latest pulses, one per channel of the
-    /// setup, lowest channel first. None while the channel plays nothing: from
-    /// an order of nothing, or from when the next burst is overdue.
-    pub amplitudes: Vec<Option<Amplitude>, CHANNELS>,
-    /// Widths now in force, µs: as the amplitudes, but one per channel whose width may
-    /// change.
-    pub widths_us: Vec<Option<u16>, CHANNELS>,
-    /// Predicted forces in mN, one per channel with a muscle. None where no model
-    /// runs.
-    pub forces_mn: Vec<Option<u32>, CHANNELS>,
-    /// What force control does, one per channel under it.
-    pub force_control: Vec<ForceSample, CHANNELS>,
-    /// What the arm does; none before its first setpoint, and where there is none.
-    pub wrench: Option<WrenchSample>,
-    /// The device's state.
-    pub state: State,
-}
-
-/// A channel under force control in one telemetry sample.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
-pub struct ForceSample {
-    /// Wanted force, mN; none before the first setpoint.
-    pub target_mn: Option<u32>,
-    /// Burst start to burst start, µs; none while the channel plays nothing.
-    pub period_us: Option<u32>,
-    /// Since the last sample a force between these two was wanted, and the nearer
-    /// of them given.
-    pub gap: Option<ForceGap>,
-}
-
-/// The arm in one telemetry sample.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
-pub struct WrenchSample {
-    /// Wanted force at the hand, mN.
-    pub target_mn: [i32; 3],
-    /// How much of it can be made as the arm is held, thousandths: all is given, or
-    /// nothing. The least since the last sample.
-    pub made_permille: u16,
 }
 
 /// A session number no session has.

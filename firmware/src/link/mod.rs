@@ -10,13 +10,14 @@ pub mod message;
 mod reading;
 mod refusal;
 mod setup_sum;
+mod telemetry;
 
 pub use frame::{Decoder, FrameError, MAX_FRAME, MAX_MESSAGE, encode, encode_into};
 pub use lists::too_long;
 pub use message::{
-    BROADCAST, Counters, Event, ForceSample, HelloInfo, Kind, Request, Response, SCHEMA, Status,
-    Telemetry, ToDevice, WrenchSample,
+    BROADCAST, Counters, Event, HelloInfo, Kind, Request, Response, SCHEMA, Status, ToDevice,
 };
 pub use reading::{Reading, Sender};
 pub use refusal::{Code, Refusal};
 pub use setup_sum::{Part, SetupSum};
+pub use telemetry::{ForceSample, Telemetry, WrenchSample};

@@ -1,12 +1,9 @@
 //! Every refusal has a number, a name, and says which field and what would be
 //! allowed. Numbers are stable; this file is the only list of them.
 
+mod control;
+
 use super::frame::FrameError;
-use crate::control::{
-    Endpoint, ForceError, MeasurementError, SetpointError, SpecError, Unmade, WrenchError,
-};
-use crate::haptics::WallError;
-use crate::limb::AXIS_NAMES;
 use crate::pulse::{GroupError, TrainError, TrainSpec};
 use crate::range::OutOfRange;
 use crate::safety::{Denied, ListedPulse, SetupError, StageMismatch, SumError};
@@ -384,96 +381,6 @@ impl From<Denied> for Refusal<'static> {
             Denied::AboveLimit { channel, limit } => Self::new(Code::AboveWearerLimit, "values")
                 .on(channel)
                 .allowed(0, bound(limit.get())),
-        }
-    }
-}
-
-impl From<crate::muscle::LadderError> for Refusal<'static> {
-    fn from(e: crate::muscle::LadderError) -> Self {
-        match e {
-            crate::muscle::LadderError::Range(e) => e.into(),
-            crate::muscle::LadderError::NoFatigue => Self::new(Code::NoFatigue, "fatigue"),
-        }
-    }
-}
-
-impl From<SpecError> for Refusal<'static> {
-    fn from(e: SpecError) -> Self {
-        match e {
-            SpecError::Range(e) => e.into(),
-            SpecError::ChannelTwice { channel } => {
-                Self::new(Code::ChannelTwice, "joint").on(channel)
-            }
-        }
-    }
-}
-
-impl From<WallError> for Refusal<'static> {
-    fn from(e: WallError) -> Self {
-        match e {
-            WallError::Range(e) => e.into(),
-            WallError::ChannelTwice { channel } => {
-                Self::new(Code::ChannelTwice, "wall").on(channel)
-            }
-        }
-    }
-}
-
-impl From<SetpointError> for Refusal<'static> {
-    fn from(e: SetpointError) -> Self {
-        match e {
-            SetpointError::OutOfRange { min_mdeg, max_mdeg } => {
-                // The hundredths of a degree that lie inside; |m°| <= 180 000.
-                let (min, max) = ((min_mdeg + 9).div_euclid(10), max_mdeg.div_euclid(10));
-                Self::new(Code::OutOfRange, "centideg").allowed(min, max)
-            }
-            SetpointError::TooFarAhead
-            | SetpointError::TooOld
-            | SetpointError::OutOfOrder
-            | SetpointError::TooManyWaiting => Self::new(Code::SetpointTime, "at"),
-        }
-    }
-}
-
-impl From<ForceError> for Refusal<'static> {
-    fn from(e: ForceError) -> Self {
-        match e {
-            // And none, which always can be given.
-            ForceError::OutOfReach { min_mn, max_mn } => {
-                let refusal = Self::new(Code::ForceOutOfReach, "millinewton");
-                refusal.allowed(bound(min_mn), bound(max_mn))
-            }
-            ForceError::Setpoint(e) => e.into(),
-        }
-    }
-}
-
-impl From<WrenchError> for Refusal<'static> {
-    fn from(e: WrenchError) -> Self {
-        let field = Endpoint::FORCE_MN.field;
-        match e {
-            WrenchError::Setpoint(e) => e.into(),
-            WrenchError::Unmade(Unmade::Posture(range)) => range.into(),
-            WrenchError::Unmade(Unmade::NoPosture { axis }) => {
-                let name = AXIS_NAMES.get(usize::from(axis)).copied();
-                Self::new(Code::NoPosture, name.unwrap_or_default())
-            }
-            WrenchError::Unmade(Unmade::NoMuscleHelps) => Self::new(Code::NoMuscleHelps, field),
-            WrenchError::Unmade(Unmade::TooStrong { channel, permille }) => {
-                let refusal = Self::new(Code::WrenchOutOfReach, field).on(channel);
-                refusal.allowed(0, permille.into())
-            }
-        }
-    }
-}
-
-impl From<MeasurementError> for Refusal<'static> {
-    fn from(e: MeasurementError) -> Self {
-        match e {
-            MeasurementError::NotFromHost => Self::new(Code::SensorNotHost, "sensor"),
-            MeasurementError::InTheFuture | MeasurementError::OutOfOrder => {
-                Self::new(Code::MeasurementTime, "at")
-            }
         }
     }
 }

@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// are side by side: neither calls the other. `""` is the package's own root.
 #[rustfmt::skip]
 const LAYERS: &[(&str, &[&[&str]])] = &[
-    ("firmware", &[&["board"], &["bench"], &["lockstep"], &["device"], &["link"], &["haptics"], &["limb"], &["control"], &["muscle"], &["safety"], &["pulse"], &["arithmetic", "crc", "range", "seal", "units"]]),
+    ("firmware", &[&["board"], &["bench"], &["lockstep"], &["device"], &["link"], &["haptics"], &["control"], &["limb"], &["muscle"], &["safety"], &["pulse"], &["arithmetic", "crc", "range", "seal", "units"]]),
     ("hal-sim", &[&["chip", "qemu"], &["world"], &["native"], &["lockstep"], &["body", "images", "trace", "wire"], &["random"]]),
     ("host-tool", &[&["cli"], &["live", "selftest"]]),
     ("host-tool/core", &[&["calibration", "choice", "report"], &["run"], &["analysis"], &["record"], &["session"], &["wearer"], &["disk", "fields", "link", "plot"], &["identify", "limb", "number", "statistics"]]),
