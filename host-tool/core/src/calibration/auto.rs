@@ -1,6 +1,6 @@
 //! The operator that stands in for a person on simulators.
 
-use super::operator::Gone;
+use super::error::Gone;
 use super::{Operator, Order, Phase, Step, View};
 
 /// Orders what the instrument and the simulated wearer say: raises when it may, answers

@@ -1,8 +1,22 @@
 //! Why a calibration was refused or did not go on, and what to do about it.
 
-use super::{Gone, Refusal};
+use super::Refusal;
 use crate::link::Error;
 use std::path::PathBuf;
+
+/// Why no orders come any more.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum Gone {
+    /// Nobody can send any.
+    #[error("the input has ended")]
+    Ended,
+    /// Nobody sees what they are for.
+    #[error("the output is not read")]
+    Unread,
+    /// More comes than anybody orders.
+    #[error("the input is flooded")]
+    Flooded,
+}
 
 /// Why a calibration was refused, or ended before its end. What was recorded is kept.
 #[derive(Debug, thiserror::Error)]

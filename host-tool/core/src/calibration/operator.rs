@@ -1,5 +1,6 @@
 //! Who orders: a person at a terminal, another program, or nobody on a simulator.
 
+use super::error::Gone;
 use super::{Entry, Order, Refusal, View};
 
 /// What an operator is told beside the view.
@@ -11,20 +12,6 @@ pub enum Told<'a> {
     Refused(&'a Refusal),
     /// The wearer file was written.
     Written,
-}
-
-/// Why no orders come any more.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
-pub enum Gone {
-    /// Nobody can send any.
-    #[error("the input has ended")]
-    Ended,
-    /// Nobody sees what they are for.
-    #[error("the output is not read")]
-    Unread,
-    /// More comes than anybody orders.
-    #[error("the input is flooded")]
-    Flooded,
 }
 
 /// Who orders. Never waits: the device must hear of its host meanwhile.
