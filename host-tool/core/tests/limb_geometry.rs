@@ -79,8 +79,8 @@ fn both_jacobians_are_the_differences_of_lengths_and_places() {
             let lengths = derivative::<10>(&limb, at, axis, |pose| {
                 std::array::from_fn(|line| limb.lines()[line].length(pose).0)
             });
-            for (line, slope) in lengths.into_iter().enumerate() {
-                let lever = levers[line][axis].0;
+            for (lever, slope) in levers.iter().zip(lengths) {
+                let lever = lever[axis].0;
                 muscles = muscles.max((lever + slope).abs());
                 lines_moved += usize::from(lever.abs() > 1e-3);
             }

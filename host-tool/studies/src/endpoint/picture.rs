@@ -8,15 +8,19 @@ use host_core::plot::{At, Canvas, Paint, Words};
 use host_core::report::{document, draw_bones};
 
 /// Size of a picture, CSS pixels.
-const SIZE: At = (460.0, 400.0);
+const SIZE: At = (320.0, 330.0);
 /// Where the breastbone is.
-const ORIGIN: At = (120.0, 170.0);
+const ORIGIN: At = (150.0, 120.0);
 /// Pixels per metre, and per newton of the largest force.
 const PER_M: f64 = 420.0;
 /// Pixels of the longest arrow.
 const LONGEST: f64 = 95.0;
 /// From where it is seen: so far to the right of straight ahead, and above, degrees.
 const SEEN_DEG: [f64; 2] = [40.0, 20.0];
+
+/// Around the pictures of one participant.
+const SIDE_BY_SIDE: &str =
+    "<div style=\"display:grid;grid-template-columns:repeat(3,minmax(0,1fr));gap:8px\">";
 
 /// A direction of our axes on the screen, right and down.
 fn seen([x, y, z]: [f64; 3]) -> At {
@@ -127,7 +131,7 @@ pub fn page(study: &Replication) -> String {
         legend()
     );
     for (at, person) in study.people.iter().enumerate() {
-        body += &format!("<section><h2>S{}</h2>\n", at + 1);
+        body += &format!("<section><h2>S{}</h2>\n{SIDE_BY_SIDE}\n", at + 1);
         for (name, told) in [
             ("C2", "C2: S1's frame"),
             ("C3", "C3: calibrated"),
@@ -136,7 +140,7 @@ pub fn page(study: &Replication) -> String {
             let title = format!("S{}, {told}", at + 1);
             body += &format!("<figure>{}</figure>\n", picture(person, name, &title));
         }
-        body += "</section>\n";
+        body += "</div></section>\n";
     }
     document("Wanted and given forces at the hand", &body)
 }
