@@ -10,7 +10,7 @@ use host_core::report::{document, draw_bones};
 /// Size of a picture, CSS pixels.
 const SIZE: At = (320.0, 330.0);
 /// Where the breastbone is.
-const ORIGIN: At = (150.0, 120.0);
+const ORIGIN: At = (150.0, 72.0);
 /// Pixels per metre, and per newton of the largest force.
 const PER_M: f64 = 420.0;
 /// Pixels of the longest arrow.
