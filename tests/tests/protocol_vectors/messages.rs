@@ -7,11 +7,12 @@ use firmware::control::{
 };
 use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
 use firmware::limb::LineSpec;
-use firmware::link::message::{ForceSample, OptionBytes, ResetCause, WrenchSample};
+use firmware::link::message::{OptionBytes, ResetCause};
 use firmware::link::{
     Code, Counters, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status, Telemetry,
     ToDevice,
 };
+use firmware::link::{ForceSample, WrenchSample};
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::CHANNELS;
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec, Trigger};
