@@ -3,6 +3,7 @@
 //! is a row of a table that says which numbered, named refusal must come; each
 //! row also checks that nothing changed and that the outputs are safe.
 
+mod arm;
 mod bench;
 mod force;
 mod frames;
@@ -31,6 +32,11 @@ fn every_force_that_cannot_be_controlled_is_refused() {
 }
 
 #[test]
+fn every_force_at_the_hand_that_cannot_be_made_is_refused() {
+    table::check_all(&arm::rows());
+}
+
+#[test]
 fn every_field_of_a_wall_is_held_to_its_range() {
     table::check_all(&wall::rows());
 }
@@ -52,6 +58,7 @@ fn every_code_has_a_row() {
         setup::rows(),
         joint::rows(),
         wall::rows(),
+        arm::rows(),
         force::rows(),
         orders::rows(),
     ];

@@ -426,7 +426,7 @@ fn measurement_rows() -> Vec<Row> {
     vec![
         measurement("joint 0", Bench::joint_armed, 0, 0, Expect::Done),
         measurement("joint 1", Bench::joint_armed, 1, 0, no_joint()),
-        measurement("joint 255", Bench::joint_armed, 255, 0, no_joint()),
+        measurement("joint 255", Bench::joint_armed, 255, 0, refused(Code::OutOfRange, "joint").allowed(0, 8)),
         measurement("before arming", Bench::joint_draft, 0, 0, refused(Code::NotArmed, "state")),
         measurement("without a joint", Bench::armed, 0, 0, refused(Code::NoJoint, "joint")),
         measurement("with its own", Bench::adc_joint_armed, 0, 0, refused(Code::SensorNotHost, "sensor")),
