@@ -63,8 +63,8 @@ pub struct EndpointState {
     jacobians: Jacobians<f32>,
     /// The instant that they are of.
     posed: Option<Micros>,
-    /// The next recruitment.
-    due: Option<Micros>,
+    /// The period of the latest recruitment.
+    latest: Option<Micros>,
 }
 
 /// What an arm asks for from this tick on.
@@ -264,13 +264,9 @@ impl Endpoint {
             };
             *part = force;
         }
-        if state.due.is_some_and(|due| self.is_ahead(due, now)) {
+        if !self.is_due(state, now) {
             return Ok(None);
         }
-        let due = state
-            .due
-            .filter(|due| self.is_ahead(*due + us(self.period_us), now));
-        state.due = Some(due.unwrap_or(now) + us(self.period_us));
         let recruited = self.recruit(state, now, wanted);
         let made_permille = match recruited {
             Ok(_) => 1000,
@@ -289,10 +285,24 @@ impl Endpoint {
         }))
     }
 
-    /// Whether `due` lies ahead, within a period: any further is a wrapped clock.
-    fn is_ahead(&self, due: Micros, now: Micros) -> bool {
-        let ahead = (due - now).us();
-        ahead > 0 && ahead.cast_unsigned() <= self.period_us
+    /// Whether to recruit now: periods count from when the force that stands became valid,
+    /// so that one that comes every period is answered in its first tick.
+    fn is_due(&self, state: &mut EndpointState, now: Micros) -> bool {
+        let [track, ..] = &state.tracks;
+        let since = track.standing_since().or(state.latest).unwrap_or(now);
+        // Some periods of at most 1 s, or one of the latest.
+        let periods = now.elapsed_since(since) / self.period_us.max(1);
+        let latest = since + us(periods * self.period_us); // at most `now`
+        let is_done = |before: Micros| {
+            let way = (latest - before).us();
+            // Both are less than a period old, unless the clock has wrapped between.
+            way.unsigned_abs() < self.period_us
+        };
+        let is_due = state.latest.is_none_or(|before| !is_done(before));
+        if is_due {
+            state.latest = Some(latest);
+        }
+        is_due
     }
 
     /// The amplitudes of those lines that a force needs as the arm is held now.

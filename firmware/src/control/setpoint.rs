@@ -173,6 +173,15 @@ impl<Q: Quantity> SetpointTrack<Q> {
         }
     }
 
+    /// When the setpoint that stands became valid; `None` before the first, and of one
+    /// that is too old for its time to matter.
+    pub const fn standing_since(&self) -> Option<Micros> {
+        match self.due {
+            Some(Standing::Moving(Timed { at, .. })) => Some(at),
+            _ => None,
+        }
+    }
+
     /// The value wanted at `now`; `None` until the first setpoint is due.
     /// Call it at least every 30 minutes; a control tick does, every millisecond.
     pub fn value_at(&mut self, now: Micros, policy: HoldPolicy) -> Option<Q> {

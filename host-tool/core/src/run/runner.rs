@@ -6,7 +6,7 @@ use super::stages::check_stages;
 use super::{Observer, RunError, Seen, SessionFile, Stopped, Wish, trial};
 use crate::link::{Client, Error, Incoming, Interruption, Port};
 use crate::record::{Recorder, Trial};
-use crate::session::{Session, SessionLimb, Setpoint};
+use crate::session::{Course, Session, SessionLimb, Setpoint};
 use firmware::control::SensorSource;
 use firmware::link::{Counters, Event, HelloInfo, Request};
 use firmware::safety::{Stages, State};
@@ -19,6 +19,10 @@ const STOP_US: u64 = 300_000;
 
 /// Longest wait for the grounding that follows an acknowledgement, µs.
 const ACKNOWLEDGE_US: u64 = 300_000;
+
+/// Forces at the hand are sent so long before they are valid, that none is late for its
+/// recruitment, µs.
+const AHEAD_US: u32 = 10_000;
 
 /// Wanted forces at the hand whose answers may be on their way.
 const WISHES: usize = 64;
@@ -291,9 +295,15 @@ impl<P: Port> Run<'_, P> {
         // Wrapping: device time is modulo 2^32.
         let now = self.epoch + us(due as u32);
         let setpoints = &self.session.setpoints;
-        for setpoint in iter::once(setpoints.at(due)).chain(setpoints.with(due)) {
+        let ahead_us = match &setpoints.course {
+            Course::Wrench(_) => AHEAD_US,
+            _ => 0,
+        };
+        let driven = setpoints.at(due + u64::from(ahead_us));
+        for setpoint in iter::once(driven).chain(setpoints.with(due)) {
             let at = match setpoint {
-                Setpoint::Angle { .. } | Setpoint::Force { .. } | Setpoint::Wrench(_) => Some(now),
+                Setpoint::Wrench(_) => Some(now + us(ahead_us)),
+                Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(now),
                 Setpoint::Amplitudes(_) | Setpoint::KeepAlive => None,
             };
             let seq = self.client.post(setpoint.request(at))?;
