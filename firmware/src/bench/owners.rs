@@ -41,7 +41,7 @@ struct Desk {
 }
 
 impl Desk {
-    /// Stimulating.
+    /// As booted.
     fn new() -> Self {
         let identity = Identity {
             kind: Kind::Native,
@@ -52,7 +52,7 @@ impl Desk {
             stages: Stages::AsDeclared,
             option_bytes: None,
         };
-        let mut desk = Self {
+        Self {
             pulser: Pulser::new(None),
             controller: Controller::new(),
             session: Session::new(identity),
@@ -68,16 +68,19 @@ impl Desk {
             code: 2_000,
             ok: true,
             said: Checksum::default(),
-        };
-        let setup = desk.configure();
-        desk.ask(Request::Arm { setup });
-        for _ in 0..CHECK_TICKS {
-            desk.tick();
         }
-        desk.ask(Request::Start);
-        desk.tick();
-        desk.ok &= desk.pulser.state() == State::Stimulating;
-        desk
+    }
+
+    /// Stimulating from here on.
+    fn start(&mut self) {
+        let setup = self.configure();
+        self.ask(Request::Arm { setup });
+        for _ in 0..CHECK_TICKS {
+            self.tick();
+        }
+        self.ask(Request::Start);
+        self.tick();
+        self.ok &= self.pulser.state() == State::Stimulating;
     }
 
     /// Its sum.
@@ -245,26 +248,42 @@ impl Desk {
 }
 
 pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
-    let digest = |desk: &Desk, (): &(), sum: &mut Checksum| desk.digest(sum);
-    // A setpoint of seven amplitudes from its bytes to the pulser's mailbox.
+    setpoint(bench);
+    tick(bench);
+    refill(bench);
+    Some(())
+}
+
+// A desk is nearly half of the chip's memory: one at a time, and none is moved.
+
+/// A setpoint of seven amplitudes from its bytes to the pulser's mailbox.
+#[inline(never)]
+fn setpoint<C: Clock>(bench: &mut Bench<'_, C>) {
+    let mut desk = Desk::new();
+    desk.start();
     bench.row(
         "session_setpoint",
         300,
-        Desk::new(),
+        &mut desk,
         |desk, random| {
             desk.tick();
             desk.host(random);
             desk.write(link::setpoint(DIRECT, random));
         },
         |desk, ()| desk.receive(),
-        digest,
+        |desk, (), sum| desk.digest(sum),
     );
-    // The controller's tick: events, the finger, ten muscles, every tenth time a
-    // sample.
+}
+
+/// The controller's tick: events, the finger, ten muscles, every tenth time a sample.
+#[inline(never)]
+fn tick<C: Clock>(bench: &mut Bench<'_, C>) {
+    let mut desk = Desk::new();
+    desk.start();
     bench.row(
         "owner_control_tick",
         500,
-        Desk::new(),
+        &mut desk,
         |desk, random| {
             desk.listen();
             desk.host(random);
@@ -274,13 +293,19 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             }
         },
         |desk, ()| desk.control(),
-        digest,
+        |desk, (), sum| desk.digest(sum),
     );
-    // The pulser's refill, without painting.
+}
+
+/// The pulser's refill, without painting.
+#[inline(never)]
+fn refill<C: Clock>(bench: &mut Bench<'_, C>) {
+    let mut desk = Desk::new();
+    desk.start();
     bench.row(
         "owner_refill",
         800,
-        Desk::new(),
+        &mut desk,
         |desk, random| {
             desk.play();
             if desk.windows.is_multiple_of(WINDOWS_PER_TICK) {
@@ -290,9 +315,8 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             }
         },
         |desk, ()| desk.refill(),
-        digest,
+        |desk, (), sum| desk.digest(sum),
     );
-    Some(())
 }
 
 #[cfg(test)]
@@ -303,6 +327,7 @@ mod tests {
     #[test]
     fn the_desk_stimulates_throughout() {
         let (mut desk, mut random) = (Desk::new(), Random::default());
+        desk.start();
         assert!(desk.ok);
         for _ in 0..500 {
             desk.host(&mut random);
@@ -316,6 +341,7 @@ mod tests {
     #[test]
     fn a_sense_that_does_not_answer_is_a_fault() {
         let (mut desk, mut random) = (Desk::new(), Random::default());
+        desk.start();
         for _ in 0..20 {
             desk.host(&mut random);
             desk.tick();
