@@ -85,7 +85,7 @@ pub fn rows() -> Vec<Row> {
         field(armed, "force_mn", -1_000_000, 1_000_000).rows(|v| {
             let v: i32 = v.try_into().ok()?;
             // Within its range it is another refusal.
-            (v.abs() > 1_000_000).then(|| wrench([0, 0, v]))
+            (v.unsigned_abs() > 1_000_000).then(|| wrench([0, 0, v]))
         }),
     ]);
     rows.extend([
