@@ -192,6 +192,21 @@ impl Lockstep {
         }
     }
 
+    /// As if made anew, part by part: a chip has no room for two of them.
+    pub fn boot(&mut self, identity: Identity, boot: Micros) {
+        self.pulser = Pulser::new(identity.last_fault);
+        self.controller = Controller::new();
+        self.session = Session::new(identity);
+        self.mail = Mailboxes::new();
+        self.playing.reset(boot, Levels::ISOLATED);
+        self.next.reset(boot + us(WINDOW_US), Levels::ISOLATED);
+        (self.now, self.written, self.sent) = (boot, boot, boot);
+        (self.count, self.played) = (0, 0);
+        (self.levels, self.dac) = (Levels::ISOLATED, [DacCode::new(0); CHANNELS]);
+        (self.reading, self.trigger) = (None, None);
+        (self.tripped, self.skips) = (false, true);
+    }
+
     /// The same board, which calls every owner in every window as a board of
     /// hardware does: slower, and otherwise no different, which tests show.
     #[must_use]

@@ -128,7 +128,7 @@ impl Port {
                 first_session,
             } => {
                 let identity = identity(self.kind, reset, last_fault, first_session);
-                self.board = Lockstep::new(identity, at);
+                self.board.boot(identity, at);
                 self.sensors = Sensors::default();
             }
             Command::Sense(sensors) => self.sensors = sensors,
@@ -212,5 +212,30 @@ impl<F: FnMut(&[u8])> Sink for Frames<'_, F> {
         for bytes in bytes.chunks(MAX_PIECE) {
             self.say(&Output::Bytes { at, bytes });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::format;
+
+    #[test]
+    fn a_port_that_boots_again_is_as_new() {
+        let mut port = Port::new(Kind::Native);
+        let boot = Command::Boot {
+            at: Micros::new(0),
+            reset: ResetCause::PowerOn,
+            last_fault: None,
+            first_session: 1,
+        };
+        let new = format!("{port:?}");
+        let (to, joint) = (Micros::new(50_000), Some(700));
+        let mut frames = |_: &[u8]| {};
+        let mut sink = Frames(&mut frames);
+        port.execute(&Command::Advance { to, joint }, &mut sink);
+        assert_ne!(format!("{port:?}"), new);
+        port.execute(&boot, &mut sink);
+        assert_eq!(format!("{port:?}"), new);
     }
 }
