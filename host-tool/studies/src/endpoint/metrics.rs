@@ -1,6 +1,7 @@
 //! From wanted and measured forces to numbers: alignment, correlations, errors.
 
 use super::error::EndpointError;
+use crate::tracking::statistics::percentile;
 use host_core::statistics::{StatisticsError, student_t_p};
 use serde::Serialize;
 
@@ -175,7 +176,5 @@ impl Measures {
 /// The middle value, 0 of none.
 #[must_use]
 pub fn median(all: &[f64]) -> f64 {
-    let mut sorted = all.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    host_core::statistics::quantile_of(&sorted, 0.5)
+    percentile(all, 0.5)
 }

@@ -7,7 +7,7 @@ use super::replication::{CONDITIONS, Condition, Person, Replication, people, wea
 use super::sheets::{figure_7, forces, table_1};
 use crate::laboratory::{Declared, Outcome, Row};
 use host_core::record::sha256;
-use host_core::statistics::{bootstrap_bca, cohens_d_pooled, mann_whitney, quantile_of, wilcoxon};
+use host_core::statistics::{bootstrap_bca, cohens_d_pooled, mann_whitney, wilcoxon};
 
 /// What is said of every result.
 const SIMULATED: &str =
@@ -35,20 +35,7 @@ pub struct Told {
 }
 
 fn row(id: &str, quantity: &str, unit: &str, paper: Option<f64>, values: Vec<f64>) -> Row {
-    let mut sorted = values;
-    sorted.retain(|it| it.is_finite());
-    sorted.sort_by(f64::total_cmp);
-    let at = |part| (!sorted.is_empty()).then(|| quantile_of(&sorted, part));
-    Row {
-        id: id.to_owned(),
-        quantity: quantity.to_owned(),
-        unit: unit.to_owned(),
-        paper,
-        ours: at(0.5),
-        low: at(0.05),
-        high: at(0.95),
-        n: sorted.len(),
-    }
+    Row::of(id.to_owned(), quantity.to_owned(), unit, paper, values)
 }
 
 /// Numbers of one condition over all participants.

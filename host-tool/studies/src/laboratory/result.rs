@@ -116,6 +116,32 @@ pub struct Row {
     pub n: usize,
 }
 
+impl Row {
+    /// Median, 5th and 95th percentile of the numbers that are finite, and how many those
+    /// are, beside what the paper printed.
+    #[must_use]
+    pub fn of(
+        id: String,
+        quantity: String,
+        unit: &str,
+        paper: Option<f64>,
+        mut numbers: Vec<f64>,
+    ) -> Self {
+        numbers.retain(|it| it.is_finite());
+        numbers.sort_unstable_by(f64::total_cmp);
+        Self {
+            id,
+            quantity,
+            unit: unit.to_owned(),
+            paper,
+            ours: quantile(&numbers, 0.5),
+            low: quantile(&numbers, 0.05),
+            high: quantile(&numbers, 0.95),
+            n: numbers.len(),
+        }
+    }
+}
+
 /// What is said of every simulated result.
 const SIMULATED: &str = "Simulated: numbers of assumed bodies, no evidence about people.";
 /// What is said where no device told what it is.

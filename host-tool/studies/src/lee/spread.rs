@@ -33,16 +33,9 @@ pub(super) fn row(
     all: Vec<f64>,
 ) -> Row {
     let n = all.len();
-    Row {
-        id: id.to_owned(),
-        quantity: quantity.to_owned(),
-        unit: unit.to_owned(),
-        paper,
-        ours: at(all.iter().copied(), 0.5),
-        low: at(all.iter().copied(), 0.05),
-        high: at(all, 0.95),
-        n,
-    }
+    let row = Row::of(id.to_owned(), quantity.to_owned(), unit, paper, all);
+    // Of all that were tried.
+    Row { n, ..row }
 }
 
 /// For a cell: so many decimals, or a dash.

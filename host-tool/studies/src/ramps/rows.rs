@@ -7,24 +7,10 @@ use super::found::Found;
 use super::study::Study;
 use super::test::{Stimulation, stimulations};
 use crate::laboratory::{Row, Share};
-use host_core::statistics::quantile_of;
 
 /// A row of these numbers.
 pub(super) fn row(id: String, quantity: String, unit: &str, numbers: Vec<f64>) -> Row {
-    let mut sorted = numbers;
-    sorted.retain(|it| it.is_finite());
-    sorted.sort_by(f64::total_cmp);
-    let at = |part| (!sorted.is_empty()).then(|| quantile_of(&sorted, part));
-    Row {
-        id,
-        quantity,
-        unit: unit.to_owned(),
-        paper: None,
-        ours: at(0.5),
-        low: at(0.05),
-        high: at(0.95),
-        n: sorted.len(),
-    }
+    Row::of(id, quantity, unit, None, numbers)
 }
 
 impl Study {

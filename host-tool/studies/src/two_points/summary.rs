@@ -166,18 +166,8 @@ impl Summary {
     pub fn rows(&self) -> Vec<Row> {
         let name = self.cell.name();
         let row = |(id, unit, of): &(&str, &str, Measure)| {
-            let all = self.sorted(*of);
-            let at = |part| (!all.is_empty()).then(|| quantile_of(&all, part));
-            Row {
-                id: format!("{name}/{id}"),
-                quantity: format!("{id}: {name}"),
-                unit: (*unit).to_owned(),
-                paper: None,
-                ours: at(0.5),
-                low: at(0.05),
-                high: at(0.95),
-                n: all.len(),
-            }
+            let (id, quantity) = (format!("{name}/{id}"), format!("{id}: {name}"));
+            Row::of(id, quantity, unit, None, self.sorted(*of))
         };
         MEASURES.iter().map(row).collect()
     }
