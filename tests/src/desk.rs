@@ -11,7 +11,7 @@ use hal_sim::body::{Drive, Load, Still};
 use hal_sim::chip::image::Image;
 use hal_sim::lockstep::Output;
 use hal_sim::native::native;
-use hal_sim::trace::Trace;
+use hal_sim::trace::{Edge, Trace};
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
 use host_core::link::{Client, Port, SimulatedPort};
@@ -54,6 +54,17 @@ pub struct Played {
     pub end_us: u64,
     /// The wearer's electrodes at that time.
     pub loads: [Load; 10],
+}
+
+impl Played {
+    /// Edges of the pins from the start on, with times from there.
+    pub fn edges(&self) -> impl Iterator<Item = Edge> {
+        let since = self.trace.edges_from(self.epoch_us);
+        since.map(|edge| Edge {
+            t_us: edge.t_us - self.epoch_us,
+            ..edge
+        })
+    }
 }
 
 /// Plays `file` on a simulated device.

@@ -23,16 +23,9 @@ fn edges(rate: &str, device: &DeviceName) -> Vec<Edge> {
     let played = play(&file(rate), device);
     let events = &played.outcome.trial.events;
     assert_eq!(played.outcome.refused, 0, "{device}: {events:?}");
-    let epoch_us = played.epoch_us;
     // Up to the stop, which comes at a time of each device's own.
-    let since = played.trace.edges_from(epoch_us);
-    since
-        .take_while(|edge| edge.t_us < epoch_us + 1_990_000)
-        .map(|edge| Edge {
-            t_us: edge.t_us - epoch_us,
-            ..edge
-        })
-        .collect()
+    let edges = played.edges();
+    edges.take_while(|edge| edge.t_us < 1_990_000).collect()
 }
 
 /// Amplitude codes of a channel's bursts, one after the other.

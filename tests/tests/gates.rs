@@ -36,14 +36,7 @@ fn file() -> SessionFile {
 fn edges(device: &DeviceName) -> Vec<Edge> {
     let played = play(&file(), device);
     assert_eq!(played.outcome.refused, 0, "{device}");
-    let epoch_us = played.epoch_us;
-    let since = played.trace.edges_from(epoch_us);
-    since
-        .map(|edge| Edge {
-            t_us: edge.t_us - epoch_us,
-            ..edge
-        })
-        .collect()
+    played.edges().collect()
 }
 
 /// Beginnings of a channel's first phases.

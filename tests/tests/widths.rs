@@ -25,16 +25,9 @@ fn file() -> SessionFile {
 fn edges(device: &DeviceName) -> Vec<Edge> {
     let played = play(&file(), device);
     assert_eq!(played.outcome.refused, 0, "{device}");
-    let epoch_us = played.epoch_us;
     // Up to the stop, which comes at a time of each device's own.
-    let since = played.trace.edges_from(epoch_us);
-    since
-        .take_while(|edge| edge.t_us < epoch_us + 1_990_000)
-        .map(|edge| Edge {
-            t_us: edge.t_us - epoch_us,
-            ..edge
-        })
-        .collect()
+    let edges = played.edges();
+    edges.take_while(|edge| edge.t_us < 1_990_000).collect()
 }
 
 /// First phases of a channel: start, width, code.
