@@ -35,18 +35,9 @@ pub struct Lines {
     is_shown: bool,
 }
 
-/// What of a view is told again when it changes.
-#[derive(Clone, PartialEq)]
-struct Shown(
-    usize,
-    Step,
-    Phase,
-    Level,
-    Option<Level>,
-    Option<&'static str>,
-    bool,
-    bool,
-);
+/// What of a view is told again when it changes, beside its state: the phase, whether the
+/// muscle is rested, whether the wearer complains.
+type Shown = (Phase, bool, bool);
 
 impl Lines {
     /// Takes in all that waits; `is_late` is not for what is shown.
@@ -71,7 +62,7 @@ impl Lines {
             // What is still unread shows what was.
             self.told.iter_mut().for_each(|told| told.1 = false);
         }
-        let shown = Shown::of(view);
+        let shown = (view.phase, view.is_rested, view.complains);
         if is_new || self.shown.as_ref() != Some(&shown) {
             self.shown = Some(shown);
             self.say(&view_line(view), is_new);
@@ -172,21 +163,6 @@ impl Unread {
             bytes.push(b'?');
         }
         String::from_utf8_lossy(&bytes).trim_end().to_owned()
-    }
-}
-
-impl Shown {
-    fn of(view: &View) -> Self {
-        Self(
-            view.electrode,
-            view.step,
-            view.phase,
-            view.level,
-            view.raise,
-            view.question,
-            view.is_rested,
-            view.complains,
-        )
     }
 }
 
