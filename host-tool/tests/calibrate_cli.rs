@@ -1,9 +1,10 @@
 //! `flexor calibrate` as people and programs start it.
 
-use crate::program::{Said, flexor, folder, ran, said, written};
-use std::io::{BufRead, BufReader, Write};
+use crate::calibrate_lines;
+use crate::program::{Said, folder, ran, said, written};
+use std::io::{BufReader, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout};
 
 const PLAN: &str = "wearer = \"W01\"
 [limits]
@@ -241,15 +242,7 @@ impl Driven {
     }
 
     fn start_on(folder: &Path, more: &[&str]) -> Self {
-        let mut words = vec!["--json", "calibrate", "--electrodes", "plan.toml"];
-        words.extend(["--out", "w.toml"]);
-        words.extend(more);
-        let mut command = flexor(folder, &words);
-        command
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped());
-        let mut process = command.spawn().unwrap();
+        let mut process = calibrate_lines::driven(folder, more);
         let orders = process.stdin.take();
         let lines = BufReader::new(process.stdout.take().unwrap());
         Self {
@@ -265,14 +258,7 @@ impl Driven {
 
     /// The next line of which this is so.
     fn next(&mut self, is: impl Fn(&serde_json::Value) -> bool) -> serde_json::Value {
-        loop {
-            let mut line = String::new();
-            assert!(self.lines.read_line(&mut line).unwrap() > 0, "it ended");
-            let value: serde_json::Value = serde_json::from_str(&line).unwrap();
-            if is(&value) {
-                return value;
-            }
-        }
+        calibrate_lines::next(&mut self.lines, is)
     }
 
     fn ready(&mut self) -> serde_json::Value {

@@ -1,11 +1,12 @@
 //! Orders to `flexor calibrate` that come all at once, too early, or from nobody who reads.
 
-use crate::program::{Said, flexor, folder, ran, said, written};
+use crate::calibrate_lines;
+use crate::program::{Said, folder, ran, said, written};
 use nix::fcntl::{FcntlArg, fcntl};
 use serde_json::Value;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufReader, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command};
 
 /// Levels are given for so long that no computer is too slow to order meanwhile.
 pub const PLAN: &str = "wearer = \"W01\"
@@ -41,20 +42,7 @@ impl Driven {
     fn start(test: &str, plan: &str) -> Self {
         let folder = folder(test);
         written(&folder, "plan.toml", plan);
-        let words = [
-            "--json",
-            "calibrate",
-            "--electrodes",
-            "plan.toml",
-            "--out",
-            "w.toml",
-        ];
-        let mut command = flexor(&folder, &words);
-        command
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped());
-        let mut process = command.spawn().unwrap();
+        let mut process = calibrate_lines::driven(&folder, &[]);
         let orders = process.stdin.take().unwrap();
         let lines = process.stdout.take().map(BufReader::new);
         Self {
@@ -70,15 +58,7 @@ impl Driven {
     }
 
     fn next(&mut self, is: impl Fn(&Value) -> bool) -> Value {
-        let lines = self.lines.as_mut().unwrap();
-        loop {
-            let mut line = String::new();
-            assert!(lines.read_line(&mut line).unwrap() > 0, "it ended");
-            let value: Value = serde_json::from_str(&line).unwrap();
-            if is(&value) {
-                return value;
-            }
-        }
+        calibrate_lines::next(self.lines.as_mut().unwrap(), is)
     }
 
     fn phase(&mut self, phase: &str) -> Value {

@@ -5,6 +5,8 @@ mod bad_input_cli;
 #[cfg(unix)]
 mod calibrate_cli;
 #[cfg(unix)]
+mod calibrate_lines;
+#[cfg(unix)]
 mod calibrate_orders;
 #[cfg(unix)]
 mod calibrate_terminal;

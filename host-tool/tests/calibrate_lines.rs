@@ -1,0 +1,32 @@
+//! `flexor calibrate`, driven by lines.
+
+use crate::program::flexor;
+use serde_json::Value;
+use std::io::BufRead;
+use std::path::Path;
+use std::process::{Child, Stdio};
+
+/// The program in a folder with a plan, its input and outputs piped.
+pub fn driven(folder: &Path, more: &[&str]) -> Child {
+    let mut words = vec!["--json", "calibrate", "--electrodes", "plan.toml"];
+    words.extend(["--out", "w.toml"]);
+    words.extend(more);
+    let mut command = flexor(folder, &words);
+    command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command.spawn().unwrap()
+}
+
+/// The next line of which this is so.
+pub fn next(lines: &mut impl BufRead, is: impl Fn(&Value) -> bool) -> Value {
+    loop {
+        let mut line = String::new();
+        assert!(lines.read_line(&mut line).unwrap() > 0, "it ended");
+        let value: Value = serde_json::from_str(&line).unwrap();
+        if is(&value) {
+            return value;
+        }
+    }
+}
