@@ -28,6 +28,8 @@ mod interruptions;
 mod lee_cli;
 mod live_frame;
 mod live_lines;
+#[cfg(unix)]
+mod monitor_terminal;
 mod muscle_cli;
 #[cfg(unix)]
 mod places;
@@ -41,6 +43,8 @@ mod record_damage;
 mod record_identity;
 #[cfg(unix)]
 mod search_cli;
+#[cfg(unix)]
+mod seated;
 mod serve;
 mod trigger;
 mod two_points_cli;

@@ -103,14 +103,13 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
         (shown, worker.join())
     });
     worked.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
-    shown?;
     match interruption.asked() {
         Some(signal) => Err(interrupt::Ended(
             signal,
             "and the watch ended: nothing was stimulated by it".into(),
         )
         .into()),
-        None => Ok(()),
+        None => Ok(shown?),
     }
 }
 

@@ -15,12 +15,12 @@ mod lines;
 mod model;
 mod screen;
 mod shared;
+mod stream;
 mod view;
 mod work;
 
 pub use calibration::{
-    AT_ONCE, Behind, Inlet, Seat, Sight, Sitting, State, calibration_order, draw_calibration,
-    early, leave_unread, put, sift,
+    Behind, Inlet, Seat, Sight, Sitting, State, calibration_order, draw_calibration, early, sift,
 };
 pub use keys::{Order, order};
 pub use line::{json, line};
@@ -28,5 +28,6 @@ pub use lines::lines;
 pub use model::{Channel, Model, Note};
 pub use screen::screen;
 pub use shared::{Shared, Watch};
+pub use stream::{AT_ONCE, leave_unread, put};
 pub use view::draw;
 pub use work::{Plan, work};

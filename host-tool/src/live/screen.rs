@@ -1,5 +1,6 @@
 //! The dashboard on a terminal, which is restored on every way out.
 
+use super::stream::{leave_unread, waits};
 use super::{Order, Shared, draw, order};
 use crossterm::event::{self, Event};
 use ratatui::DefaultTerminal;
@@ -43,7 +44,8 @@ pub(super) fn note_panics(restore: fn()) {
 impl Drop for Screen {
     fn drop(&mut self) {
         if !PANICKED.load(Ordering::Acquire) {
-            ratatui::restore();
+            // Fails where the terminal has gone.
+            let _ = ratatui::try_restore();
         }
     }
 }
@@ -51,7 +53,7 @@ impl Drop for Screen {
 /// Draws and takes keys until `is_over`. `must_quit` is asked often.
 ///
 /// # Errors
-/// The terminal fails.
+/// The terminal fails, or has gone.
 pub fn screen(
     shared: &Shared,
     is_over: impl Fn() -> bool,
@@ -70,16 +72,33 @@ pub fn screen(
             model.clone()
         };
         drawn = now;
-        screen.0.draw(|frame| draw(frame, &model))?;
-        let next = now + FRAME;
-        // Every key that waits is taken before the next frame.
-        while event::poll(next.saturating_duration_since(Instant::now()))? {
+        let drawn = screen.0.draw(|frame| draw(frame, &model)).map(drop);
+        let seen = drawn.and_then(|()| take_keys(shared, now + FRAME));
+        if seen.is_err() {
+            leave_unread(FRAME);
+            return seen;
+        }
+    }
+    Ok(())
+}
+
+/// Takes every key that waits before the next frame is due.
+///
+/// # Errors
+/// The terminal has gone: asked for keys then, crossterm waits for ever.
+fn take_keys(shared: &Shared, next: Instant) -> io::Result<()> {
+    waits(Duration::ZERO)?;
+    loop {
+        while event::poll(Duration::ZERO)? {
             if let Event::Key(key) = event::read()?
                 && let Some(order) = order(key)
             {
                 shared.order(order);
             }
         }
+        let rest = next.saturating_duration_since(Instant::now());
+        if rest.is_zero() || !waits(rest)? {
+            return Ok(());
+        }
     }
-    Ok(())
 }

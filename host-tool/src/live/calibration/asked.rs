@@ -1,6 +1,6 @@
 //! What of all that came at once is carried out.
 
-use super::stream;
+use crate::live::stream;
 use host_core::calibration::{Gone, Level, Order, Phase, Refusal, Step, View};
 
 /// Most that anybody orders in a second of the device's time, bytes.

@@ -1,9 +1,9 @@
 //! The thread at the terminal: frames out. It is not waited for, however slow it is.
 
-use super::stream::{AT_ONCE, leave_unread, put};
 use super::view::is_small;
 use super::{Sitting, draw_calibration};
 use crate::live::screen::{FRAME, has_panicked, note_panics};
+use crate::live::stream::{AT_ONCE, leave_unread, put};
 use crossterm::cursor::Show;
 use crossterm::event::{DisableBracketedPaste, EnableBracketedPaste};
 use crossterm::queue;

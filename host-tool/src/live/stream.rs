@@ -87,6 +87,20 @@ pub fn leave_unread(patience: Duration) {
     }
 }
 
+/// Whether something waits at the input, or comes within `patience`.
+///
+/// # Errors
+/// Nothing can come any more.
+#[cfg(unix)]
+pub fn waits(patience: Duration) -> io::Result<bool> {
+    use rustix::event::PollFlags;
+    let now = is(&io::stdin(), PollFlags::IN, patience)?;
+    if now.intersects(PollFlags::ERR | PollFlags::HUP | PollFlags::NVAL) {
+        return Err(io::ErrorKind::BrokenPipe.into());
+    }
+    Ok(now.contains(PollFlags::IN))
+}
+
 /// On systems without `poll` nobody can be asked without waiting: the input has ended.
 #[cfg(not(unix))]
 pub fn take(_: &mut Vec<u8>, _: usize) -> bool {
@@ -101,6 +115,16 @@ pub fn take(_: &mut Vec<u8>, _: usize) -> bool {
 pub fn put(bytes: &[u8]) -> io::Result<usize> {
     use io::Write;
     io::stdout().write_all(bytes).map(|()| bytes.len())
+}
+
+/// As there, only the time passes.
+///
+/// # Errors
+/// None.
+#[cfg(not(unix))]
+pub fn waits(patience: Duration) -> io::Result<bool> {
+    std::thread::sleep(patience);
+    Ok(false)
 }
 
 /// As there, nothing is known of readers.
