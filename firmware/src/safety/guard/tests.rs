@@ -1,5 +1,7 @@
 //! The chart of the module's documentation, cell by cell.
 
+mod states;
+
 use super::*;
 use crate::pulse::{Burst, Supply, TrainSpec, Trigger};
 use crate::safety::{ChannelSpec, ListedPulse, PulseList, Reading, StageSpec, Sums, WearerSpec};
