@@ -159,4 +159,44 @@ mod tests {
         assert_eq!(fall.apply(full, fall.end()), Amplitude::ZERO);
         assert_eq!(fall.apply(full, fall.end() + us(9)), Amplitude::ZERO);
     }
+
+    /// Every fall that a wearer may have, at each of its microseconds.
+    #[test]
+    fn no_fall_rises_or_outlasts_its_time() {
+        for full in [1, 65_537, 150_000].map(Amplitude::new) {
+            for fall_us in (5..=100).map(|ms| ms * 1_000) {
+                let from = Micros::new(u32::MAX - fall_us / 2); // the clock wraps on the way
+                let fall = Fall::new(from, fall_us);
+                let mut last = full;
+                for after in 0..=fall_us {
+                    let left = fall.apply(full, from + us(after));
+                    let is_due = after * 2 != fall_us || left.get() <= full.get().div_ceil(2);
+                    assert!(left <= last && is_due, "{full:?}, {fall_us} µs: {after}");
+                    last = left;
+                }
+                assert_eq!(last, Amplitude::ZERO);
+            }
+        }
+    }
+
+    /// Every rise that a wearer may have, with a burst in each window.
+    #[test]
+    fn no_rise_is_quicker_than_the_wearers() {
+        let full = Amplitude::new(100_000);
+        for rise_us in (1..=5_000).map(|ms| ms * 1_000) {
+            let start = Micros::new(u32::MAX - rise_us / 2);
+            let mut rise = Rise::default();
+            let mut last = Amplitude::ZERO;
+            for after in (0..=rise_us).step_by(250) {
+                let now = rise.apply(full, start + us(after), (rise_us, 1));
+                let most = u64::from(full.get()) * u64::from(after) / u64::from(rise_us);
+                assert!(
+                    now >= last && u64::from(now.get()) <= most,
+                    "{rise_us}: {after}"
+                );
+                last = now;
+            }
+            assert_eq!(last, full);
+        }
+    }
 }

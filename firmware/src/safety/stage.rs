@@ -198,3 +198,42 @@ impl Stage {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every amplitude up to full scale and beyond, every code.
+    #[test]
+    fn no_amplitude_becomes_a_code_above_it() {
+        let current = [1_000, 37_777, 99_991, 100_000]
+            .map(|full_scale_ua| StageSpec::Current { full_scale_ua });
+        let load_ohm = 2_000;
+        let voltage =
+            [1_000, 24_000, 60_001, 149_999, 150_000].map(|full_scale_mv| StageSpec::Voltage {
+                full_scale_mv,
+                load_ohm,
+            });
+        for spec in current.into_iter().chain(voltage) {
+            let stage = spec.validate().unwrap();
+            let full = stage.full_scale().get();
+            for asked in 0..=full {
+                let exact = u64::from(asked) * 65_535 / u64::from(full);
+                let code = stage.code(Amplitude::new(asked));
+                assert_eq!(u64::from(code.get()), exact, "{spec:?}: {asked}");
+                assert!(stage.amplitude(code).get() <= asked, "{spec:?}: {asked}");
+            }
+            for beyond in [full + 1, 2 * full, u32::MAX] {
+                let code = stage.code(Amplitude::new(beyond));
+                assert_eq!(code, DacCode::new(65_535), "{spec:?}: {beyond}");
+            }
+            for code in 0..=u16::MAX {
+                let code = DacCode::new(code);
+                assert!(
+                    stage.code(stage.amplitude(code)) <= code,
+                    "{spec:?}: {code:?}"
+                );
+            }
+        }
+    }
+}

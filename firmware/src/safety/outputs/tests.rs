@@ -1,9 +1,10 @@
 //! Plans made wrong on purpose, one way each, and whole trains that are right.
 
 use super::*;
-use crate::pulse::{Burst, Change, GroupSpec, Scheduler, Supply, TrainSpec, WINDOW_US};
+use crate::pulse::{Burst, Change, GroupSpec, Scheduler, Shape, Supply, TrainSpec, WINDOW_US};
 use core::num::NonZeroU16;
 use std::vec::Vec;
+use std::{format, println};
 
 const CODE: DacCode = DacCode::new(1000);
 /// The channel whose width may change.
@@ -262,4 +263,75 @@ fn its_own_memory_is_sealed() {
         });
         assert_eq!(found, Some(Broken::Memory));
     }
+}
+
+/// Every step of two lines, at every place of a pulse and after every time: drive never
+/// follows the opposite drive, no phase has another length, nothing is skipped.
+#[test]
+fn no_step_leads_from_drive_to_opposite_drive() {
+    use OutputState::{Anodic, Cathodic, Grounded, Isolated};
+    const WIDTH: u32 = 200;
+    let parts = [
+        Part::Rest,
+        Part::First,
+        Part::Gap,
+        Part::Second,
+        Part::Discharge,
+    ];
+    let is_driven = |state| matches!(state, Cathodic | Anodic);
+    let (biphasic, monophasic) = (
+        TrainSpec::biphasic(200, 0, 20_000),
+        TrainSpec::monophasic(200, 1_000, 20_000),
+    );
+    let shapes = [
+        (Shape::BiphasicCathodicFirst, biphasic),
+        (Shape::BiphasicAnodicFirst, biphasic),
+        (Shape::MonophasicCathodic, monophasic),
+        (Shape::MonophasicAnodic, monophasic),
+    ];
+    let mut taken = 0;
+    for (shape, spec) in shapes {
+        let expected = expected(TrainSpec { shape, ..spec }).unwrap();
+        let gap_us = u32::from(expected.train.gap_us());
+        let states = [Isolated, Cathodic, Anodic, Grounded];
+        let steps = states.map(|old| states.map(|new| (old, new)));
+        let reached = |part: &Part| match part {
+            Part::Gap | Part::Second => shape.is_biphasic(),
+            Part::Rest | Part::First | Part::Discharge => true,
+        };
+        for part in parts.into_iter().filter(reached) {
+            for (old, new) in steps.into_iter().flatten().filter(|(old, new)| old != new) {
+                for lasted in 0..=2_000 {
+                    let (pulse, burst) = (Micros::new(0), Micros::new(0));
+                    let mut line = Line {
+                        part,
+                        pulse,
+                        burst,
+                        pulses: 1,
+                        ..Line::RESTING
+                    };
+                    line.since = Micros::new(40_000);
+                    let at = line.since + us(lasted);
+                    if line.edge(Some(&expected), at, (old, new)).is_err() {
+                        continue;
+                    }
+                    taken += 1;
+                    let what = format!("{shape:?}, {part:?}: {old:?} to {new:?}, {lasted} µs");
+                    // Where a phase is under way its line says so, or the levels were
+                    // changed behind the account's back.
+                    let drives = matches!(part, Part::First | Part::Second);
+                    assert!(!(drives && is_driven(new)), "{what}");
+                    assert!(!drives || lasted == WIDTH, "{what}");
+                    assert!(
+                        part != Part::Gap || lasted == gap_us && gap_us >= 5,
+                        "{what}"
+                    );
+                    assert!(part != Part::Gap || line.part == Part::Second, "{what}");
+                    assert!(!is_driven(new) || line.is_pulsing(), "{what}");
+                }
+            }
+        }
+    }
+    println!("{taken} steps taken");
+    assert!(taken > 0);
 }
