@@ -32,6 +32,59 @@ fn refused_arming_leaves_nothing_behind() {
     assert_eq!(desk.state(), State::Stimulating);
 }
 
+/// Whoever connects, configures, asks for the most and starts, but does not arm: not an
+/// edge, not a level of a comparator, no state but Idle; whatever the key and the stop.
+#[test]
+fn nothing_is_put_out_before_an_arm_order() {
+    let orders = || {
+        let mask = 0b11;
+        let widths = Default::default();
+        let values = [Amplitude::new(20_000); 2].into_iter().collect();
+        [
+            Request::Start,
+            Request::Wearer(wearer()),
+            Request::Channel {
+                channel: 0,
+                spec: channel(PLAIN),
+            },
+            Request::Channel {
+                channel: 1,
+                spec: channel(MONO),
+            },
+            Request::Start,
+            Request::Amplitudes {
+                mask,
+                values,
+                widths,
+            },
+            angle(4_500),
+            Request::KeepAlive,
+            Request::Status,
+            Request::SimulateTrigger,
+            Request::Stop,
+            Request::Acknowledge,
+            Request::Start,
+        ]
+    };
+    for closed in [false, true] {
+        let mut desk = Desk::open(BOOT);
+        (desk.sensors.arm, desk.sensors.hand_stop) = (closed, closed);
+        let mut taken = 0;
+        for _ in 0..3 {
+            desk.hello();
+            for request in orders() {
+                taken += usize::from(desk.answer(request).is_ok());
+                desk.wait(5_000);
+                assert_eq!(desk.state(), State::Idle);
+            }
+        }
+        assert!(taken > 10, "{taken} orders taken");
+        let driven = |levels: &Levels| *levels != Levels::ISOLATED;
+        assert!(!desk.record.levels.iter().any(|(_, it)| driven(it)));
+        assert_eq!((&*desk.record.dac, &*desk.record.trips), (&[][..], &[][..]));
+    }
+}
+
 /// The banks' comparators get 1.25 times the limit, before anything is driven and at no
 /// other time: code 65 535 is 125 mA.
 #[test]
