@@ -1,5 +1,6 @@
 //! The state of all output lines at one instant, in one word.
 
+use serde::Serialize;
 use std::fmt;
 use std::str::FromStr;
 
@@ -75,7 +76,7 @@ impl FromStr for State {
 
 /// All output lines: bits 2i and 2i+1 hold the [`State`] of channel i (from 0),
 /// bit 20 the sync output. The remaining bits are zero.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
 #[repr(transparent)]
 pub struct Levels(pub u32);
 

@@ -1,9 +1,10 @@
 //! The recorder, and 32-bit device time made monotonic.
 
 use super::levels::{CHANNELS, Levels};
+use serde::Serialize;
 
 /// One write to a channel's amplitude DAC.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct DacWrite {
     /// When the output changes, unwrapped microseconds.
     pub t_us: u64,
@@ -14,7 +15,7 @@ pub struct DacWrite {
 }
 
 /// One write of the level at which a bank's comparators trip.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct TripWrite {
     /// When it changes, unwrapped microseconds.
     pub t_us: u64,
@@ -29,7 +30,7 @@ pub struct TripWrite {
 /// All lists are in order of time. Before the first entry all channels are
 /// isolated, all amplitudes are zero, and no bank's comparators have a level. A line change and a DAC write in the same
 /// microsecond count in that order.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Trace {
     /// Time in unwrapped microseconds, and the lines from then on.
     pub levels: Vec<(u64, Levels)>,

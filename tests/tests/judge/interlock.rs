@@ -1,8 +1,8 @@
 //! One line that breaks, at any moment: hardware.md's stage logic ends in
 //! isolation, four states of two lines do not.
 
-use super::super::*;
 use super::scene::{Anodic, Cathodic, Grounded, Scene, Stretch, biphasic, monophasic};
+use hal_sim::trace::judge::{Cause, Line, Pump, StageLogic, Stuck};
 
 /// What a channel does each 20 ms.
 fn trains() -> [(&'static str, Vec<Stretch>); 7] {
@@ -59,7 +59,7 @@ fn faults() -> impl Iterator<Item = Stuck> {
 fn one_broken_line_is_never_severe_with_the_interlock() {
     for (name, pulse) in trains() {
         for stuck in faults() {
-            let verdict = scene(&pulse, stuck, StageLogic::Interlocked).verdict();
+            let verdict = scene(&pulse, stuck, StageLogic::Interlocked).judged_once();
             let account = verdict.as_built;
             assert_eq!(account.findings, [], "{name}, {stuck:?}");
             assert!(account.truncated.len() <= 1, "{name}, {stuck:?}");
@@ -89,7 +89,7 @@ fn one_broken_line_is_severe_without_it() {
             let of_it = faults().filter(|stuck| (stuck.line, stuck.high) == (line, high));
             let mut rules: Vec<_> = of_it
                 .flat_map(|stuck| {
-                    let verdict = scene(&pulse, stuck, StageLogic::TwoBit).verdict();
+                    let verdict = scene(&pulse, stuck, StageLogic::TwoBit).judged_once();
                     verdict.as_built.findings.into_iter().map(|f| f.rule.name())
                 })
                 .collect();

@@ -1,10 +1,21 @@
 //! What shipped sessions come to at the electrode: nothing severe, and no stage's
-//! interlock in their way.
+//! interlock in their way. And that the judge can be relied on: each rule with a trace
+//! made wrong on purpose, each line that breaks, and a second judge in another language.
 
+mod drawn;
+mod interlock;
+mod rules;
+mod scene;
+mod second;
+
+use crate::chip_faults::{Bench, TWO_WINDOWS_US};
 use firmware::lockstep::Sensors;
 use firmware::units::Micros;
-use hal_sim::trace::judge::{Pump, judge};
+use hal_sim::chip::cpu::{Bus, Size};
+use hal_sim::trace::judge::{Channel, Fault, Line, Pump, Quiet, Stage, Stuck, Truth, judge};
+use hal_sim::trace::{Levels, State};
 use host_core::run::{DeviceName, SessionFile, power_on, simulated};
+use second::both;
 use std::sync::{Arc, Mutex};
 use studies::faults::declared_truth;
 use tests::desk::{flashed, load, play, play_on, shipped_in};
@@ -20,7 +31,7 @@ fn shipped_sessions_are_not_severe() {
         let name = path.display();
         let mut truth = declared_truth(&file.session, &played.loads);
         // The native simulator has no pump pin.
-        let verdict = judge(&played.trace, &Pump::Throughout, &truth, played.end_us);
+        let verdict = both(&played.trace, &Pump::Throughout, &truth, played.end_us);
         let told: Vec<_> = verdict
             .as_built
             .findings
@@ -65,10 +76,66 @@ fn the_chips_own_play_is_not_severe() {
         let supplied_us: u64 = runs.iter().map(|(first, last)| last - first).sum();
         assert!(supplied_us > 1_000_000, "{name}: {runs:?}");
         let truth = declared_truth(&file.session, &played.loads);
-        let verdict = judge(&played.trace, &pump, &truth, played.end_us);
+        let verdict = both(&played.trace, &pump, &truth, played.end_us);
         let found = &verdict.as_built.findings;
         assert!(found.is_empty(), "{name}: {found:?}");
         assert_eq!(verdict.as_built.latched, [], "{name}");
         assert!(played.trace.levels.len() > 500, "{name}");
+    }
+}
+
+/// A board that breaks in a pulse: what it puts out from there to its isolation, and
+/// after that.
+#[test]
+fn what_a_broken_chip_puts_out_is_judged_alike() {
+    /// DMA2's stream 2, which erases port B's tape.
+    const STREAM_2: u32 = 0x4002_6410 + 0x18 * 2;
+    const NOTHING: &str = "nothing";
+    const LINE: &str = "a line breaks on its way to its stage";
+    let (bench, at) = Bench::in_a_pulse();
+    let breaks: [(&str, fn(&mut Bench)); 4] = [
+        (NOTHING, |_| ()),
+        ("the tape slips", |it| {
+            let (soc, cycle) = (&mut it.board.around.soc, it.board.cpu.cycle);
+            let on = soc.read(STREAM_2, Size::Word, cycle).unwrap().value;
+            soc.write(STREAM_2, Size::Word, on & !1, cycle).unwrap();
+        }),
+        ("interrupts masked", |it| {
+            it.board.cpu.registers.primask = true
+        }),
+        (LINE, |it| {
+            it.board.around.broken = Levels(State::Anodic as u32);
+        }),
+    ];
+    for (what, break_it) in breaks {
+        let mut bench = bench.clone();
+        break_it(&mut bench);
+        bench.run_us(40_000);
+        let mut truth = Truth::default();
+        let stage = Stage::Current {
+            full_scale_ma: 24.0,
+        };
+        for channel in [0, 5] {
+            let ohm = f64::from(Sensors::default().load_ohm[channel]);
+            truth.channels[channel] = Channel::steady(stage, ohm, 18.0, 201);
+        }
+        if what == LINE {
+            truth.stuck.push(Stuck {
+                channel: 0,
+                line: Line::Anodic,
+                high: false,
+                from_us: at,
+            });
+        } else if what != NOTHING {
+            truth.faults.push(Fault { t_us: at });
+            let (from_us, until_us) = (at + TWO_WINDOWS_US, u64::MAX);
+            truth.quiet.push(Quiet { from_us, until_us });
+        }
+        let pump = bench.board.around.pump().clone();
+        let end_us = bench.board.now_us();
+        let account = both(&bench.record.trace, &pump, &truth, end_us).as_built;
+        println!("{what}: {:?}, {:?}", account.truncated, account.latched);
+        assert_eq!(account.findings, [], "{what}");
+        assert_eq!(account.latched.len(), usize::from(what == LINE), "{what}");
     }
 }

@@ -1,7 +1,9 @@
 //! Each rule finds the trace that breaks it, and nothing else does.
 
-use super::super::*;
 use super::scene::{Anodic, CODE, Cathodic, Grounded, Scene, biphasic, monophasic};
+use super::second::both;
+use hal_sim::trace::judge::{Cause, Channel, Fault, Latched, Pump, Quiet, Rule, Stage, judge};
+use hal_sim::trace::{CHANNELS, Levels, Trace};
 
 const NONE: [Vec<Rule>; 2] = [Vec::new(), Vec::new()];
 
@@ -99,7 +101,7 @@ fn a_banks_comparator_ends_what_is_above_its_level_after_10_us() {
     for (bank, level_ma, latches) in [(0, 18.75, true), (0, 36.1, false), (1, 18.75, false)] {
         let mut trace = scene.trace();
         trace.record_trip(0, bank, (level_ma / 125.0 * 65_535.0) as u16);
-        let verdict = judge(&trace, &scene.pump, &scene.truth, scene.end_us);
+        let verdict = both(&trace, &scene.pump, &scene.truth, scene.end_us);
         let latched = Latched {
             t_us: 10_010,
             channel: 0,
@@ -118,7 +120,7 @@ fn a_banks_comparator_ends_what_is_above_its_level_after_10_us() {
     let mut trace = scene.trace();
     trace.record_trip(0, 0, 9_831); // 18.75 mA
     trace.record_dac(10_100, 0, 3 * CODE);
-    let verdict = judge(&trace, &scene.pump, &scene.truth, scene.end_us);
+    let verdict = both(&trace, &scene.pump, &scene.truth, scene.end_us);
     assert_eq!(verdict.as_built.latched[0].t_us, 10_110);
 }
 

@@ -1,18 +1,19 @@
 //! A right trace of one channel, and the means to spoil it.
 
-use super::super::*;
-use crate::trace::{Levels, State};
+use super::second::both;
+use hal_sim::trace::judge::{Channel, Pump, Rule, Stage, Truth, Verdict, judge};
+use hal_sim::trace::{Levels, State, Trace};
 
-pub(super) use State::{Anodic, Cathodic, Grounded};
+pub use State::{Anodic, Cathodic, Grounded};
 
 /// Code of 12 mA on a stage of 100 mA.
-pub(super) const CODE: u16 = 7_864;
+pub const CODE: u16 = 7_864;
 
 /// Start, end, state.
-pub(super) type Stretch = (u64, u64, State);
+pub type Stretch = (u64, u64, State);
 
 /// One channel under construction, isolated elsewhere.
-pub(super) struct Scene {
+pub struct Scene {
     pub stretches: Vec<Stretch>,
     pub code: u16,
     pub truth: Truth,
@@ -61,7 +62,13 @@ impl Scene {
         trace
     }
 
+    /// By both judges.
     pub fn verdict(&self) -> Verdict {
+        both(&self.trace(), &self.pump, &self.truth, self.end_us)
+    }
+
+    /// By `hal_sim`'s alone: of thousands, or of a logic that only it knows.
+    pub fn judged_once(&self) -> Verdict {
         judge(&self.trace(), &self.pump, &self.truth, self.end_us)
     }
 
@@ -76,12 +83,12 @@ impl Scene {
     }
 }
 
-pub(super) const fn biphasic(width_us: u64) -> [Stretch; 2] {
+pub const fn biphasic(width_us: u64) -> [Stretch; 2] {
     let second = width_us + 5;
     [(0, width_us, Cathodic), (second, second + width_us, Anodic)]
 }
 
-pub(super) const fn monophasic(width_us: u64, ground_us: u64) -> [Stretch; 2] {
+pub const fn monophasic(width_us: u64, ground_us: u64) -> [Stretch; 2] {
     let grounded = (width_us, width_us + ground_us, Grounded);
     [(0, width_us, Cathodic), grounded]
 }

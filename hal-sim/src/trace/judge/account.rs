@@ -1,10 +1,11 @@
 //! The rules, and what was found of them.
 
 use super::stage::Cause;
+use serde::Serialize;
 use std::fmt;
 
 /// What is severe, each judged at the electrode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum Rule {
     /// A phase longer than any command may be, 500 µs, which no fault cut off.
     CommandedPhase,
@@ -51,7 +52,7 @@ impl Rule {
 }
 
 /// One rule broken at one electrode, once or often.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Finding {
     /// Which rule.
     pub rule: Rule,
@@ -82,7 +83,7 @@ impl fmt::Display for Finding {
 
 /// The pulse that a fault cut off or held: excused, and counted in no direct
 /// current.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Truncated {
     /// When it began, µs.
     pub t_us: u64,
@@ -93,7 +94,7 @@ pub struct Truncated {
 }
 
 /// A stage isolated itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Latched {
     /// When, µs.
     pub t_us: u64,
@@ -104,7 +105,7 @@ pub struct Latched {
 }
 
 /// Everything that ten electrodes saw.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Account {
     /// What is severe, by time, channel and rule; one entry a channel and rule.
     pub findings: Vec<Finding>,

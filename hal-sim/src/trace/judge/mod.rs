@@ -14,8 +14,6 @@ mod circuit;
 mod direct;
 mod electrode;
 mod stage;
-#[cfg(test)]
-mod tests;
 mod truth;
 
 pub use account::{Account, Finding, Latched, Rule, Truncated};
@@ -25,9 +23,10 @@ pub use truth::{Channel, Fault, Hardware, Line, Pump, Quiet, Stage, StageLogic, 
 use super::levels::{CHANNELS, Levels, State};
 use super::record::Trace;
 use electrode::Electrode;
+use serde::Serialize;
 
 /// What a recording came to.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
     /// With everything that docs/hardware.md asks of a stage.
     pub as_built: Account,

@@ -3,6 +3,7 @@
 
 use super::truth::{Hardware, StageLogic};
 use crate::trace::levels::State;
+use serde::Serialize;
 
 /// Grounding this long gives the charge of one phase a way back, µs: less than
 /// the 1 ms that the firmware grounds at least (hardware.md, The stage's logic).
@@ -11,7 +12,7 @@ const GIVEN_BACK_US: u64 = 900;
 const EQUAL_US: i64 = 2;
 
 /// Why a stage latched: isolated, until the pump has been off for 10 ms.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Cause {
     /// More current than its comparator allows.
     OverCurrent,

@@ -2,9 +2,10 @@
 
 use super::Event;
 use crate::trace::levels::{CHANNELS, Levels};
+use serde::Serialize;
 
 /// What an output stage is, and what DAC code 65 535 makes it drive.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Stage {
     /// Sets the current, as far as its compliance allows.
     Current {
@@ -19,7 +20,7 @@ pub enum Stage {
 }
 
 /// One channel: its stage, its electrode, what its wearer may get.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Channel {
     /// The stage on the board, which a setup may declare otherwise.
     pub stage: Stage,
@@ -72,7 +73,7 @@ impl Channel {
 }
 
 /// Which logic a stage has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum StageLogic {
     /// hardware.md's: a direction is not driven again before the other direction
     /// or grounding gave back what it left, and what its one-shot ends is latched.
@@ -84,7 +85,7 @@ pub enum StageLogic {
 }
 
 /// The analogue part of every stage: docs/hardware.md, What each stage must do.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Hardware {
     /// What the stage makes of its two lines.
     pub logic: StageLogic,
@@ -128,7 +129,7 @@ impl Hardware {
 }
 
 /// One of a channel's two lines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Line {
     /// `c`.
     Cathodic,
@@ -138,7 +139,7 @@ pub enum Line {
 
 /// A line that no longer arrives at its stage as the pin has it; a fault of
 /// its channel from then on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Stuck {
     /// Channel, 0…9.
     pub channel: u8,
@@ -152,7 +153,7 @@ pub struct Stuck {
 
 /// Something that broke: each channel's first pulse after it that is cut or held
 /// is excused, once, up to 650 µs and 65 µC, and listed ([`super::Truncated`]).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Fault {
     /// When, µs.
     pub t_us: u64,
@@ -160,7 +161,7 @@ pub struct Fault {
 
 /// A stretch of time in which nothing may be driven, because a stop, a silent
 /// host or a fault came before it by its deadline.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Quiet {
     /// The deadline, µs.
     pub from_us: u64,
@@ -169,7 +170,7 @@ pub struct Quiet {
 }
 
 /// Everything the judge takes for true.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Truth {
     /// By channel.
     pub channels: [Channel; CHANNELS],
@@ -222,7 +223,7 @@ impl Truth {
 }
 
 /// When PB10 toggled.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub enum Pump {
     /// All the time: of a recording that does not have it. Assumed, not seen.
     Throughout,

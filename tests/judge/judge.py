@@ -1,0 +1,234 @@
+#!/usr/bin/env python3
+"""A second judge of what came out at the electrodes.
+
+Written from docs/faults.md (What is severe) and docs/hardware.md (What each stage must
+do, The stage's logic, Pump and over-current, The banks' comparators) beside
+`hal_sim::trace::judge`, to find mistakes of either. It goes another way: first the whole
+course of a channel (course.py) by small steps where the other one solves exponentials,
+then the rules on that course, where the other one does both at once.
+
+Reads one case a line from standard input, a JSON object {trace, pump, truth, end_us} as
+the Rust types of these names are written by serde, and prints one verdict a line:
+{as_built, bare}, each {findings, truncated, latched, direct_ua}. Standard library only.
+"""
+
+import json
+import math
+import sys
+from dataclasses import dataclass, field
+
+from course import GIVES_BACK_US, Stage
+
+CHANNELS = 10
+SECOND_US = 1_000_000
+COMMANDED_US = 500  # longest phase that may be commanded
+ANY_US = 650  # longest phase at all
+LONGEST_GAP_US = 200  # between the phases of one pulse
+ALONE_US = 5_000  # a phase without a second one by then has none
+CURRENT_MARGIN = 1.05
+DIRECT_UA = 1.0
+TRUNCATED_UC = 65.0
+BALANCED = 0.05  # of the greater phase
+
+
+@dataclass
+class Account:
+    """What is found at one electrode."""
+
+    channel: int
+    findings: dict = field(default_factory=dict)
+    truncated: list = field(default_factory=list)
+    direct_ua: float = 0.0
+
+    def find(self, rule, t_us, amount, limit):
+        known = self.findings.get(rule)
+        if known is None:
+            self.findings[rule] = {"rule": rule, "channel": self.channel, "t_us": t_us,
+                                   "amount": amount, "limit": limit, "count": 1}
+            return
+        known["count"] += 1
+        if amount > known["amount"]:
+            known["amount"], known["limit"] = amount, limit
+
+
+# The rules, on the finished course.
+
+
+@dataclass
+class Pulse:
+    """One or two phases that belong together."""
+
+    start_us: int
+    end_us: int
+    sign: int
+    phases: int = 1
+    net: float = 0.0
+    greatest: float = 0.0
+    is_long: bool = False
+
+
+class Rules:
+    """Goes through the course of one channel once."""
+
+    def __init__(self, case, stage):
+        self.case, self.stage, self.account = case, stage, Account(stage.channel)
+        self.of = case["truth"]["channels"][stage.channel]
+        stuck = case["truth"]["stuck"]
+        self.faults = sorted(
+            [f["t_us"] for f in case["truth"]["faults"]]
+            + [s["from_us"] for s in stuck if s["channel"] == stage.channel])
+        self.pulse, self.ungrounded_us = None, 0
+        self.begun_us, self.samples = [], []
+        # Up to span `at` and `sum_us` inside it: what passed and lies apart, C.
+        self.at, self.sum_us, self.passed, self.apart = 0, 0, 0.0, 0.0
+        for span in stage.spans:
+            limit = CURRENT_MARGIN * self.of["limit_ma"]
+            if span.peak_ma > limit:
+                self.account.find("Current", span.start_us, span.peak_ma, limit)
+        end_us = case["end_us"]
+        for kind, start_us, to_us, sign, charge in self.course():
+            self.rest(start_us)
+            if kind == "phase":
+                self.phase(start_us, to_us, sign, charge)
+            elif to_us < end_us:
+                self.ungrounded_us = to_us
+                if to_us - start_us >= GIVES_BACK_US:
+                    if self.pulse:
+                        self.pulse.net = 0.0
+                    self.end_pulse(to_us)
+        last = stage.spans[-1] if stage.spans else None
+        if last and not last.grounded and not last.sign:
+            self.rest(end_us)
+
+    def course(self):
+        """Phases and groundings: spans without a pause between them, joined."""
+        joined = []
+        for span in self.stage.spans:
+            kind = "phase" if span.sign else "ground" if span.grounded else None
+            if not kind:
+                continue
+            last = joined[-1] if joined else None
+            if last and last[:2] == [kind, span.sign] and last[3] == span.start_us:
+                last[3], last[4] = span.end_us, last[4] + span.charge
+            else:
+                joined.append([kind, span.sign, span.start_us, span.end_us, span.charge])
+        return [(kind, a, b, sign, charge) for kind, sign, a, b, charge in joined]
+
+    def rest(self, until_us):
+        """Ends the pulse that is over by then, though nothing follows."""
+        if self.pulse:
+            wait_us = ALONE_US if self.pulse.phases == 1 else LONGEST_GAP_US + 1
+            due_us = max(self.pulse.end_us, self.ungrounded_us) + wait_us
+            if due_us <= until_us:
+                self.end_pulse(due_us)
+
+    def phase(self, start_us, end_us, sign, charge):
+        pulse = self.pulse
+        if (pulse and pulse.phases == 1 and pulse.sign != sign
+                and start_us - pulse.start_us <= COMMANDED_US + LONGEST_GAP_US):
+            pulse.phases = 2
+        else:
+            self.end_pulse(start_us)
+            pulse = self.pulse = Pulse(start_us, start_us, sign)
+            self.begun_us = [t for t in self.begun_us if t > start_us - SECOND_US]
+            self.begun_us.append(start_us)
+            if len(self.begun_us) > self.of["pulses_per_s"]:
+                self.account.find("Rate", start_us, len(self.begun_us),
+                                  self.of["pulses_per_s"])
+        lasted_us = end_us - start_us
+        if lasted_us > ANY_US:
+            self.account.find("AnyPhase", start_us, lasted_us, ANY_US)
+        elif lasted_us > COMMANDED_US and not self.has_fault_by(end_us):
+            self.account.find("CommandedPhase", start_us, lasted_us, COMMANDED_US)
+        for quiet in self.case["truth"]["quiet"]:
+            late_us, last_us = max(start_us, quiet["from_us"]), min(end_us, quiet["until_us"])
+            if late_us < last_us:
+                self.account.find("PastDeadline", late_us, last_us - quiet["from_us"], 0)
+        pulse.end_us = end_us
+        pulse.net += charge
+        pulse.greatest = max(pulse.greatest, abs(charge))
+        pulse.is_long |= lasted_us > COMMANDED_US
+
+    def has_fault_by(self, t_us):
+        return bool(self.faults) and self.faults[0] <= t_us
+
+    def end_pulse(self, t_us):
+        pulse, self.pulse = self.pulse, None
+        if not pulse:
+            return
+        volts = self.sum_up(t_us)
+        is_cut = abs(pulse.net) > BALANCED * pulse.greatest
+        if is_cut and self.stage.is_built:
+            self.apart += pulse.net
+        if self.has_fault_by(t_us) and (is_cut or pulse.is_long):
+            self.faults.pop(0)
+            self.passed -= pulse.net
+            self.account.truncated.append(
+                {"t_us": pulse.start_us, "channel": self.account.channel,
+                 "charge_uc": 1e6 * pulse.net})
+            if abs(1e6 * pulse.net) > TRUNCATED_UC:
+                self.account.find("TruncatedCharge", pulse.start_us,
+                                  abs(1e6 * pulse.net), TRUNCATED_UC)
+        held = 0.0
+        if self.stage.is_built:
+            held = self.stage.hardware["capacitor_f"] * volts - self.apart
+        self.direct(t_us, held)
+
+    def sum_up(self, t_us):
+        """Counts what passed up to `t_us`; the capacitor's voltage there."""
+        spans, volts = self.stage.spans, 0.0
+        while self.at < len(spans) and spans[self.at].start_us < t_us:
+            span = spans[self.at]
+            if span.end_us > t_us:  # at rest: only the bleed has worked
+                kept = math.exp(-1e-6 * (t_us - self.sum_us) / self.stage.bleeds_s())
+                self.apart *= kept if self.stage.is_built else 1.0
+                self.sum_us = t_us
+                since_s = 1e-6 * (t_us - span.start_us)
+                return span.volts * math.exp(-since_s / self.stage.bleeds_s())
+            if self.sum_us > span.start_us:
+                kept = math.exp(-1e-6 * (span.end_us - self.sum_us) / self.stage.bleeds_s())
+                self.apart *= kept if self.stage.is_built else 1.0
+            else:
+                self.passed += span.charge - self.apart * span.returned
+                self.apart *= span.left
+            self.sum_us, volts = span.end_us, span.end_volts
+            self.at += 1
+        return volts if self.at == 0 else spans[self.at - 1].end_volts
+
+    def direct(self, t_us, held):
+        """The charge of the second before `t_us`, less what comes back of it."""
+        from_us = max(0, t_us - SECOND_US)
+        before = [s for s in self.samples if s[0] <= from_us]
+        then_us, then_passed, then_held = before[-1] if before else (0, 0.0, 0.0)
+        keeps = 1.0
+        if self.stage.is_built:
+            keeps = math.exp(-1e-6 * (from_us - then_us) / self.stage.bleeds_s())
+        amperes = self.passed - then_passed - (held - then_held * keeps)
+        self.samples = before[-1:] + [s for s in self.samples if s[0] > from_us]
+        self.samples.append((t_us, self.passed, held))
+        self.account.direct_ua = 1e6 * amperes
+        if abs(1e6 * amperes) > DIRECT_UA:
+            self.account.find("DirectCurrent", t_us, abs(1e6 * amperes), DIRECT_UA)
+
+
+def judged(case, is_built):
+    """The account of all electrodes."""
+    stages = [Stage(case, channel, is_built) for channel in range(CHANNELS)]
+    accounts = [Rules(case, stage).account for stage in stages]
+    return {
+        "findings": [f for a in accounts for f in a.findings.values()],
+        "truncated": [t for a in accounts for t in a.truncated],
+        "latched": [entry for stage in stages for entry in stage.latched],
+        "direct_ua": [a.direct_ua for a in accounts],
+    }
+
+
+def main():
+    for line in sys.stdin:
+        case = json.loads(line)
+        verdict = {"as_built": judged(case, True), "bare": judged(case, False)}
+        print(json.dumps(verdict), flush=True)
+
+
+if __name__ == "__main__":
+    main()

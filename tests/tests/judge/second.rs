@@ -1,0 +1,152 @@
+//! Two judges, written apart and in two languages, hear the same cases: `hal_sim`'s and
+//! tests/judge/judge.py. Where they differ, one of them is wrong.
+
+use super::scene::Scene;
+use hal_sim::trace::Trace;
+use hal_sim::trace::judge::{Account, Finding, Pump, Truth, Verdict, judge};
+use serde_json::{Value, json};
+use std::io::{ErrorKind, Write};
+use std::process::{Command, Stdio};
+
+const PROGRAM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/judge/judge.py");
+/// What amounts of the two may differ by, as a part, and at least so much in their unit:
+/// small steps against exponentials, 3·10⁻⁶ at most as far as seen.
+const ALIKE: f64 = 1e-4;
+
+/// What `hal_sim` judges, which the other judge must say too.
+///
+/// # Panics
+/// If it does not.
+pub fn both(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Verdict {
+    let verdict = [judge(trace, pump, truth, end_us)];
+    let differ = compare(&[case(trace, pump, truth, end_us)], &verdict);
+    assert!(differ.is_empty(), "{differ:#?}");
+    let [verdict] = verdict;
+    verdict
+}
+
+/// What both judges hear.
+pub fn case(trace: &Trace, pump: &Pump, truth: &Truth, end_us: u64) -> Value {
+    json!({ "trace": trace, "pump": pump, "truth": truth, "end_us": end_us })
+}
+
+/// Where the other judge says otherwise of `cases` than these verdicts.
+pub fn compare(cases: &[Value], verdicts: &[Verdict]) -> Vec<String> {
+    let others = others(cases);
+    assert_eq!(others.len(), verdicts.len());
+    let mut differ = Vec::new();
+    for (index, (verdict, other)) in verdicts.iter().zip(&others).enumerate() {
+        for (name, account) in [("as_built", &verdict.as_built), ("bare", &verdict.bare)] {
+            let found = differences(account, &other[name]);
+            differ.extend(found.iter().map(|it| format!("case {index}, {name}: {it}")));
+        }
+    }
+    differ
+}
+
+/// The verdicts of the judge in Python.
+fn others(cases: &[Value]) -> Vec<Value> {
+    let python = Command::new("python3")
+        .arg("-B") // leaves no compiled file beside the program
+        .arg(PROGRAM)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn();
+    let mut python = match python {
+        Ok(python) => python,
+        Err(e) if e.kind() == ErrorKind::NotFound => {
+            panic!("the second judge needs python3, which is not installed: {PROGRAM}")
+        }
+        Err(e) => panic!("python3 cannot be started for {PROGRAM}: {e}"),
+    };
+    let mut input = python.stdin.take().unwrap();
+    let output = std::thread::scope(|scope| {
+        scope.spawn(move || {
+            for case in cases {
+                writeln!(input, "{case}").unwrap();
+            }
+        });
+        python.wait_with_output().unwrap()
+    });
+    assert!(
+        output.status.success(),
+        "the second judge gave up, see above"
+    );
+    let verdicts = serde_json::Deserializer::from_slice(&output.stdout).into_iter();
+    verdicts.map(Result::unwrap).collect()
+}
+
+/// Where `said` is not what `account` holds, rule by rule.
+fn differences(account: &Account, said: &Value) -> Vec<String> {
+    let mut differs = Vec::new();
+    let mut hold = |what: &str, mine: Vec<Value>, key: &dyn Fn(&Value) -> Value, amount: &str| {
+        let mut others = said[what].as_array().unwrap().clone();
+        for mine in mine {
+            let place = others.iter().position(|it| key(it) == key(&mine));
+            match place.map(|place| others.remove(place)) {
+                Some(it) if is_alike(&mine[amount], &it[amount]) => {}
+                other => differs.push(format!("{what}: {mine}, the other judge {other:?}")),
+            }
+        }
+        differs.extend(
+            others
+                .iter()
+                .map(|it| format!("{what}: only the other judge: {it}")),
+        );
+    };
+    let of = |it: &Value, keys: &[&str]| json!(keys.iter().map(|k| &it[*k]).collect::<Vec<_>>());
+    let findings = account.findings.iter().map(|it| json!(it)).collect();
+    hold(
+        "findings",
+        findings,
+        &|it| of(it, &["rule", "channel", "t_us", "count"]),
+        "amount",
+    );
+    let truncated = account.truncated.iter().map(|it| json!(it)).collect();
+    hold(
+        "truncated",
+        truncated,
+        &|it| of(it, &["channel", "t_us"]),
+        "charge_uc",
+    );
+    let latched = account.latched.iter().map(|it| json!(it)).collect();
+    hold("latched", latched, &|it| it.clone(), "");
+    let direct = said["direct_ua"].as_array().unwrap();
+    for (channel, (mine, other)) in account.direct_ua.iter().zip(direct).enumerate() {
+        if !is_alike(&json!(mine), other) {
+            differs.push(format!(
+                "direct current of channel {channel}: {mine}, {other}"
+            ));
+        }
+    }
+    differs
+}
+
+fn is_alike(a: &Value, b: &Value) -> bool {
+    match (a.as_f64(), b.as_f64()) {
+        (Some(a), Some(b)) => (a - b).abs() <= ALIKE * a.abs().max(b.abs()).max(1.0),
+        _ => a == b,
+    }
+}
+
+/// A comparison that finds no difference proves nothing unless it can find one.
+#[test]
+fn a_judge_that_errs_is_told() {
+    let scene = Scene::biphasic(60, 501);
+    let heard = case(&scene.trace(), &scene.pump, &scene.truth, scene.end_us);
+    let said = others(&[heard]).remove(0);
+    let account = scene.judged_once().as_built;
+    assert_eq!(differences(&account, &said["as_built"]), [""; 0]);
+    let err = |account: &dyn Fn(&mut Account)| {
+        let mut wrong = scene.judged_once().as_built;
+        account(&mut wrong);
+        differences(&wrong, &said["as_built"]).len()
+    };
+    assert_eq!(err(&|it| it.findings.clear()), 1);
+    let first = |change: &dyn Fn(&mut Finding)| err(&|it| change(&mut it.findings[0]));
+    // One that is not found, and one that the other does not find.
+    assert_eq!(first(&|it| it.count += 1), 2);
+    assert_eq!(first(&|it| it.t_us += 1), 2);
+    assert_eq!(first(&|it| it.amount *= 1.001), 1);
+    assert_eq!(err(&|it| it.direct_ua[0] += 0.01), 1);
+}
