@@ -1,4 +1,4 @@
-//! What a fresh machine lacks: the chip's target, two components, QEMU.
+//! What a fresh machine lacks: the chip's target, two components, QEMU, Python.
 
 use super::Workspace;
 use super::command::execute;
@@ -7,13 +7,23 @@ use super::image::TARGET;
 use super::report::Report;
 use std::path::Path;
 
-const QEMU: &str = "qemu-system-arm";
+/// Programs of the system: name, package, what it is.
+const PROGRAMS: [[&str; 3]; 2] = [
+    ["qemu-system-arm", "qemu-system-arm", "QEMU for Arm systems"],
+    [
+        "python3",
+        "python3",
+        "runs tests/judge/judge.py, the second judge",
+    ],
+];
 
-/// Three checks: present, or installed now.
+/// One check each: present, or installed now.
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     let mut report = target(at, console).unwrap_or_else(Report::from_error);
     report.add(components(at, console).unwrap_or_else(Report::from_error));
-    report.add(qemu(at, console).unwrap_or_else(Report::from_error));
+    for program in PROGRAMS {
+        report.add(installed(at, console, program).unwrap_or_else(Report::from_error));
+    }
     Ok(report)
 }
 
@@ -44,18 +54,22 @@ fn components(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     Ok(done.report("rustup component add rustfmt clippy"))
 }
 
-fn qemu(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
-    if works(at, console, QEMU, &["--version"]) {
+fn installed(
+    at: &Workspace,
+    console: &mut Console,
+    [program, package, what]: [&str; 3],
+) -> anyhow::Result<Report> {
+    if works(at, console, program, &["--version"]) {
         return Ok(Report::pass());
     }
     let user = execute(at, console, "id", &["-u"]);
     let is_root = user.is_ok_and(|user| user.lines == ["0"]);
     if !is_root || !works(at, console, "apt-get", &["--version"]) {
-        let advice = format!("install {QEMU} (QEMU for Arm systems) with your package manager");
+        let advice = format!("install {program} ({what}) with your package manager");
         return Ok(Report::fail(vec![advice]));
     }
     execute(at, console, "apt-get", &["update"])?; // if it fails, the next line says so
-    let install = ["install", "-y", "--no-install-recommends", QEMU];
+    let install = ["install", "-y", "--no-install-recommends", package];
     let done = execute(at, console, "apt-get", &install)?;
-    Ok(done.report(&format!("apt-get install {QEMU}")))
+    Ok(done.report(&format!("apt-get install {package}")))
 }
