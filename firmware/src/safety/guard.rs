@@ -17,7 +17,7 @@
 //! owes its reading), 10 s after arming, after the host's silence, at the end of the
 //! fall and of the last grounding. Beside these, trains that have all played end
 //! Stimulating in Idle, and a reading may end Checking in Idle or be a fault. Hosts
-//! see Checking as Idle and Grounding as Fault. A test holds this chart to the code.
+//! see Checking as Idle and Grounding as Fault. Tests hold this and docs/states.md to it.
 //!
 //! Time is what the caller says it is: `now` is the start of the window about to be
 //! rendered.

@@ -8,6 +8,8 @@
 //! In: a trace, the pump, a truth. Out: a [`Verdict`], as built
 //! (docs/hardware.md) and bare, without what protects. Time goes from event to
 //! event, exponentials between them are exact.
+//! Its rules to the letter are in docs/faults.md; tests/tests/judge holds them, and
+//! a second judge beside them.
 
 mod account;
 mod circuit;

@@ -2,6 +2,7 @@
 //!
 //! In: the working tree. Out: where a rule is broken, as `file:line`.
 
+mod evidence;
 mod layers;
 mod modules;
 mod source;
@@ -54,9 +55,15 @@ const RULES: [Rule; 7] = [
 /// A rule that needs all files to judge one.
 const NO_FILE_IS_LOST: &str = "every file is part of a program, every test of a suite";
 
+/// Another, of a tree that has the page of safety.
+const EVIDENCE_IS_THERE: &str = "what docs/safety.md names as evidence is there";
+
 /// Every rule on every file under `root`.
 pub(super) fn run(root: &Path) -> anyhow::Result<Report> {
-    Ok(judge(&sources(root)?))
+    let sources = sources(root)?;
+    let mut report = judge(&sources);
+    report.add(told(EVIDENCE_IS_THERE, &evidence::missing(&sources)));
+    Ok(report)
 }
 
 /// Every text file under `root`.
@@ -75,14 +82,7 @@ fn judge(sources: &[Source]) -> Report {
     let lost = (NO_FILE_IS_LOST, modules::lost(sources));
     let wide = [lost].into_iter().chain(layers::judge(sources));
     for (statement, findings) in each.into_iter().chain(wide) {
-        report.add(match findings.is_empty() {
-            true => Report::pass(),
-            false => {
-                let lines = findings.iter().map(|finding| format!("  {finding}"));
-                let what = iter::once(format!("broken: {statement}"));
-                Report::fail(what.chain(lines).collect())
-            }
-        });
+        report.add(told(statement, &findings));
     }
     for source in sources.iter().filter(|s| s.is_rust()) {
         let count = source.text.lines().count();
@@ -92,6 +92,16 @@ fn judge(sources: &[Source]) -> Report {
         }
     }
     report
+}
+
+/// Whether a rule holds, and where not.
+fn told(statement: &str, findings: &[String]) -> Report {
+    if findings.is_empty() {
+        return Report::pass();
+    }
+    let lines = findings.iter().map(|finding| format!("  {finding}"));
+    let what = iter::once(format!("broken: {statement}"));
+    Report::fail(what.chain(lines).collect())
 }
 
 /// Reads every text file below `folder`, in the order of names.

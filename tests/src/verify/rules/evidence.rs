@@ -1,0 +1,177 @@
+//! docs/safety.md names its evidence: each file, command, test and proof on that page is
+//! there.
+
+use super::Findings;
+use super::source::Source;
+use std::collections::BTreeSet;
+
+const PAGE: &str = "docs/safety.md";
+
+/// What the page names and the tree has not.
+pub(super) fn missing(sources: &[Source]) -> Findings {
+    let page = sources.iter().find(|source| source.path == PAGE);
+    let Some(page) = page else {
+        return vec![format!("{PAGE} is gone")];
+    };
+    let (told, list) = page
+        .text
+        .split_once("\n## The proofs\n")
+        .unwrap_or_default();
+    let (proofs, mut found) = proofs(list, sources);
+    if proofs.is_empty() {
+        found.push(format!("{PAGE}: no list of proofs"));
+    }
+    let cited = cited(told);
+    let tell = |what: &str, of: &str| format!("{PAGE}: {of} {what}");
+    found.extend(
+        cited
+            .difference(&proofs)
+            .map(|p| tell("is not in the list", p)),
+    );
+    found.extend(
+        proofs
+            .difference(&cited)
+            .map(|p| tell("is cited nowhere", p)),
+    );
+    let quoted = told.split('`').skip(1).step_by(2);
+    let is_gone = |quoted: &&str| !is_there(quoted, sources);
+    found.extend(quoted.filter(is_gone).map(|it| tell("is not there", it)));
+    found.extend(
+        links(told)
+            .filter(is_gone)
+            .map(|it| tell("is not there", it)),
+    );
+    found
+}
+
+/// The list: lines of a file, and below each those of its proofs, number and test.
+fn proofs(list: &str, sources: &[Source]) -> (BTreeSet<String>, Findings) {
+    let (mut proofs, mut found) = (BTreeSet::new(), Findings::new());
+    let mut file: Option<&Source> = None;
+    for line in list.lines().filter_map(|line| line.strip_prefix("    ")) {
+        let mut words = line.split_whitespace();
+        match (words.next(), words.next()) {
+            (Some(path), None) => {
+                file = sources.iter().find(|source| source.path == path);
+                if file.is_none() {
+                    found.push(format!("{PAGE}: no file {path}"));
+                }
+            }
+            (Some(proof), Some(test)) => {
+                if !file.is_some_and(|file| has_test(file, test)) {
+                    found.push(format!("{PAGE}: {proof}: no test `{test}` in that file"));
+                }
+                if !proofs.insert(proof.to_owned()) {
+                    found.push(format!("{PAGE}: {proof} is there twice"));
+                }
+            }
+            _ => {}
+        }
+    }
+    (proofs, found)
+}
+
+/// Whether `#[test]` stands before a function of this name, attributes and comments
+/// between them.
+fn has_test(file: &Source, test: &str) -> bool {
+    let at = file.code.find(&format!("fn {test}("));
+    at.is_some_and(|at| {
+        let before = file.code[..at].rfind("#[test]");
+        before.is_some_and(|before| !file.code[before..at].contains("fn "))
+    })
+}
+
+/// Every P and number, of a range (`P6–P10`) all.
+fn cited(text: &str) -> BTreeSet<String> {
+    let number = |word: &str| word.strip_prefix('P')?.parse::<u32>().ok();
+    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '–';
+    let words = text.split(|c| !is_part(c));
+    let ranges = words.filter_map(|word| {
+        let (first, last) = word.split_once('–').unwrap_or((word, word));
+        Some(number(first)?..=number(last)?)
+    });
+    ranges
+        .flatten()
+        .map(|number| format!("P{number}"))
+        .collect()
+}
+
+/// Targets of links into the tree, without what they name inside.
+fn links(text: &str) -> impl Iterator<Item = &str> {
+    let targets = text
+        .split("](")
+        .skip(1)
+        .filter_map(|rest| rest.split(')').next());
+    let targets = targets.map(|target| target.split('#').next().unwrap_or_default());
+    targets.filter(|target| !target.is_empty() && !target.contains("://"))
+}
+
+/// A file or folder of the tree or of `docs`, or a command of `flexor`; what has the form
+/// of neither is no name.
+fn is_there(quoted: &str, sources: &[Source]) -> bool {
+    if let Some(rest) = quoted.strip_prefix("flexor ") {
+        let command = rest.split_whitespace().next().unwrap_or_default();
+        let command = command.replace('-', "_");
+        return [".rs", "/"].iter().any(|end| {
+            let path = format!("host-tool/src/cli/{command}{end}");
+            sources.iter().any(|source| source.path.starts_with(&path))
+        });
+    }
+    let is_path = quoted.contains('/') || [".md", ".rs", ".py"].iter().any(|e| quoted.ends_with(e));
+    if !is_path || quoted.contains(' ') {
+        return true;
+    }
+    sources.iter().any(|source| {
+        let inside = |folder: &str| source.path.starts_with(&format!("{folder}/"));
+        source.path == quoted
+            || source.path == format!("docs/{quoted}")
+            || source.path.ends_with(&format!("/{quoted}"))
+            || inside(quoted)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "# Safe\n`a/b.rs`, `a`/`flexor run x`, [b](c.md#d): P1 P2–P3\n\
+                        \n## The proofs\n\n    a/b.rs\n      P1  one\n      P2 two\n      P3 three\n";
+
+    fn found(page: &str) -> Findings {
+        let code = "#[test]\nfn one() {}\n// fn\n#[test]\n#[ignore]\nfn two(a: u8) {}\n\
+                    #[test]\nfn three() {}\nfn four() {}";
+        let files = [
+            (PAGE, page),
+            ("a/b.rs", code),
+            ("docs/c.md", ""),
+            ("host-tool/src/cli/run.rs", ""),
+        ];
+        missing(&files.map(|(path, text)| Source::new(path, text.to_owned())))
+    }
+
+    #[test]
+    fn a_page_that_names_what_is_there_is_good() {
+        assert_eq!(found(GOOD), [""; 0]);
+    }
+
+    #[test]
+    fn whatever_is_not_there_is_told() {
+        for (from, to, says) in [
+            ("`a/b.rs`", "`a/c.rs`", "a/c.rs is not there"),
+            ("flexor run", "flexor ran", "flexor ran x is not there"),
+            ("c.md", "d.md", "d.md is not there"),
+            ("    a/b.rs", "    a/d.rs", "no file a/d.rs"),
+            ("P2 two", "P2 four", "P2: no test `four`"),
+            ("P2 two", "P2 five", "P2: no test `five`"),
+            ("P3 three", "P2 three", "P2 is there twice"),
+            (": P1 ", ": ", "P1 is cited nowhere"),
+            ("P2–P3", "P2–P4", "P4 is not in the list"),
+            ("## The proofs", "## Proofs", "no list of proofs"),
+        ] {
+            assert!(GOOD.contains(from), "{from}");
+            let told = found(&GOOD.replacen(from, to, 1)).join("\n");
+            assert!(told.contains(says), "{from} → {to}: {told}");
+        }
+        assert_eq!(missing(&[]), ["docs/safety.md is gone"]);
+    }
+}
