@@ -322,6 +322,55 @@ mod tests {
         assert_eq!(stored(&wild), unknown(StagesFault::Damaged));
     }
 
+    /// Another table is stored over this one as the board does it, copy after copy, erased
+    /// and then word by word, and the power fails at each step and within it: a sector
+    /// half erased has ones for zeros, a word half programmed has not all its zeros.
+    #[test]
+    fn power_that_fails_at_any_step_of_a_writing_leaves_no_third_table() {
+        let mut other = table();
+        other.stages[0] = Some(VOLTS);
+        let (old, new) = (table().words(UID), other.words(UID));
+        let mut random = 2_020u32;
+        let mut some_ones = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            random >> 16 | random << 16
+        };
+        let (mut copies, mut steps) = ([old; 2], 0);
+        let mut fails = |copies: [&StageWords; 2]| {
+            steps += 1;
+            match Stages::stored(copies, UID) {
+                Stages::Unknown(_) => {}
+                Stages::Stored(it) if it == table() => assert_eq!(copies, [&old; 2]),
+                Stages::Stored(it) if it == other => assert_eq!(copies, [&new; 2]),
+                third => panic!("{third:?} of {copies:x?}"),
+            }
+        };
+        for copy in 0..2 {
+            let mut within = |copies: &[StageWords; 2], words: StageWords| {
+                let mut copies = *copies;
+                copies[copy] = words;
+                fails(copies.each_ref());
+            };
+            for _ in 0..500 {
+                let ones = some_ones();
+                within(&copies, copies[copy].map(|word| word | ones));
+            }
+            copies[copy] = [ERASED; WORDS];
+            within(&copies, copies[copy]);
+            for (at, word) in new.into_iter().enumerate() {
+                for _ in 0..100 {
+                    let mut words = copies[copy];
+                    words[at] = word | some_ones();
+                    within(&copies, words);
+                }
+                copies[copy][at] = word;
+                within(&copies, copies[copy]);
+            }
+        }
+        assert_eq!(copies, [new; 2]);
+        assert_eq!(steps, 2 * (500 + 1 + 101 * WORDS));
+    }
+
     #[test]
     fn a_false_declaration_is_named() {
         let stages = Stages::Stored(table());

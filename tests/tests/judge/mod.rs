@@ -88,12 +88,14 @@ fn the_chips_own_play_is_not_severe() {
 /// after that.
 #[test]
 fn what_a_broken_chip_puts_out_is_judged_alike() {
+    /// What breaks, and how.
+    type Break = (&'static str, fn(&mut Bench));
     /// DMA2's stream 2, which erases port B's tape.
     const STREAM_2: u32 = 0x4002_6410 + 0x18 * 2;
     const NOTHING: &str = "nothing";
     const LINE: &str = "a line breaks on its way to its stage";
     let (bench, at) = Bench::in_a_pulse();
-    let breaks: [(&str, fn(&mut Bench)); 4] = [
+    let breaks: [Break; 4] = [
         (NOTHING, |_| ()),
         ("the tape slips", |it| {
             let (soc, cycle) = (&mut it.board.around.soc, it.board.cpu.cycle);
