@@ -13,7 +13,7 @@ use toml::Value;
 /// Least wearers in whom a claim holds, and in whom it does not, for anything to be
 /// concluded of it (rule of thumb; Peduzzi et al. 1996 ask ten events for each
 /// variable).
-pub(crate) const LEAST_WEARERS: usize = 10;
+pub(super) const LEAST_WEARERS: usize = 10;
 /// Of p, corrected.
 pub(super) const LEVEL: f64 = 0.05;
 
@@ -115,7 +115,7 @@ fn numbers(unit: &Unit) -> Vec<f64> {
 
 /// Each field's numbers, one of each wearer, between those in whom the claim `holds`
 /// and the others. A field that does not vary is left out.
-pub(crate) fn compared(fields: &[(&str, Vec<f64>)], holds: &[bool]) -> Vec<Field> {
+pub(super) fn compared(fields: &[(&str, Vec<f64>)], holds: &[bool]) -> Vec<Field> {
     let one = |(name, numbers): &(&str, Vec<f64>)| {
         let group = |wanted: bool| -> Vec<f64> {
             let own = numbers.iter().zip(holds).filter(|(_, is)| **is == wanted);

@@ -5,7 +5,7 @@ use super::error::RampsError;
 use super::found::{Found, Measured};
 use super::person::is_triceps;
 use super::test::Stimulation;
-use crate::laboratory::{Decided, LEAST_WEARERS, Share, fields_compared};
+use crate::laboratory::{Decided, Judged, Share};
 
 /// Co-contraction as the paper has it, parts of the triceps' torque (section 3.4).
 const CO_CONTRACTION: [f64; 2] = [0.25, 0.5];
@@ -76,14 +76,7 @@ pub fn co_contraction(declared: &Declared, found: &Found) -> Option<f64> {
 /// # Errors
 /// E690: a claim that nobody judges.
 pub fn shares(declared: &Declared, all: &[Found]) -> Result<Vec<Share>, RampsError> {
-    let one = |claim: &super::declared::Claim| {
-        let judged = verdicts(declared, all, &claim.id)?;
-        let known: Vec<bool> = judged.into_iter().flatten().collect();
-        let holds = known.iter().filter(|it| **it).count() as u64;
-        let counts = (holds, known.len() as u64);
-        let (id, says) = (claim.id.clone(), claim.says.clone());
-        Ok(Share::counted(id, says, claim.paper, counts))
-    };
+    let one = |claim: &Judged| Ok(claim.share(&verdicts(declared, all, &claim.id)?));
     declared.claims.iter().map(one).collect()
 }
 
@@ -92,33 +85,10 @@ pub fn shares(declared: &Declared, all: &[Found]) -> Result<Vec<Share>, RampsErr
 /// # Errors
 /// E690: a claim that nobody judges.
 pub fn decided(declared: &Declared, all: &[Found]) -> Result<Vec<Decided>, RampsError> {
-    let one = |claim: &super::declared::Claim| {
-        let judged = verdicts(declared, all, &claim.id)?;
-        let known: Vec<(bool, &Found)> = (judged.into_iter().zip(all))
-            .filter_map(|(verdict, found)| Some((verdict?, found)))
-            .collect();
-        let holds: Vec<bool> = known.iter().map(|it| it.0).collect();
-        let of = |wanted: bool| holds.iter().filter(|it| **it == wanted).count();
-        let fields = declared.ranges.iter().enumerate().map(|(place, range)| {
-            let own = known
-                .iter()
-                .filter_map(|(_, found)| found.person.drawn.get(place));
-            (&*range.field, own.copied().collect())
-        });
-        let fields: Vec<(&str, Vec<f64>)> = fields.collect();
-        let enough = of(true).min(of(false)) >= LEAST_WEARERS;
-        Ok(Decided {
-            id: claim.id.clone(),
-            claim: claim.says.clone(),
-            holds: of(true),
-            fails: of(false),
-            enough,
-            fields: if enough {
-                fields_compared(&fields, &holds)
-            } else {
-                Vec::new()
-            },
-        })
+    let drawn: Vec<&[f64]> = all.iter().map(|it| &*it.person.drawn).collect();
+    let one = |claim: &Judged| {
+        let verdicts = verdicts(declared, all, &claim.id)?;
+        Ok(claim.decided(&declared.ranges, &verdicts, &drawn))
     };
     declared.claims.iter().map(one).collect()
 }

@@ -1,7 +1,7 @@
 //! What was written before any result was looked at: `harris-ramps.toml`.
 
 use super::error::RampsError;
-use hal_sim::random;
+use crate::laboratory::{Judged as JudgedClaim, Range};
 use serde::Deserialize;
 
 /// The declaration, as the program has it.
@@ -32,7 +32,7 @@ pub struct Declared {
     pub ranges: Vec<Range>,
     /// What is judged of each person.
     #[serde(rename = "claim")]
-    pub claims: Vec<Claim>,
+    pub claims: Vec<JudgedClaim>,
 }
 
 /// Ramps, angles, rests.
@@ -125,35 +125,6 @@ pub struct Beyond {
     pub second: PulseOf,
 }
 
-/// A parameter that is drawn.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Range {
-    /// Its name, with its unit.
-    pub field: String,
-    /// Least.
-    pub low: f64,
-    /// Greatest.
-    pub high: f64,
-    /// Even in the logarithm.
-    #[serde(default)]
-    pub logarithm: bool,
-    /// Where from.
-    pub source: String,
-}
-
-/// What is judged.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Claim {
-    /// For machines.
-    pub id: String,
-    /// For people.
-    pub says: String,
-    /// What the paper says of it.
-    pub paper: Option<bool>,
-}
-
 impl Declared {
     /// The program's own.
     ///
@@ -167,15 +138,7 @@ impl Declared {
     /// the same seed has the same numbers, whatever is drawn beside.
     #[must_use]
     pub fn drawn(&self, seed: u64, index: u64) -> Vec<f64> {
-        let stream = random::word(seed, index);
-        let value = |(place, range): (usize, &Range)| {
-            let part = random::unit(stream, place as u64);
-            match range.logarithm {
-                true => range.low * (range.high / range.low).powf(part),
-                false => range.low + part * (range.high - range.low),
-            }
-        };
-        self.ranges.iter().enumerate().map(value).collect()
+        Range::drawn(&self.ranges, seed, index)
     }
 
     /// What is `drawn` for the range of this field.
@@ -183,8 +146,7 @@ impl Declared {
     /// # Errors
     /// E690: there is no such range.
     pub fn value(&self, drawn: &[f64], field: &str) -> Result<f64, RampsError> {
-        let place = self.ranges.iter().position(|range| range.field == field);
-        let value = place.and_then(|place| drawn.get(place).copied());
+        let value = Range::value(&self.ranges, drawn, field);
         value.ok_or_else(|| RampsError::Declaration(format!("no range for `{field}`")))
     }
 }
