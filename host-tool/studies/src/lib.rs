@@ -10,6 +10,7 @@
 
 pub mod accuracy;
 pub mod bench;
+pub mod distributed;
 pub mod endpoint;
 pub mod experiments;
 pub mod faults;

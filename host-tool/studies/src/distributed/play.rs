@@ -1,0 +1,198 @@
+//! A condition on a device, its pulses streamed into a person's muscle.
+
+use super::declared::{Condition, Declared, Drive};
+use super::error::DistributedError;
+use super::held::{Series, Window};
+use super::person::Person;
+use super::session::{strength_n, text};
+use firmware::link::{Code, Request};
+use firmware::pulse::CHANNELS;
+use firmware::units::Amplitude;
+use hal_sim::body::shared::{Electrode, Readings, SAMPLE_US, Shared, SharedSpec};
+use host_core::link::{Client, Error, Incoming, Port};
+use host_core::run::DeviceName;
+use host_core::session::Session;
+use std::sync::PoisonError;
+
+/// A window's last reading is taken before its end: what is sent then is there for the next
+/// window's first pulse, µs.
+const EARLY_US: u64 = 2_000;
+/// Errors count as this at most, of the wanted force.
+const MOST_ERROR: f64 = 0.5;
+
+/// A condition as it goes on.
+struct Playing<'a> {
+    client: Client<Box<dyn Port>>,
+    condition: &'a Condition,
+    /// Of the first of its electrodes, which are alike but for what they reach.
+    electrode: Electrode,
+    wanted_n: f64,
+    /// Of each electrode that is steered by a model, mN.
+    share_mn: Vec<u32>,
+    readings: Readings,
+    epoch_us: u64,
+    taken: usize,
+    amplitude_ma: f64,
+}
+
+/// What this person's muscle does under `condition`, window by window, until it is judged.
+///
+/// # Errors
+/// E722 to E724.
+pub fn play(
+    declared: &Declared,
+    condition: &Condition,
+    person: &Person,
+) -> Result<Series, DistributedError> {
+    let failed = |why: String| DistributedError::Device(condition.says.clone(), why);
+    let spec = person.muscle(declared, condition)?;
+    let wanted_n = declared.hold.wanted * spec.strength_n;
+    let file = text(condition, &spec, person.value("alpha_a_per_s2")?);
+    let session = Session::parse("distributed.toml", &file).map_err(|e| failed(e.to_string()))?;
+    let port = DeviceName::Native.open(&session, 1)?;
+    let mut series = Series::new(declared, condition, wanted_n);
+    match Playing::begin(condition, &spec, wanted_n, &session, port)? {
+        None => series.is_refused = true,
+        Some(mut playing) => playing.go(declared, &mut series).map_err(failed)?,
+    }
+    Ok(series)
+}
+
+impl<'a> Playing<'a> {
+    /// Armed and started; nothing if the device refuses the force as out of its reach.
+    fn begin(
+        condition: &'a Condition,
+        spec: &SharedSpec,
+        wanted_n: f64,
+        session: &Session,
+        mut port: Box<dyn Port>,
+    ) -> Result<Option<Self>, DistributedError> {
+        let failed = |why: String| DistributedError::Device(condition.says.clone(), why);
+        let told = |error: Error| failed(error.to_string());
+        let body = Shared::new(spec.clone())?;
+        let readings = body.readings();
+        let world = port.world();
+        let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
+        world.body = Box::new(body);
+        let electrodes: Vec<&Electrode> = spec.electrodes.iter().flatten().collect();
+        let electrode = electrodes.first().map(|it| (*it).clone());
+        let electrode = electrode.ok_or_else(|| failed("it has no electrode".to_owned()))?;
+        // Each by what it can.
+        let all_n: f64 = electrodes.iter().map(|it| strength_n(spec, it)).sum();
+        let share = |it: &&Electrode| (1e3 * wanted_n * strength_n(spec, it) / all_n) as u32;
+        let (client, _) = Client::open(port).map_err(told)?;
+        let mut playing = Self {
+            client,
+            condition,
+            amplitude_ma: electrode.threshold_ma,
+            electrode,
+            wanted_n,
+            share_mn: electrodes.iter().map(share).collect(),
+            readings,
+            epoch_us: 0,
+            taken: 0,
+        };
+        let started = playing.start(session);
+        let is_out_of_reach = |error: &Error| match error {
+            Error::Refused(refused) => refused.code() == Some(Code::ForceOutOfReach),
+            _ => false,
+        };
+        match started {
+            Ok(()) => Ok(Some(playing)),
+            Err(error) if is_out_of_reach(&error) => Ok(None),
+            Err(error) => Err(told(error)),
+        }
+    }
+
+    fn start(&mut self, session: &Session) -> Result<(), Error> {
+        for request in session.requests() {
+            self.client.request(request)?;
+        }
+        self.client.arm()?;
+        for request in self.orders() {
+            self.client.request(request)?;
+        }
+        let epoch = self.client.start()?;
+        let now_us = self.client.port().now_us();
+        let ahead_us = epoch.get().wrapping_sub(now_us as u32) as i32; // device time is world time
+        self.epoch_us = now_us.saturating_add_signed(ahead_us.into());
+        self.taken = (self.epoch_us / SAMPLE_US) as usize;
+        Ok(())
+    }
+
+    /// What is asked for now.
+    fn orders(&self) -> Vec<Request> {
+        let count = self.condition.electrodes;
+        if self.condition.drive.model().is_some() {
+            let of = |(channel, millinewton): (u8, &u32)| Request::Force {
+                channel,
+                at: None,
+                millinewton: *millinewton,
+                millinewton_per_s: Some(0),
+            };
+            return (0..).zip(&self.share_mn).map(of).collect();
+        }
+        let amplitude = Amplitude::new((1e3 * self.amplitude_ma).round() as u32);
+        vec![Request::Amplitudes {
+            mask: (1 << count.min(CHANNELS)) - 1,
+            values: std::iter::repeat_n(amplitude, count).collect(),
+            widths: Default::default(), // the trains' own
+        }]
+    }
+
+    fn go(&mut self, declared: &Declared, series: &mut Series) -> Result<(), String> {
+        let hold = &declared.hold;
+        let window_us = (1e6 * series.window_s).round() as u64;
+        let mut nth = 0;
+        while !series.is_over(nth) {
+            nth += 1;
+            self.listen(self.epoch_us + nth * window_us - EARLY_US)?;
+            let window = self.window();
+            let is_looking = match self.condition.drive {
+                Drive::Feedback => true,
+                Drive::Open => nth as f64 * series.window_s <= declared.open.settle_s,
+                Drive::CalciumForce | Drive::CalciumForceFatigue => false,
+            };
+            series.windows.push(window);
+            if is_looking {
+                let error = (self.wanted_n - window.mean_n) / self.wanted_n;
+                let by_ma = hold.gain_ma * error.clamp(-MOST_ERROR, MOST_ERROR);
+                let (least, most) = (self.electrode.threshold_ma, self.electrode.full_ma);
+                self.amplitude_ma = (self.amplitude_ma + by_ma).clamp(least, most);
+            }
+            for request in self.orders() {
+                self.client.post(request).map_err(|e| e.to_string())?;
+            }
+            if let Some(world) = self.client.port().world() {
+                world.recorder.forget();
+            }
+        }
+        Ok(())
+    }
+
+    /// What the frame read since the last one.
+    fn window(&mut self) -> Window {
+        let readings = self.readings.lock().unwrap_or_else(PoisonError::into_inner);
+        let own = readings.get(self.taken..).unwrap_or_default();
+        let count = own.len().max(1) as f64;
+        let mean_n = own.iter().sum::<f64>() / count;
+        let square = own.iter().map(|it| (it - mean_n).powi(2)).sum::<f64>();
+        self.taken = readings.len();
+        Window {
+            mean_n,
+            deviation_n: (square / count).sqrt(),
+            is_most: self.amplitude_ma >= self.electrode.full_ma,
+            amplitude_ma: self.amplitude_ma,
+        }
+    }
+
+    /// Goes on to `until_us`; a refusal ends it.
+    fn listen(&mut self, until_us: u64) -> Result<(), String> {
+        while let Some(incoming) = self.client.next(until_us).map_err(|e| e.to_string())? {
+            if let Incoming::Refused(_, refused) = incoming {
+                return Err(Error::Refused(refused).to_string());
+            }
+        }
+        Ok(())
+    }
+}
