@@ -7,6 +7,7 @@ mod check;
 mod chip;
 mod compare;
 mod demo;
+mod distributed;
 mod draw_cost;
 mod edges;
 mod endpoint;
@@ -212,6 +213,7 @@ pub fn main() -> ExitCode {
         Command::Experiment(args) if endpoint::is_meant(args) => endpoint::main(args, output),
         Command::Experiment(args) if lee::is_meant(args) => lee::main(args, output),
         Command::Experiment(args) if ramps::is_meant(args) => ramps::main(args, output),
+        Command::Experiment(args) if distributed::is_meant(args) => distributed::main(args, output),
         Command::Experiment(args) if hamana::is_meant(args) => hamana::main(args, output),
         Command::Experiment(args) => experiment::main(args, output),
         Command::Faults(args) => faults::main(args, output),

@@ -70,7 +70,13 @@ impl SharedSpec {
     }
 
     pub(super) fn check(&self) -> Result<(), InvalidShared> {
-        let ensure = |holds: bool, field| if holds { Ok(()) } else { Err(InvalidShared(field)) };
+        let ensure = |holds: bool, field| {
+            if holds {
+                Ok(())
+            } else {
+                Err(InvalidShared(field))
+            }
+        };
         let is_above = |value: f64| value > 0.0 && value.is_finite();
         ensure(is_above(self.strength_n), "strength_n")?;
         ensure(self.dynamics.all().into_iter().all(is_above), "dynamics")?;

@@ -100,7 +100,11 @@ fn order(spec: &SharedSpec, channel: usize, group: usize) -> Vec<f64> {
     let begin = part(word(stream, 0));
     let answers = |place: usize| {
         let answers = (place as f64 + begin) / (count as f64 * reach);
-        if answers <= 1.0 { answers } else { f64::INFINITY }
+        if answers <= 1.0 {
+            answers
+        } else {
+            f64::INFINITY
+        }
     };
     places.into_iter().map(answers).collect()
 }

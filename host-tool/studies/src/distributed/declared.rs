@@ -80,8 +80,12 @@ pub struct Hold {
 pub struct Open {
     /// From one amplitude to the next while it is looked for, s.
     pub window_s: f64,
+    /// For a relative error of 1, mA.
+    pub gain_ma: f64,
     /// It is looked for so long, s.
     pub settle_s: f64,
+    /// Part of the wanted force that is to be there at first.
+    pub reached: f64,
     /// Then constant for, s.
     pub for_s: f64,
     /// Mean of the first, s.

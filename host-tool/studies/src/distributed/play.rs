@@ -141,7 +141,10 @@ impl<'a> Playing<'a> {
     }
 
     fn go(&mut self, declared: &Declared, series: &mut Series) -> Result<(), String> {
-        let hold = &declared.hold;
+        let gain_ma = match self.condition.drive {
+            Drive::Open => declared.open.gain_ma,
+            _ => declared.hold.gain_ma,
+        };
         let window_us = (1e6 * series.window_s).round() as u64;
         let mut nth = 0;
         while !series.is_over(nth) {
@@ -156,7 +159,7 @@ impl<'a> Playing<'a> {
             series.windows.push(window);
             if is_looking {
                 let error = (self.wanted_n - window.mean_n) / self.wanted_n;
-                let by_ma = hold.gain_ma * error.clamp(-MOST_ERROR, MOST_ERROR);
+                let by_ma = gain_ma * error.clamp(-MOST_ERROR, MOST_ERROR);
                 let (least, most) = (self.electrode.threshold_ma, self.electrode.full_ma);
                 self.amplitude_ma = (self.amplitude_ma + by_ma).clamp(least, most);
             }

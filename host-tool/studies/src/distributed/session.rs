@@ -41,11 +41,11 @@ pub(super) fn text(condition: &Condition, spec: &SharedSpec, alpha_a_per_s2: f64
     }
     let setpoints = match condition.drive.model() {
         None => "kind = \"amplitudes\"\nrate_hz = 5\nvalues = [{ channel = 1, value = 0.0 }]",
-        Some(_) => "kind = \"force-ramp\"\nrate_hz = 5\nchannel = 1\npoints = [{ at_s = 0.0, n = 0.0 }]",
+        Some(_) => {
+            "kind = \"force-ramp\"\nrate_hz = 5\nchannel = 1\npoints = [{ at_s = 0.0, n = 0.0 }]"
+        }
     };
-    text + &format!(
-        "[setpoints]\n{setpoints}\n[body]\nkind = \"still\"\nload_ohm = {LOAD_OHM}\n"
-    )
+    text + &format!("[setpoints]\n{setpoints}\n[body]\nkind = \"still\"\nload_ohm = {LOAD_OHM}\n")
 }
 
 /// What a calibration of this electrode alone would find: all that it reaches, at the limit.

@@ -1,0 +1,108 @@
+//! Whether a person is as a claim says.
+
+use super::declared::Declared;
+use super::error::DistributedError;
+use super::held::Endurance;
+use super::study::{Found, Study};
+use crate::laboratory::{Decided, Share};
+
+/// Buckmire 2018: endurance by four electrodes and by one, s.
+pub const PUBLISHED_S: [f64; 2] = [232.0, 84.0];
+/// Within what part endurances are alike.
+const ALIKE: f64 = 0.10;
+
+/// Whether claim `id` holds of this person; nothing where it cannot be judged.
+///
+/// # Errors
+/// E722: there is no such claim.
+pub fn holds(
+    declared: &Declared,
+    found: &Found,
+    id: &str,
+) -> Result<Option<bool>, DistributedError> {
+    let endurance = |id| found.of(id).map(|it| it.endurance);
+    let longer = |a, b, times| exceeds(endurance(a)?, endurance(b)?, times);
+    let published = PUBLISHED_S[0] / PUBLISHED_S[1];
+    let left = |id| {
+        let own = found.of(id)?;
+        own.left
+            .filter(|_| own.first >= Some(declared.open.reached))
+    };
+    let more_left = |id| Some(left(id)? > left("one-open")?);
+    Ok(match id {
+        "quarter-reaches" => endurance("four").map(|it| it.seconds > 0.0),
+        "quarter-longer" => longer("four", "one", 1.0),
+        "quarter-as-published" => longer("four", "one", published),
+        "half-longer" => longer("four-half", "one", 1.0),
+        "half-as-published" => longer("four-half", "one", published),
+        "fast-longer" => longer("four-fast", "one", 1.0),
+        "fast-as-published" => longer("four-fast", "one", published),
+        "half-beats-fast" => longer("four-half", "four-fast", 1.0),
+        "two-longer" => longer("two", "one", 1.0),
+        "interleaved-alike" => {
+            let (a, b) = ("four", "four-together");
+            let apart = |a, b| longer(a, b, 1.0 + ALIKE);
+            match (apart(a, b), apart(b, a)) {
+                (None, _) | (_, None) => None,
+                (Some(first), Some(second)) => Some(!first && !second),
+            }
+        }
+        "interleaved-smoother" => {
+            let ripple = |id| found.of(id)?.ripple;
+            ripple("four-open")
+                .zip(ripple("four-together-open"))
+                .map(|(a, b)| a < b)
+        }
+        "quarter-more-left" => more_left("four-open"),
+        "half-more-left" => more_left("four-half-open"),
+        "fast-more-left" => more_left("four-fast-open"),
+        "tiring-longer" => longer("two-tiring", "two-fresh", 1.0),
+        "tiring-nearer" => {
+            let distance = |id| found.of(id)?.distance;
+            distance("two-tiring")
+                .zip(distance("two-fresh"))
+                .map(|(a, b)| a < b)
+        }
+        _ => return Err(DistributedError::Declaration(format!("no claim `{id}`"))),
+    })
+}
+
+/// Whether the first is more than `times` the second; nothing where both were not reached, or
+/// an end that nobody saw could decide it.
+#[must_use]
+pub fn exceeds(first: Endurance, second: Endurance, times: f64) -> Option<bool> {
+    let is_more = first.seconds > times * second.seconds;
+    match (first.is_longer, second.is_longer) {
+        (false, false) if first.seconds + second.seconds == 0.0 => None,
+        (false, false) => Some(is_more),
+        // Longer than it was seen to be.
+        (true, false) => is_more.then_some(true),
+        (false, true) => (!is_more).then_some(false),
+        (true, true) => None,
+    }
+}
+
+impl Study {
+    fn verdicts(&self, all: &[Found], id: &str) -> Result<Vec<Option<bool>>, DistributedError> {
+        let verdicts = all.iter().map(|it| holds(&self.declared, it, id));
+        verdicts.collect()
+    }
+
+    /// Every claim's share of these persons.
+    pub(super) fn shares(&self, all: &[Found]) -> Result<Vec<Share>, DistributedError> {
+        let claims = self.declared.claims.iter();
+        let share = claims.map(|it| Ok(it.share(&self.verdicts(all, &it.id)?)));
+        share.collect()
+    }
+
+    /// What decides every claim.
+    pub(super) fn decided(&self, all: &[Found]) -> Result<Vec<Decided>, DistributedError> {
+        let drawn: Vec<&[f64]> = all.iter().map(|it| &*it.drawn).collect();
+        let claims = self.declared.claims.iter();
+        let decided = claims.map(|it| {
+            let verdicts = self.verdicts(all, &it.id)?;
+            Ok(it.decided(&self.declared.ranges, &verdicts, &drawn))
+        });
+        decided.collect()
+    }
+}

@@ -1,0 +1,38 @@
+//! `draws.csv`: a row for each condition of each person.
+
+use super::study::{Found, Study};
+use std::fmt::Write;
+
+impl Study {
+    /// Of these persons: what was drawn of each stands first.
+    #[must_use]
+    pub fn csv(&self, all: &[Found]) -> String {
+        let fields: Vec<&str> = self.declared.ranges.iter().map(|it| &*it.field).collect();
+        let mut text = format!(
+            "person,{},condition,endurance_s,at_least,refused,ripple,first,left,off\n",
+            fields.join(",")
+        );
+        let number = |it: Option<f64>| it.map_or_else(String::new, |it| format!("{it:.6}"));
+        for found in all {
+            let drawn: Vec<String> = found.drawn.iter().map(|it| format!("{it:.6}")).collect();
+            for it in &found.measured {
+                // Writing to a string does not fail.
+                let _ = writeln!(
+                    text,
+                    "{},{},{},{:.2},{},{},{},{},{},{}",
+                    found.index,
+                    drawn.join(","),
+                    it.id,
+                    it.endurance.seconds,
+                    it.endurance.is_longer,
+                    it.is_refused,
+                    number(it.ripple),
+                    number(it.first),
+                    number(it.left),
+                    number(it.distance),
+                );
+            }
+        }
+        text
+    }
+}

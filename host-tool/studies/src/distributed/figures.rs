@@ -1,0 +1,241 @@
+//! Pictures: endurance against crosstalk and what else decides it, force against what is left
+//! of it, force over time.
+
+use super::claims::PUBLISHED_S;
+use super::declared::Drive;
+use super::rows::{PUBLISHED_LEFT, ratio};
+use super::study::{AxisPoint, Found, Measured, Study};
+use crate::laboratory::{Along, Curve, Plot, Plots, Sheet};
+
+/// Series of ratios, in their order, and what was published.
+const RATIOS: [&str; 2] = ["four-half", "four-fast"];
+/// No ratio above is drawn.
+const MOST_RATIO: f64 = 10.0;
+
+impl Study {
+    /// Of whoever was computed.
+    pub(super) fn figures(&self, all: &[Found], along: &[AxisPoint]) -> Vec<Sheet> {
+        let mut sheets = vec![self.against_crosstalk(all, along), self.axes(along)];
+        sheets.push(self.left(all));
+        sheets.extend(all.first().map(|it| self.courses(it)));
+        sheets
+    }
+
+    /// Ratios of everybody, and of the person in the middle.
+    fn against_crosstalk(&self, all: &[Found], along: &[AxisPoint]) -> Sheet {
+        let place = self
+            .declared
+            .ranges
+            .iter()
+            .position(|it| it.field == "crosstalk");
+        let plot = |(series, id): (usize, &&str)| {
+            let each = all.iter().filter_map(|found| {
+                let crosstalk = *found.drawn.get(place?)?;
+                Some(dot(1, [crosstalk, ratio(found, id)?.min(MOST_RATIO)]))
+            });
+            let middle = Curve {
+                marked: true,
+                ..Curve::line(0, ratios(along, "crosstalk", id))
+            };
+            let mut curves: Vec<Curve> = each.collect();
+            curves.push(middle);
+            curves.push(published([0.0, 0.5]));
+            Plot {
+                title: self.says(RATIOS[series]),
+                x: Along::even("crosstalk", [0.0, 0.5]),
+                y: Along::even("endurance by one electrode's", [0.0, MOST_RATIO]),
+                curves,
+                ..Plot::default()
+            }
+        };
+        let caption = format!(
+            "Endurance at 20 % of strength, four electrodes' by one electrode's, simulated: \
+             everybody drawn by the crosstalk drawn for them, and a person in the middle of \
+             every range along it. Ratios above {MOST_RATIO} are drawn there; of who held to the \
+             study's end, the least that it can be. Line: 232 s by 84 s (Buckmire 2018), whose \
+             crosstalk nobody knows."
+        );
+        let series = ["middle person", "persons drawn", "published, 232/84"];
+        let plots = RATIOS.iter().enumerate().map(plot).collect();
+        figure(
+            "Crosstalk",
+            "endurance against crosstalk",
+            caption,
+            &series,
+            plots,
+        )
+    }
+
+    /// The middle person along what is assumed, and along the rate.
+    fn axes(&self, along: &[AxisPoint]) -> Sheet {
+        let assumed = |axis: &str, name: &str, end: f64| {
+            let curve = |(series, id): (usize, &&str)| Curve {
+                marked: true,
+                ..Curve::line(series, ratios(along, axis, id))
+            };
+            let mut curves: Vec<Curve> = RATIOS.iter().enumerate().map(curve).collect();
+            curves.push(published([0.0, end]));
+            Plot {
+                title: name.to_owned(),
+                x: Along::even(name, [0.0, end]),
+                y: Along::even("endurance by one electrode's", [0.0, MOST_RATIO]),
+                curves,
+                ..Plot::default()
+            }
+        };
+        let caption =
+            "The person in the middle of every range, along two assumptions: the part of \
+                       every group that the single electrode can reach, and the part of fatigue \
+                       that goes by pulses and not by force (0 is Ding's form). Endurance by one \
+                       electrode's, simulated."
+                .to_owned();
+        let series = ["four at 12.5 Hz", "four at 25 Hz", "published, 232/84"];
+        let plots = vec![
+            assumed("reach", "reach of the single electrode", 1.0),
+            assumed("activation", "fatigue by pulses, part", 1.0),
+        ];
+        figure(
+            "Assumptions",
+            "what decides the ratio",
+            caption,
+            &series,
+            plots,
+        )
+    }
+
+    /// Mean force and ripple against what is left.
+    fn left(&self, all: &[Found]) -> Sheet {
+        let open = self.declared.conditions.iter();
+        let open: Vec<_> = open.filter(|it| it.drive == Drive::Open).collect();
+        let plot = |name: &str, end: f64, of: &dyn Fn(&Measured) -> Option<f64>| {
+            let mut curves = Vec::new();
+            for (series, condition) in open.iter().enumerate() {
+                let own = all.iter().filter_map(|it| it.of(&condition.id));
+                let points = own.filter_map(|it| Some([1e2 * of(it)?, 1e2 * it.left?]));
+                curves.extend(points.map(|it| dot(series, it)));
+            }
+            for left in PUBLISHED_LEFT {
+                let ends = [[0.0, 1e2 * left], [end, 1e2 * left]];
+                curves.push(Curve::line(open.len(), ends));
+            }
+            Plot {
+                title: name.to_owned(),
+                x: Along::even(name, [0.0, end]),
+                y: Along::even("left after 6 min (%)", [0.0, 110.0]),
+                curves,
+                ..Plot::default()
+            }
+        };
+        let caption =
+            "Six minutes at a constant amplitude that was to give the wanted force, a dot \
+                       for each person, simulated. Who had less force at first had not enough \
+                       fibres for it, and tires less. Lines: what was left of mean power in \
+                       Laubacher 2017, 51 % of a single electrode and 66 % of four (isokinetic, 35 \
+                       Hz)."
+                .to_owned();
+        let mut series: Vec<&str> = open.iter().map(|it| &*it.id).collect();
+        series.push("published");
+        let plots = vec![
+            plot("force at first (% of wanted)", 120.0, &|it| it.first),
+            plot("ripple (% of mean)", 80.0, &|it| it.ripple),
+        ];
+        figure(
+            "Force and fatigue",
+            "force, ripple and what is left",
+            caption,
+            &series,
+            plots,
+        )
+    }
+
+    /// Of the first person.
+    fn courses(&self, found: &Found) -> Sheet {
+        let groups: [(&str, &[&str]); 2] = [
+            (
+                "feedback",
+                &["one", "two", "four", "four-half", "four-fast"],
+            ),
+            (
+                "steered by models",
+                &["one-fresh", "one-tiring", "two-fresh", "two-tiring"],
+            ),
+        ];
+        let plot = |(title, ids): &(&str, &[&str])| {
+            let own = ids.iter().enumerate();
+            let curves: Vec<Curve> = own
+                .filter_map(|(series, id)| {
+                    let course = &found.of(id)?.course;
+                    Some(Curve::line(series, course.iter().copied()))
+                })
+                .collect();
+            let points = curves.iter().flat_map(|it| &it.points);
+            let end_s = points.map(|it| it[0]).fold(10.0, f64::max);
+            Plot {
+                title: (*title).to_owned(),
+                x: Along::even("time (s)", [0.0, end_s]),
+                y: Along::even("force (of wanted)", [0.0, 1.6]),
+                curves,
+                ..Plot::default()
+            }
+        };
+        let caption =
+            "Force of person 0 by the frame, simulated, each condition up to its end (of \
+                       models a minute at least). Left to right, the colours are: one, two, four \
+                       at 6.25, 12.5 and 25 Hz; one electrode by fresh and tiring models, two by \
+                       fresh and tiring models. Nothing is drawn of a force that the device \
+                       refused as out of its model's reach."
+                .to_owned();
+        let series = [
+            "one / one, fresh",
+            "two / one, tiring",
+            "four, 6.25 Hz / two, fresh",
+            "four, 12.5 Hz / two, tiring",
+            "four, 25 Hz",
+        ];
+        let plots = groups.iter().map(plot).collect();
+        figure("Course", "force over time", caption, &series, plots)
+    }
+
+    fn says(&self, id: &str) -> String {
+        let found = self.declared.conditions.iter().find(|it| it.id == id);
+        found.map_or_else(String::new, |it| it.says.clone())
+    }
+}
+
+fn figure(number: &str, title: &str, caption: String, series: &[&str], plots: Vec<Plot>) -> Sheet {
+    let plots = Plots {
+        beside: 2,
+        series: series.iter().map(|it| (*it).to_owned()).collect(),
+        plots,
+    };
+    Sheet::figure(number, title, caption, plots)
+}
+
+fn dot(series: usize, at: [f64; 2]) -> Curve {
+    Curve {
+        marked: true,
+        ..Curve::line(series, [at])
+    }
+}
+
+/// Buckmire's ratio, from x to x; the third series.
+fn published([from, to]: [f64; 2]) -> Curve {
+    let ratio = PUBLISHED_S[0] / PUBLISHED_S[1];
+    Curve::line(2, [[from, ratio], [to, ratio]])
+}
+
+/// Endurance in `id` by one electrode's along this axis; nothing where one does not reach.
+fn ratios(along: &[AxisPoint], axis: &str, id: &str) -> Vec<[f64; 2]> {
+    let own = along
+        .iter()
+        .filter(|it| it.axis == axis && it.measured.id == id);
+    let ratio = |it: &AxisPoint| {
+        let mut all = along.iter();
+        let is_one =
+            |of: &&AxisPoint| of.axis == axis && of.value == it.value && of.measured.id == "one";
+        let one = all.find(is_one)?.measured.endurance.seconds;
+        let ratio = it.measured.endurance.seconds / one;
+        (one > 0.0).then_some([it.value, ratio.min(MOST_RATIO)])
+    };
+    own.filter_map(ratio).collect()
+}

@@ -1,0 +1,74 @@
+//! The study as `result.json` and its page have it.
+
+use super::declared::DECLARED;
+use super::error::DistributedError;
+use super::study::{AxisPoint, Found, NAME, Study};
+use crate::laboratory::{Declared, Outcome};
+use host_core::record::sha256;
+use std::collections::BTreeMap;
+
+/// What is said of every result.
+const NOTES: [&str; 6] = [
+    "Simulated: drawn muscles of assumed parameters; no evidence about people.",
+    "Ours is the median, low and high the 5th and 95th percentile of the persons drawn. Nothing \
+     was fitted to a published number. Endurance of who did not reach the force is 0 s, of who \
+     held it to the end the length of the study: medians of both are bounds.",
+    "Buckmire 2018 stimulated at 25 Hz; whether four electrodes shared that rate or had it each, \
+     the abstract does not say, and it explains the gain by a larger volume reached, not by a \
+     lower rate. Both readings are played. The paper's numbers stand beside both.",
+    "Pulses are the device's own, from the native simulator, streamed into the muscle. Feedback is \
+     the host's: the frame's mean force sets one amplitude for all electrodes.",
+    "Whether a lower rate helps follows from three assumptions that are axes here: crosstalk, the \
+     part of the muscle that the single electrode reaches, and the part of fatigue that goes by \
+     pulses instead of force. A fifth of strength is more than a quarter of 25 Hz gives in many \
+     persons, whatever is recruited: their units are slow forearm muscles' (Lee 2020).",
+    "The device's models know each electrode's muscle as a calibration of it alone would: neither \
+     crosstalk nor that recruited units tire and others do not.",
+];
+
+/// What the command knows of the run.
+#[derive(Clone, Debug)]
+pub struct Told {
+    /// What a terminal takes to have it again, but for its seed.
+    pub command: String,
+    /// What is missing, for people.
+    pub cut_short: Option<String>,
+}
+
+impl Study {
+    /// Of these persons and points, all or what was computed before a signal.
+    ///
+    /// # Errors
+    /// E722: a claim that nobody judges.
+    pub fn outcome(
+        &self,
+        all: &[Found],
+        along: &[AxisPoint],
+        told: Told,
+    ) -> Result<Outcome, DistributedError> {
+        let declared = &self.declared;
+        let sha256 = [("distributed.toml".to_owned(), sha256(DECLARED.as_bytes()))];
+        Ok(Outcome {
+            name: NAME.to_owned(),
+            title: declared.title.clone(),
+            seed: self.seed,
+            simulated: Some(true),
+            cut_short: told.cut_short,
+            declared: Declared {
+                asked: NAME.to_owned(),
+                command: Some(told.command),
+                device: Some("native".to_owned()),
+                sha256: BTreeMap::from(sha256),
+                source: declared.source.clone(),
+                draws: self.draws,
+                as_declared: (self.seed, self.draws) == (declared.seed, declared.draws),
+            },
+            conditions: Vec::new(),
+            rows: self.rows(all),
+            shares: self.shares(all)?,
+            decides: self.decided(all)?,
+            sheets: self.sheets(all, along),
+            notes: NOTES.map(str::to_owned).to_vec(),
+        })
+    }
+}

@@ -1,0 +1,93 @@
+//! Numbers of everybody, for `result.json`.
+
+use super::claims::PUBLISHED_S;
+use super::declared::{Condition, Drive};
+use super::study::{Found, Measured, Study};
+use crate::laboratory::Row;
+
+/// Laubacher 2017: mean power of the last extensions by that of the first, single electrode
+/// and distributed.
+pub(super) const PUBLISHED_LEFT: [f64; 2] = [7.4 / 14.6, 9.9 / 14.9];
+
+impl Study {
+    /// Of each condition, then ratios of endurance.
+    pub(super) fn rows(&self, all: &[Found]) -> Vec<Row> {
+        let conditions = self.declared.conditions.iter();
+        let mut rows: Vec<Row> = conditions.flat_map(|it| of_condition(it, all)).collect();
+        let [four, one] = PUBLISHED_S;
+        for (id, paper) in [
+            ("two", None),
+            ("four", Some(four / one)),
+            ("four-together", None),
+            ("four-half", None),
+            ("four-fast", Some(four / one)),
+        ] {
+            let ratios = all.iter().filter_map(|it| ratio(it, id));
+            let says = format!("endurance by one electrode's, {id}");
+            rows.push(Row::of(
+                format!("ratio/{id}"),
+                says,
+                "",
+                paper,
+                ratios.collect(),
+            ));
+        }
+        rows
+    }
+}
+
+/// Endurance in this condition by one electrode's: of what was held to the end the least that
+/// it is. Nothing where one electrode did not reach the force.
+pub(super) fn ratio(found: &Found, id: &str) -> Option<f64> {
+    let own = found.of(id)?.endurance.seconds;
+    let one = found.of("one")?.endurance.seconds;
+    (one > 0.0).then(|| own / one)
+}
+
+fn of_condition(condition: &Condition, all: &[Found]) -> Vec<Row> {
+    let own: Vec<&Measured> = all.iter().filter_map(|it| it.of(&condition.id)).collect();
+    let row = |what: &str, says: &str, unit: &str, paper, of: &dyn Fn(&Measured) -> Option<f64>| {
+        let numbers = own.iter().filter_map(|it| of(it)).collect();
+        let id = format!("{}/{what}", condition.id);
+        Row::of(
+            id,
+            format!("{says}, {}", condition.id),
+            unit,
+            paper,
+            numbers,
+        )
+    };
+    let percent = |it: f64| 1e2 * it;
+    let ripple = row("ripple", "ripple", "%", None, &|it| it.ripple.map(percent));
+    let id = &*condition.id;
+    if condition.drive == Drive::Open {
+        let [single, distributed] = PUBLISHED_LEFT;
+        let paper = match id {
+            "one-open" => Some(percent(single)),
+            "four-open" => Some(percent(distributed)),
+            _ => None,
+        };
+        let first = row("first", "first force of the wanted", "%", None, &|it| {
+            it.first.map(percent)
+        });
+        let left = row("left", "left of it after 6 min", "%", paper, &|it| {
+            it.left.map(percent)
+        });
+        return vec![first, left, ripple];
+    }
+    let [four, one] = PUBLISHED_S;
+    let paper = match id {
+        "one" => Some(one),
+        "four" | "four-fast" => Some(four),
+        _ => None,
+    };
+    let endurance = row("endurance", "endurance", "s", paper, &|it| {
+        Some(it.endurance.seconds)
+    });
+    let mut rows = vec![endurance, ripple];
+    if condition.drive.model().is_some() {
+        let says = "off the wanted force over a minute";
+        rows.push(row("off", says, "%", None, &|it| it.distance.map(percent)));
+    }
+    rows
+}

@@ -1,0 +1,188 @@
+//! The study as it is asked for.
+
+use super::declared::{Condition, Declared};
+use super::error::DistributedError;
+use super::held::{Endurance, Series};
+use super::person::Person;
+use super::play::play;
+
+/// What a command calls it.
+pub const NAME: &str = "distributed";
+/// Windows of the person who is shown that make a point of a course.
+const COURSE: usize = 12;
+
+/// The study.
+#[derive(Clone, Debug)]
+pub struct Study {
+    pub(super) declared: Declared,
+    /// Of everybody's draws.
+    pub(super) seed: u64,
+    /// Persons.
+    pub(super) draws: u64,
+}
+
+/// A condition on a person, judged.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// The condition.
+    pub id: String,
+    /// How long the force was held; of a constant amplitude it is of no meaning.
+    pub endurance: Endurance,
+    /// The device refused the force.
+    pub is_refused: bool,
+    /// In parts of the mean.
+    pub ripple: Option<f64>,
+    /// Of a constant amplitude: at first, in parts of the wanted force.
+    pub first: Option<f64>,
+    /// Of the same: at last, in parts of that at first.
+    pub left: Option<f64>,
+    /// Of a force that a model steers: mean distance over a minute, in parts of it.
+    pub distance: Option<f64>,
+    /// Force over time in parts of the wanted one, of the person who is shown.
+    pub course: Vec<[f64; 2]>,
+}
+
+/// What came of a person.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// From 0.
+    pub index: u64,
+    /// What was drawn, in the declaration's order.
+    pub drawn: Vec<f64>,
+    /// By condition.
+    pub measured: Vec<Measured>,
+}
+
+/// A point of a middle person's way along an axis.
+#[derive(Clone, Debug)]
+pub struct AxisPoint {
+    /// `crosstalk`, `reach`, `activation` or `rate_hz`.
+    pub axis: &'static str,
+    /// Where on it.
+    pub value: f64,
+    /// What was played there.
+    pub measured: Measured,
+}
+
+impl Measured {
+    fn of(condition: &Condition, series: &Series, is_shown: bool) -> Self {
+        Self {
+            id: condition.id.clone(),
+            endurance: series.endurance(),
+            is_refused: series.is_refused,
+            ripple: series.ripple(),
+            first: series.first(),
+            left: series.left(),
+            distance: series.distance(),
+            course: if is_shown {
+                series.course(COURSE)
+            } else {
+                Vec::new()
+            },
+        }
+    }
+}
+
+impl Found {
+    /// What was measured in this condition.
+    #[must_use]
+    pub fn of(&self, id: &str) -> Option<&Measured> {
+        self.measured.iter().find(|it| it.id == id)
+    }
+}
+
+impl Study {
+    /// With this seed and so many persons; the declaration's own without.
+    ///
+    /// # Errors
+    /// E722: the declaration cannot be read.
+    pub fn asked(seed: Option<u64>, draws: Option<u64>) -> Result<Self, DistributedError> {
+        let declared = Declared::own()?;
+        Ok(Self {
+            seed: seed.unwrap_or(declared.seed),
+            draws: draws.unwrap_or(declared.draws),
+            declared,
+        })
+    }
+
+    /// Persons.
+    #[must_use]
+    pub const fn draws(&self) -> u64 {
+        self.draws
+    }
+
+    /// What was declared.
+    #[must_use]
+    pub const fn declared(&self) -> &Declared {
+        &self.declared
+    }
+
+    /// What comes of person `index`.
+    ///
+    /// # Errors
+    /// E722 to E724.
+    pub fn part(&self, index: u64) -> Result<Found, DistributedError> {
+        let person = Person::drawn(&self.declared, self.seed, index);
+        let conditions = self.declared.conditions.iter();
+        let measured = conditions.map(|condition| {
+            let series = play(&self.declared, condition, &person)?;
+            Ok(Measured::of(condition, &series, index == 0))
+        });
+        Ok(Found {
+            index,
+            measured: measured.collect::<Result<_, DistributedError>>()?,
+            drawn: person.drawn,
+        })
+    }
+
+    /// What is to be played on the person in the middle, whatever the seed.
+    ///
+    /// # Errors
+    /// E722: a condition is missing.
+    pub fn axis_points(&self) -> Result<Vec<(&'static str, f64, Condition)>, DistributedError> {
+        let axes = &self.declared.axes;
+        let along: [(&str, &[f64], &[&str]); 3] = [
+            (
+                "crosstalk",
+                &axes.crosstalk,
+                &["one", "four-half", "four-fast"],
+            ),
+            ("reach", &axes.reach, &["one", "four-half", "four-fast"]),
+            (
+                "activation",
+                &axes.activation,
+                &["one", "four-half", "four-fast"],
+            ),
+        ];
+        let mut points = Vec::new();
+        for (axis, values, ids) in along {
+            for &value in values {
+                for id in ids {
+                    points.push((axis, value, self.declared.condition(id)?.clone()));
+                }
+            }
+        }
+        for &rate_hz in &axes.rate_hz {
+            let four = self.declared.condition("four")?.clone();
+            points.push(("rate_hz", rate_hz, Condition { rate_hz, ..four }));
+        }
+        Ok(points)
+    }
+
+    /// What comes of such a point.
+    ///
+    /// # Errors
+    /// E722 to E724.
+    pub fn at(
+        &self,
+        (axis, value, condition): &(&'static str, f64, Condition),
+    ) -> Result<AxisPoint, DistributedError> {
+        let person = Person::middle(&self.declared).with(axis, *value);
+        let series = play(&self.declared, condition, &person)?;
+        Ok(AxisPoint {
+            axis,
+            value: *value,
+            measured: Measured::of(condition, &series, false),
+        })
+    }
+}
