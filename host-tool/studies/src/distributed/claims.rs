@@ -1,6 +1,5 @@
 //! Whether a person is as a claim says.
 
-use super::declared::Declared;
 use super::error::DistributedError;
 use super::held::Endurance;
 use super::study::{Found, Study};
@@ -15,18 +14,13 @@ const ALIKE: f64 = 0.10;
 ///
 /// # Errors
 /// E722: there is no such claim.
-pub fn holds(
-    declared: &Declared,
-    found: &Found,
-    id: &str,
-) -> Result<Option<bool>, DistributedError> {
+pub fn holds(found: &Found, id: &str) -> Result<Option<bool>, DistributedError> {
     let endurance = |id| found.of(id).map(|it| it.endurance);
     let longer = |a, b, times| exceeds(endurance(a)?, endurance(b)?, times);
     let published = PUBLISHED_S[0] / PUBLISHED_S[1];
     let left = |id| {
         let own = found.of(id)?;
-        own.left
-            .filter(|_| own.first >= Some(declared.open.reached))
+        own.left.filter(|_| own.is_found)
     };
     let more_left = |id| Some(left(id)? > left("one-open")?);
     Ok(match id {
@@ -84,7 +78,7 @@ pub fn exceeds(first: Endurance, second: Endurance, times: f64) -> Option<bool> 
 
 impl Study {
     fn verdicts(&self, all: &[Found], id: &str) -> Result<Vec<Option<bool>>, DistributedError> {
-        let verdicts = all.iter().map(|it| holds(&self.declared, it, id));
+        let verdicts = all.iter().map(|it| holds(it, id));
         verdicts.collect()
     }
 

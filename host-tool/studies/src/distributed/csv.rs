@@ -9,7 +9,7 @@ impl Study {
     pub fn csv(&self, all: &[Found]) -> String {
         let fields: Vec<&str> = self.declared.ranges.iter().map(|it| &*it.field).collect();
         let mut text = format!(
-            "person,{},condition,endurance_s,at_least,refused,ripple,first,left,off\n",
+            "person,{},condition,endurance_s,at_least,refused,ripple,found,first,left,off\n",
             fields.join(",")
         );
         let number = |it: Option<f64>| it.map_or_else(String::new, |it| format!("{it:.6}"));
@@ -19,7 +19,7 @@ impl Study {
                 // Writing to a string does not fail.
                 let _ = writeln!(
                     text,
-                    "{},{},{},{:.2},{},{},{},{},{},{}",
+                    "{},{},{},{:.2},{},{},{},{},{},{},{}",
                     found.index,
                     drawn.join(","),
                     it.id,
@@ -27,6 +27,7 @@ impl Study {
                     it.endurance.is_longer,
                     it.is_refused,
                     number(it.ripple),
+                    it.is_found,
                     number(it.first),
                     number(it.left),
                     number(it.distance),

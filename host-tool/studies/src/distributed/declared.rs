@@ -84,7 +84,7 @@ pub struct Open {
     pub gain_ma: f64,
     /// It is looked for so long, s.
     pub settle_s: f64,
-    /// Part of the wanted force that is to be there at first.
+    /// Part of the wanted force that feedback is to have found.
     pub reached: f64,
     /// Then constant for, s.
     pub for_s: f64,
@@ -106,6 +106,8 @@ pub struct Axes {
     pub activation: Vec<f64>,
     /// Of each of four electrodes, Hz.
     pub rate_hz: Vec<f64>,
+    /// Part of the person's strength that is held.
+    pub wanted: Vec<f64>,
 }
 
 /// How electrodes are driven.

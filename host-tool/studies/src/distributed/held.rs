@@ -155,6 +155,15 @@ impl Series {
         (mean_n > 0.0).then(|| deviation_n / (mean_n / count as f64))
     }
 
+    /// Whether feedback found an amplitude for the wanted force: the mean of its last two
+    /// windows.
+    #[must_use]
+    pub fn is_found(&self) -> bool {
+        let end = self.count(self.open.settle_s);
+        let mean = end.checked_sub(2).and_then(|from| self.mean(from, 2));
+        mean >= Some(self.open.reached)
+    }
+
     /// Mean force of a constant amplitude at first, in parts of the wanted force.
     #[must_use]
     pub fn first(&self) -> Option<f64> {

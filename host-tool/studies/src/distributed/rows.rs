@@ -23,7 +23,7 @@ impl Study {
             ("four-fast", Some(four / one)),
         ] {
             let ratios = all.iter().filter_map(|it| ratio(it, id));
-            let says = format!("endurance by one electrode's, {id}");
+            let says = format!("endurance by one's, {id}");
             rows.push(Row::of(
                 format!("ratio/{id}"),
                 says,
@@ -67,10 +67,10 @@ fn of_condition(condition: &Condition, all: &[Found]) -> Vec<Row> {
             "four-open" => Some(percent(distributed)),
             _ => None,
         };
-        let first = row("first", "first force of the wanted", "%", None, &|it| {
+        let first = row("first", "at first, of wanted", "%", None, &|it| {
             it.first.map(percent)
         });
-        let left = row("left", "left of it after 6 min", "%", paper, &|it| {
+        let left = row("left", "left after 6 min", "%", paper, &|it| {
             it.left.map(percent)
         });
         return vec![first, left, ripple];
@@ -86,7 +86,7 @@ fn of_condition(condition: &Condition, all: &[Found]) -> Vec<Row> {
     });
     let mut rows = vec![endurance, ripple];
     if condition.drive.model().is_some() {
-        let says = "off the wanted force over a minute";
+        let says = "off wanted, a minute";
         rows.push(row("off", says, "%", None, &|it| it.distance.map(percent)));
     }
     rows

@@ -32,7 +32,9 @@ pub struct Measured {
     pub is_refused: bool,
     /// In parts of the mean.
     pub ripple: Option<f64>,
-    /// Of a constant amplitude: at first, in parts of the wanted force.
+    /// Of a constant amplitude: whether it was found for the wanted force.
+    pub is_found: bool,
+    /// Of the same: at first, in parts of the wanted force.
     pub first: Option<f64>,
     /// Of the same: at last, in parts of that at first.
     pub left: Option<f64>,
@@ -56,7 +58,7 @@ pub struct Found {
 /// A point of a middle person's way along an axis.
 #[derive(Clone, Debug)]
 pub struct AxisPoint {
-    /// `crosstalk`, `reach`, `activation` or `rate_hz`.
+    /// `crosstalk`, `reach`, `activation`, `rate_hz` or `wanted`.
     pub axis: &'static str,
     /// Where on it.
     pub value: f64,
@@ -71,6 +73,7 @@ impl Measured {
             endurance: series.endurance(),
             is_refused: series.is_refused,
             ripple: series.ripple(),
+            is_found: series.is_found(),
             first: series.first(),
             left: series.left(),
             distance: series.distance(),
@@ -141,18 +144,12 @@ impl Study {
     /// E722: a condition is missing.
     pub fn axis_points(&self) -> Result<Vec<(&'static str, f64, Condition)>, DistributedError> {
         let axes = &self.declared.axes;
-        let along: [(&str, &[f64], &[&str]); 3] = [
-            (
-                "crosstalk",
-                &axes.crosstalk,
-                &["one", "four-half", "four-fast"],
-            ),
-            ("reach", &axes.reach, &["one", "four-half", "four-fast"]),
-            (
-                "activation",
-                &axes.activation,
-                &["one", "four-half", "four-fast"],
-            ),
+        let ids = ["one", "four-half", "four-fast"];
+        let along: [(&str, &[f64], [&str; 3]); 4] = [
+            ("crosstalk", &axes.crosstalk, ids),
+            ("reach", &axes.reach, ids),
+            ("activation", &axes.activation, ids),
+            ("wanted", &axes.wanted, ["one", "four", "four-half"]),
         ];
         let mut points = Vec::new();
         for (axis, values, ids) in along {
@@ -177,8 +174,12 @@ impl Study {
         &self,
         (axis, value, condition): &(&'static str, f64, Condition),
     ) -> Result<AxisPoint, DistributedError> {
-        let person = Person::middle(&self.declared).with(axis, *value);
-        let series = play(&self.declared, condition, &person)?;
+        let mut declared = self.declared.clone();
+        if *axis == "wanted" {
+            declared.hold.wanted = *value;
+        }
+        let person = Person::middle(&declared).with(axis, *value);
+        let series = play(&declared, condition, &person)?;
         Ok(AxisPoint {
             axis,
             value: *value,

@@ -9,7 +9,8 @@ impl Study {
     pub(super) fn sheets(&self, all: &[Found], along: &[AxisPoint]) -> Vec<Sheet> {
         let mut sheets = self.figures(all, along);
         sheets.push(self.holds(all));
-        sheets.push(self.rates(along));
+        sheets.push(rates(along));
+        sheets.push(wanted(along));
         sheets
     }
 
@@ -61,35 +62,65 @@ impl Study {
             grid,
         )
     }
+}
 
-    /// The middle person.
-    fn rates(&self, along: &[AxisPoint]) -> Sheet {
-        let own = along.iter().filter(|it| it.axis == "rate_hz");
-        let row = |it: &AxisPoint| {
-            let ripple = it.measured.ripple;
-            let endurance = it.measured.endurance;
-            let longer = if endurance.is_longer { "> " } else { "" };
-            vec![
-                format!("{:.2} Hz", it.value),
-                format!("{:.0} Hz", 4.0 * it.value),
-                format!("{longer}{:.0} s", endurance.seconds),
-                ripple.map_or_else(|| "-".to_owned(), |it| format!("{:.1} %", 1e2 * it)),
-            ]
-        };
-        let heads = ["of each", "of the four", "endurance", "ripple"];
-        let grid = Grid {
-            heads: heads.map(str::to_owned).to_vec(),
-            rows: own.map(row).collect(),
-        };
-        let caption =
-            "A person in the middle of every range under four interleaved electrodes, by \
-                       the rate of each, simulated."
-                .to_owned();
-        Sheet::table(
-            "Rate",
-            "endurance by the rate of each electrode",
-            caption,
-            grid,
-        )
-    }
+/// The middle person by the rate of each electrode.
+fn rates(along: &[AxisPoint]) -> Sheet {
+    let own = along.iter().filter(|it| it.axis == "rate_hz");
+    let row = |it: &AxisPoint| {
+        let ripple = it.measured.ripple;
+        vec![
+            format!("{:.2} Hz", it.value),
+            format!("{:.0} Hz", 4.0 * it.value),
+            seconds(it),
+            ripple.map_or_else(|| "-".to_owned(), |it| format!("{:.1} %", 1e2 * it)),
+        ]
+    };
+    let heads = ["of each", "of the four", "endurance", "ripple"];
+    let grid = Grid {
+        heads: heads.map(str::to_owned).to_vec(),
+        rows: own.map(row).collect(),
+    };
+    let caption = "A person in the middle of every range under four interleaved electrodes, by the \
+                   rate of each, simulated. 0 s: the force was not reached.";
+    let title = "endurance by the rate of each electrode";
+    Sheet::table("Rate", title, caption.to_owned(), grid)
+}
+
+/// The middle person by the force that is held.
+fn wanted(along: &[AxisPoint]) -> Sheet {
+    let of = |value: f64, id: &str| {
+        let is = |it: &&AxisPoint| it.axis == "wanted" && it.value == value && it.measured.id == id;
+        along
+            .iter()
+            .find(is)
+            .map_or_else(|| "-".to_owned(), seconds)
+    };
+    let firsts = along
+        .iter()
+        .filter(|it| it.axis == "wanted" && it.measured.id == "one");
+    let row = |it: &AxisPoint| {
+        let mut row = vec![format!("{:.0} %", 1e2 * it.value)];
+        row.extend(["one", "four", "four-half"].map(|id| of(it.value, id)));
+        row
+    };
+    let heads = [
+        "of strength",
+        "one, 25 Hz",
+        "four, 6.25 Hz",
+        "four, 12.5 Hz",
+    ];
+    let grid = Grid {
+        heads: heads.map(str::to_owned).to_vec(),
+        rows: firsts.map(row).collect(),
+    };
+    let caption = "The same person by the force that is held, simulated.";
+    let title = "endurance by the force that is held";
+    Sheet::table("Wanted force", title, caption.to_owned(), grid)
+}
+
+fn seconds(it: &AxisPoint) -> String {
+    let endurance = it.measured.endurance;
+    let longer = if endurance.is_longer { "> " } else { "" };
+    format!("{longer}{:.0} s", endurance.seconds)
 }
