@@ -14,6 +14,7 @@ mod calibration_frame;
 #[cfg(unix)]
 mod check_cli;
 mod chip_cli;
+mod distributed_cli;
 mod endpoint_cli;
 mod errors;
 mod explain_model;

@@ -5,6 +5,7 @@ mod control_campaign;
 mod control_hands;
 mod control_twin;
 mod declared;
+mod distributed;
 mod endpoint;
 mod faults;
 mod laboratory;

@@ -1,0 +1,44 @@
+//! `flexor experiment distributed`: what it tells, writes and refuses.
+
+use crate::program::{folder, ran};
+use serde_json::Value;
+
+const ONE: [&str; 4] = ["experiment", "distributed", "--draws", "1"];
+
+#[test]
+fn the_study_is_told_and_written_twice_alike() {
+    let folder = folder("distributed");
+    let (exit, people, _) = ran(&folder, &[&ONE[..], &["--out", "one"]].concat());
+    assert_eq!(exit, Some(0), "{people}");
+    for line in people.lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+    assert!(people.contains("Rate: endurance by the rate"), "{people}");
+    let (exit, told, _) = ran(
+        &folder,
+        &[&["--json"], &ONE[..], &["--out", "two"]].concat(),
+    );
+    assert_eq!(exit, Some(0), "{told}");
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(told["result"]["simulated"], true);
+    assert_eq!(told["result"]["declared"]["as_declared"], false);
+    for file in ["result.json", "result.html", "draws.csv"] {
+        let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
+        assert!(read("one") == read("two"), "{file}");
+    }
+    let rows = std::fs::read_to_string(folder.join("one/draws.csv")).unwrap();
+    assert_eq!(rows.lines().count(), 1 + 15);
+    let (exit, told, _) = ran(&folder, &["report", "one"]);
+    assert_eq!(exit, Some(0), "{told}");
+}
+
+#[test]
+fn what_cannot_be_asked_is_told_at_once() {
+    let folder = folder("distributed_refused");
+    let wrong = ["--draws", "0", "--wearer", "P", "--device", "chip"];
+    let (exit, _, told) = ran(&folder, &[&ONE[..2], &wrong].concat());
+    assert_eq!(exit, Some(2), "{told}");
+    for why in ["allowed is 1 to", "draws its persons", "allowed: native"] {
+        assert!(told.contains(why), "{told}");
+    }
+}
