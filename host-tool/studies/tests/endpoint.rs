@@ -6,7 +6,7 @@ use hal_sim::random::Random;
 use nalgebra::{DMatrix, Vector3};
 use studies::endpoint::{
     Device, Features, Method, Model, Participant, Study, Target, align, calibrated, check_imus,
-    frame_of, geometry_error_deg, median, pearson, replication, ridge, still, switches, twitches,
+    frame_of, geometry_error_deg, median, pearson, replication, ridge, switches, twitches,
 };
 
 fn study() -> Study {
@@ -250,34 +250,38 @@ fn alignment_undoes_a_turn_about_the_vertical() {
     }
 }
 
+/// Person 1 of seed 7 without noise, `stronger` times as strong.
+fn without_noise(stronger: f64) -> Participant {
+    let mut person = Participant::drawn(&study(), 7, 1).unwrap();
+    let mut spec: ArmSpec = person.arm.spec().clone();
+    spec.reached = spec.reached.map(|it| stronger * it);
+    (spec.force_noise, spec.crosstalk) = (0.0, [0.0; ELECTRODES]);
+    spec.imu.askew_deg = 0.0;
+    (spec.imu.gyro_noise_rad_s, spec.imu.gyro_bias_rad_s) = (0.0, 0.0);
+    person.arm = hal_sim::body::arm::Arm::new(spec).unwrap();
+    person.now_us = 0;
+    person
+}
+
 /// Calibrated on a body without noise, lines of action turn the limb the way it turned, and
 /// gains follow what a stronger body gives.
 #[test]
 fn calibration_finds_turning_and_strength() {
-    let study = study();
-    let calibrate = |stronger: f64, kept: Option<&[usize]>| {
-        let mut person = Participant::drawn(&study, 7, 1).unwrap();
-        let mut spec: ArmSpec = person.arm.spec().clone();
-        spec.reached = spec.reached.map(|it| stronger * it);
-        (spec.force_noise, spec.crosstalk) = (0.0, [0.0; ELECTRODES]);
-        spec.imu.askew_deg = 0.0;
-        (spec.imu.gyro_noise_rad_s, spec.imu.gyro_bias_rad_s) = (0.0, 0.0);
-        person.arm = hal_sim::body::arm::Arm::new(spec).unwrap();
-        person.now_us = 0;
+    let study = study().rested();
+    let calibrate = |stronger: f64| {
+        let mut person = without_noise(stronger);
         let cursory = person.cursory();
         let turning = twitches(&mut person.arm, &cursory, &study, &mut person.now_us);
-        // What does not twitch while it is weak is left out twice.
-        let found = still(&turning);
-        let kept = kept.unwrap_or(&found).to_vec();
-        assert!(kept.len() <= 2, "{kept:?}");
-        let model = calibrated(&cursory, (&turning, &kept), 77.0, &study).unwrap();
+        let model = calibrated(&cursory, (&turning, &[]), 77.0, &study).unwrap();
         let device = Device::new(&model).unwrap();
-        let mut angles = Vec::new();
-        let turns = turning.iter().enumerate();
-        for (channel, turned) in turns.filter(|(at, _)| !kept.contains(at)) {
-            let mean: Vector3<f64> = turned.iter().sum();
-            angles.push(device.arm_m(channel).angle(&mean).to_degrees());
-        }
+        let angles: Vec<f64> = turning
+            .iter()
+            .enumerate()
+            .map(|(channel, turned)| {
+                let mean: Vector3<f64> = turned.iter().sum();
+                device.arm_m(channel).angle(&mean).to_degrees()
+            })
+            .collect();
         let error = |it: &Model| geometry_error_deg(&Device::new(it).unwrap(), it, &person.arm);
         let (before, after) = (error(&cursory), error(&model));
         println!("to turning {angles:.0?}, geometry {before:.0?} to {after:.0?}");
@@ -285,14 +289,52 @@ fn calibration_finds_turning_and_strength() {
             angles.iter().all(|it| *it < 90.0) && median(&angles) < 30.0,
             "{angles:?}"
         );
-        (model, kept)
+        model
     };
-    let (weak, kept) = calibrate(1.0, None);
-    let (strong, _) = calibrate(2.0, Some(&kept));
-    for at in (0..ELECTRODES).filter(|at| !kept.contains(at)) {
-        let (weak, strong) = (weak.gains[at], strong.gains[at]);
+    let (weak, strong) = (calibrate(1.0), calibrate(2.0));
+    for (weak, strong) in weak.gains.iter().zip(strong.gains) {
         assert!((strong / weak - 2.0).abs() < 0.05, "{weak} {strong}");
     }
+}
+
+/// Turning rates of each twitch of channel 5 after waits as declared and until rest, rad/s.
+fn twitches_of_the_pectoralis(person: &Participant) -> [Vec<f64>; 2] {
+    [study(), study().rested()].map(|study| {
+        let mut person = person.clone();
+        let cursory = person.cursory();
+        let turning = twitches(&mut person.arm, &cursory, &study, &mut person.now_us);
+        turning[5].iter().map(|it| it.norm()).collect()
+    })
+}
+
+/// One cause of a twitch that is not seen: the declared 2 s leave an arm ringing from the
+/// channel before, and the first twitch comes out otherwise than the next ones.
+#[test]
+fn an_arm_that_rings_hides_a_twitch() {
+    let [rings, rests] = twitches_of_the_pectoralis(&without_noise(1.0));
+    println!("{rings:.4?} {rests:.4?}");
+    assert!(rings[0] < 0.02 && rings[1] > 0.02, "{rings:?}");
+    for it in &rests {
+        assert!((it / rests[0] - 1.0).abs() < 0.02, "{rests:?}");
+    }
+}
+
+/// The other: currents found comfortable end where a muscle begins. This S1 makes no frame,
+/// rest or not, and another is drawn.
+#[test]
+fn another_first_participant_is_drawn_where_a_channel_does_not_twitch() {
+    let s1 = Participant::drawn(&study(), 2023, 3 * 19).unwrap();
+    let threshold = s1.arm.spec().threshold_ma[5];
+    assert!((1.0..1.06).contains(&(s1.ranges_ma[5][1] / threshold)));
+    for twitches in twitches_of_the_pectoralis(&s1) {
+        assert!(twitches.iter().any(|it| *it < 0.02), "{twitches:?}");
+    }
+    let mut study = short();
+    let found = replication(&study, 2023, 19).unwrap();
+    assert_eq!((found.in_vain, found.people.len()), (1, 3));
+    study.calibration.substitutes = 0;
+    let error = replication(&study, 2023, 19).unwrap_err().to_string();
+    assert!(error.contains("E718 pectoralis clavicular"), "{error}");
 }
 
 #[test]
@@ -323,10 +365,8 @@ fn imus_that_are_missing_or_swapped_are_named() {
     }
 }
 
-/// One replication of a short protocol: every condition, the same again from the same seed.
-/// `--nocapture` prints it.
-#[test]
-fn a_replication_is_whole_and_repeats() {
+/// A short protocol.
+fn short() -> Study {
     let mut study = study();
     study.protocol.repetitions = 2;
     study.protocol.voluntary_repetitions = 2;
@@ -334,6 +374,14 @@ fn a_replication_is_whole_and_repeats() {
     study.protocol.rest_s = 0.5;
     study.protocol.pause_s = 2.0;
     study.walk.turn_s = 1.0;
+    study
+}
+
+/// One replication of a short protocol: every condition, the same again from the same seed.
+/// `--nocapture` prints it.
+#[test]
+fn a_replication_is_whole_and_repeats() {
+    let study = short();
     let run = || replication(&study, 3, 0).unwrap();
     let first = run();
     let text = |it| serde_json::to_string(it).unwrap();

@@ -72,6 +72,22 @@ fn of_wearers(all: &[Replication]) -> Vec<Share> {
             lower("fresh", "C2"),
         ),
         count(
+            (
+                "rested-c2",
+                "calibrated at rest: lower median error than C2",
+            ),
+            None,
+            lower("rested", "C2"),
+        ),
+        count(
+            (
+                "rested-c3",
+                "calibrated at rest: lower median error than C3",
+            ),
+            None,
+            lower("rested", "C3"),
+        ),
+        count(
             ("c4-c2", "C4: lower median error than C2"),
             yes,
             lower("C4", "C2"),

@@ -82,6 +82,10 @@ pub struct Calibration {
     pub wait_s: f64,
     /// How long the greatest rate is looked for, s.
     pub watched_s: f64,
+    /// How often at most another S1 is drawn where a channel of S1's does not twitch.
+    pub substitutes: u64,
+    /// Between twitches where the arm is waited for to rest, s.
+    pub rested_s: f64,
 }
 
 /// How people aim.
@@ -175,6 +179,14 @@ impl Study {
         }
     }
 
+    /// The same, but that each twitch of the calibration waits until the arm rests.
+    #[must_use]
+    pub fn rested(&self) -> Self {
+        let mut rested = self.clone();
+        rested.calibration.wait_s = self.calibration.rested_s;
+        rested
+    }
+
     /// Everything that cannot be.
     fn wrong(&self) -> Vec<String> {
         let protocol = &self.protocol;
@@ -184,6 +196,7 @@ impl Study {
             ("protocol.frequency_hz", protocol.frequency_hz),
             ("calibration.twitch_s", self.calibration.twitch_s),
             ("calibration.watched_s", self.calibration.watched_s),
+            ("calibration.rested_s", self.calibration.rested_s),
             ("walk.turn_s", self.walk.turn_s),
             ("regression.length_scale", self.regression.length_scale),
             ("regression.ridge", self.regression.ridge),

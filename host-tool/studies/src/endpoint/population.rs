@@ -3,6 +3,7 @@
 use super::claims::{diagonal, errors, median_of, shares};
 use super::declaration::{DECLARED, Study};
 use super::error::EndpointError;
+use super::metrics::median;
 use super::replication::{CONDITIONS, Condition, Person, Replication, people, wearers};
 use super::sheets::{figure_7, forces, table_1};
 use crate::laboratory::{Declared, Outcome, Row};
@@ -51,7 +52,7 @@ fn condition_rows(study: &Study, all: &[Replication], name: &str) -> [Row; 5] {
     };
     let diagonal = of(&|it| it.measures.diagonal().iter().sum::<f64>() / 3.0);
     let part = of(&|it| it.measures.rmse_n[3] / it.measures.range_n[3]);
-    let angle = of(&|it| super::metrics::median(&it.measures.angles_deg));
+    let angle = of(&|it| median(&it.measures.angles_deg));
     let named = |id: &str, quantity: &str, unit: &str, paper, values| {
         row(
             &format!("{name}/{id}"),
@@ -121,6 +122,12 @@ fn geometry_rows(all: &[Replication]) -> Vec<Row> {
             "geometry's error, calibrated",
             "°",
             worn(1),
+        ),
+        (
+            "geometry/rested",
+            "geometry's error, calibrated at rest",
+            "°",
+            wearers(all).map(|it| median(&it.rested_deg)).collect(),
         ),
         (
             "geometry/reversed",
@@ -249,7 +256,6 @@ fn interval(study: &Study, all: &[Replication], less: &str) -> Option<String> {
         })
         .collect();
     let level = study.claims.level;
-    let median = |all: &[f64]| super::metrics::median(all);
     let found = bootstrap_bca(&each, median, RESAMPLES, level, 1).ok()?;
     Some(format!(
         "Median error of {less} against C2, change in percent, wearers of a study averaged, median \
@@ -261,6 +267,31 @@ fn interval(study: &Study, all: &[Replication], less: &str) -> Option<String> {
     ))
 }
 
+/// Whose twitches turned nothing, and what became of it.
+fn who_did_not_twitch(all: &[Replication]) -> Vec<String> {
+    let mut notes = Vec::new();
+    let of = |pick: &dyn Fn(&Person) -> &[usize]| {
+        let each: Vec<usize> = wearers(all).map(|it| pick(it).len()).collect();
+        let who = each.iter().filter(|n| **n > 0).count();
+        (who, each.iter().sum::<usize>())
+    };
+    let (who, channels) = of(&|it| &it.untwitched);
+    let (at_rest, few) = of(&|it| &it.rested_untwitched);
+    if who > 0 {
+        notes.push(format!(
+            "In {who} wearers twitches of some channel ({channels} in all) turned nothing: it kept \
+             S1's frame. Where each twitch waits for the arm to rest: in {at_rest} ({few} channels)."
+        ));
+    }
+    for it in all.iter().filter(|it| it.in_vain > 0) {
+        notes.push(format!(
+            "Study {}: a channel of S1 did not twitch; another was drawn as S1, {} in vain.",
+            it.index, it.in_vain
+        ));
+    }
+    notes
+}
+
 /// All of it.
 ///
 /// # Errors
@@ -270,16 +301,11 @@ pub fn outcome(study: &Study, all: &[Replication], told: Told) -> Result<Outcome
     sheets.extend(forces(all));
     let mut notes: Vec<String> = [SIMULATED, MEANING, FRAME].map(str::to_owned).to_vec();
     notes.extend(
-        ["C3", "C4", "fresh"]
+        ["C3", "C4", "fresh", "rested"]
             .iter()
             .filter_map(|it| interval(study, all, it)),
     );
-    let untwitched = wearers(all).filter(|it| !it.untwitched.is_empty()).count();
-    if untwitched > 0 {
-        notes.push(format!(
-            "In {untwitched} wearers twitches of some channel turned nothing: it kept S1's frame."
-        ));
-    }
+    notes.extend(who_did_not_twitch(all));
     let shares = shares(all);
     if let Some(it) = shares.first().filter(|it| it.of > 0) {
         let part = it.holds as f64 / it.of as f64;

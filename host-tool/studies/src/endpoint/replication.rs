@@ -17,7 +17,11 @@ use serde::Serialize;
 /// Participants of a study.
 pub const PARTICIPANTS: usize = 3;
 /// Conditions that are kept, in order: C1 to C4 as the paper's, then ours.
-pub const CONDITIONS: [&str; 7] = ["C1", "C2", "C3", "C4", "squares", "exact", "fresh"];
+pub const CONDITIONS: [&str; 8] = [
+    "C1", "C2", "C3", "C4", "squares", "exact", "fresh", "rested",
+];
+/// Number of the first participant that is drawn in another's place.
+const SUBSTITUTES: u64 = 1 << 32;
 
 /// What one condition of one participant came to.
 #[derive(Clone, Debug, Serialize)]
@@ -42,6 +46,8 @@ pub struct Person {
     pub conditions: Vec<Condition>,
     /// Geometry's error in S1's frame and calibrated, degrees, of each channel.
     pub geometry_deg: [[f64; 9]; 2],
+    /// The same, calibrated on an arm that rests.
+    pub rested_deg: [f64; 9],
     /// Gains in S1's frame and calibrated, N/mA.
     pub gains: [[f64; 9]; 2],
     /// Nearest neighbour and least squares on the calibrated limb.
@@ -52,6 +58,8 @@ pub struct Person {
     pub freshness: [f64; 3],
     /// Channels whose twitches turned nothing, so that they kept S1's frame.
     pub untwitched: Vec<usize>,
+    /// The same of an arm that rests.
+    pub rested_untwitched: Vec<usize>,
     /// Breastbone, shoulder, elbow and cuff, m.
     pub places_m: [[f64; 3]; 4],
 }
@@ -63,6 +71,8 @@ pub struct Replication {
     pub index: u64,
     /// S1 to S3.
     pub people: Vec<Person>,
+    /// How many were drawn as S1 in vain before: a channel of theirs did not twitch.
+    pub in_vain: u64,
 }
 
 impl Person {
@@ -238,6 +248,7 @@ pub fn person(
     person.pause(study.protocol.pause_s);
     let mut early = person.clone();
     let c2 = course.run(("C2", 2), &mut person, (&own, near))?;
+    let mut rested = person.clone();
     let (calibrated, untwitched) = own_model(study, &mut person, s1)?;
     let calibrated = Player::new(calibrated)?;
     let other = person.clone();
@@ -252,6 +263,9 @@ pub fn person(
     }
     let (fresh, _) = own_model(study, &mut early, s1)?;
     course.run(("fresh", 3), &mut early, (&Player::new(fresh)?, near))?;
+    let (at_rest, rested_untwitched) = own_model(&study.rested(), &mut rested, s1)?;
+    let at_rest = Player::new(at_rest)?;
+    course.run(("rested", 3), &mut rested, (&at_rest, near))?;
     let device = &calibrated.device;
     let size = device.reachable_n([1.0, 0.0, 0.0]).max(1.0);
     let switching = |method| switches(device, method, size, study.switching.jump);
@@ -261,11 +275,13 @@ pub fn person(
     Ok(Person {
         conditions: course.conditions,
         geometry_deg: [&own, &calibrated].map(geometry),
+        rested_deg: geometry(&at_rest),
         gains: [own.model.gains, calibrated.model.gains],
         switches: [switching(near)?, switching(Method::Squares)?],
         walks: [full?, slow?],
         freshness: [c2, c3, c4],
         untwitched,
+        rested_untwitched,
         places_m: places(&person),
     })
 }
@@ -297,25 +313,45 @@ fn own_model(
     Ok((model, kept))
 }
 
+/// S1 of study `index` and the frame; where a channel of theirs does not twitch, the next
+/// who is drawn in their place, at most `substitutes` times. Who it is, and after how many.
+fn first(study: &Study, seed: u64, index: u64) -> Result<(Participant, Model, u64), EndpointError> {
+    let most = study.calibration.substitutes;
+    let mut in_vain = 0;
+    loop {
+        let number = match in_vain {
+            0 => PARTICIPANTS as u64 * index,
+            again => SUBSTITUTES + most * index + again - 1,
+        };
+        let s1 = Participant::drawn(study, seed, number)?;
+        match frame_of(study, &s1) {
+            Err(EndpointError::NoTwitch(_)) if in_vain < most => in_vain += 1,
+            frame => return Ok((s1, frame?, in_vain)),
+        }
+    }
+}
+
 /// Study `index` of `seed`.
 ///
 /// # Errors
-/// What goes wrong in any participant.
+/// What goes wrong in any participant; E718: a channel of S1 does not twitch, nor one of any
+/// who was drawn instead.
 pub fn replication(study: &Study, seed: u64, index: u64) -> Result<Replication, EndpointError> {
-    let first = PARTICIPANTS as u64 * index;
-    let drawn = |at: u64| Participant::drawn(study, seed, first + at);
-    let s1 = frame_of(study, &drawn(0)?)?;
-    let people = (0..PARTICIPANTS as u64)
-        .map(|at| {
-            person(
-                study,
-                drawn(at)?,
-                &s1,
-                random::word(seed, 1_000 + first + at),
-            )
-        })
-        .collect::<Result<_, _>>()?;
-    Ok(Replication { index, people })
+    let numbers = (0..PARTICIPANTS as u64).map(|at| PARTICIPANTS as u64 * index + at);
+    let (s1, frame, in_vain) = first(study, seed, index)?;
+    let mut s1 = Some(s1);
+    let mut course = |number: u64| {
+        let who = match s1.take() {
+            Some(s1) => s1,
+            None => Participant::drawn(study, seed, number)?,
+        };
+        person(study, who, &frame, random::word(seed, 1_000 + number))
+    };
+    Ok(Replication {
+        index,
+        people: numbers.map(&mut course).collect::<Result<_, _>>()?,
+        in_vain,
+    })
 }
 
 /// S2 and S3 of every study: who wears a frame that is not their own.
