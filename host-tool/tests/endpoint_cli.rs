@@ -35,7 +35,7 @@ fn what_cannot_be_asked_is_wrong_use() {
     for (args, why) in [
         (&["--draws", "0"][..], "allowed is 1 to"),
         (&["--wearer", "P"], "do not belong to sierotowicz"),
-        (&["--device", "chip"], "without a device"),
+        (&["--device", "qemu"], "allowed: native, chip"),
     ] {
         let (exit, _, told) = ran(&folder, &[&ONE[..2], args].concat());
         assert_eq!(exit, Some(2), "{told}");

@@ -4,11 +4,12 @@ use super::experiment::ExperimentArgs;
 use super::hamana::people::people;
 use super::{Incomplete, Output, interrupt, wrong};
 use host_core::record::replace_file;
+use host_core::run::DeviceName;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use studies::endpoint::{Replication, Study, Told, arms_page, outcome, replication};
+use studies::endpoint::{Replication, Study, Told, arms_page, outcome, played_c3, replication};
 use studies::laboratory::{self, Outcome};
 
 /// Its name.
@@ -28,6 +29,9 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
     let draws = args.draws.unwrap_or(study.replications);
     let seed = args.seed.unwrap_or(study.seed);
     allowed(args, draws)?;
+    // Whatever is wrong with the device is told before anybody is drawn.
+    let device = &args.device;
+    let played = played_c3(&study, seed, device)?.in_words(device);
     let place = args.out.place(NAME)?;
     let interruption = interrupt::heed()?;
     let bar = output.bar(NAME);
@@ -59,7 +63,11 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
     let told = Told {
         seed,
         draws,
-        command: format!("experiment {NAME} --draws {draws}"),
+        command: format!(
+            "experiment {NAME} --device {} --draws {draws}",
+            device.typed()
+        ),
+        played: Some((device.typed().into(), played)),
         cut_short: signal.map(|_| format!("Cut short after {of}.")),
         failed,
     };
@@ -89,10 +97,10 @@ fn allowed(args: &ExperimentArgs, draws: u64) -> anyhow::Result<()> {
     if args.wearer.is_some() || args.departure.is_some() {
         return wrong(format!("--wearer and --departure do not belong to {NAME}"));
     }
-    let device = args.device.typed();
-    if device != "native" {
+    let device = &args.device;
+    if !matches!(device, DeviceName::Native | DeviceName::Chip) {
         return wrong(format!(
-            "{NAME} is of bodies alone, without a device; --device is {device}, allowed: native"
+            "{NAME} is of simulated bodies; --device is {device}, allowed: native, chip"
         ));
     }
     match (1..=MOST).contains(&draws) {

@@ -3,10 +3,12 @@
 
 use hal_sim::body::arm::{ArmSpec, ELECTRODES, ImuFault};
 use hal_sim::random::Random;
+use host_core::run::DeviceName;
 use nalgebra::{DMatrix, Vector3};
 use studies::endpoint::{
     Device, Features, Method, Model, Participant, Study, Target, align, calibrated, check_imus,
-    frame_of, geometry_error_deg, median, pearson, replication, ridge, switches, twitches,
+    frame_of, geometry_error_deg, median, pearson, played_c3, replication, ridge, switches,
+    twitches,
 };
 
 fn study() -> Study {
@@ -377,6 +379,27 @@ fn short() -> Study {
     study
 }
 
+/// A gain that is none, and a posture of which no moment arms are known.
+#[test]
+fn a_gain_that_is_none_and_an_unknown_posture_are_told() {
+    let study = study().rested();
+    let mut person = without_noise(1.0);
+    let cursory = person.cursory();
+    let turning = twitches(&mut person.arm, &cursory, &study, &mut person.now_us);
+    let error = calibrated(&cursory, (&turning, &[]), 0.0, &study).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "E719 biceps brachii: its gain is 0, which must be a finite number above zero"
+    );
+    let mut spec = ArmSpec::drawn(11, 0);
+    spec.posture.elevation_deg = 130.0;
+    let error = check_imus(&spec).unwrap_err().to_string();
+    assert!(
+        error.starts_with("E716 a drawn arm cannot be: E711 arm: this posture is outside"),
+        "{error}"
+    );
+}
+
 /// One replication of a short protocol: every condition, the same again from the same seed.
 /// `--nocapture` prints it.
 #[test]
@@ -410,4 +433,20 @@ fn a_replication_is_whole_and_repeats() {
     // S1's own frame was found on S1: nothing but noise is between it and the calibration.
     let s1 = frame_of(&study, &Participant::drawn(&study, 3, 0).unwrap()).unwrap();
     assert_eq!(s1.gains, first.people[0].gains[0]);
+}
+
+/// One condition on the device: it puts out what the study asked for, and the body makes of
+/// it what the study computed, but for pulses that are up to 4 ms later within a period.
+#[test]
+fn a_condition_is_played_on_the_device() {
+    let mut study = study();
+    study.played.targets = 3;
+    let found = played_c3(&study, study.seed, &DeviceName::Native).unwrap();
+    println!("{}", found.in_words(&DeviceName::Native));
+    assert_eq!(found.played, 3);
+    assert_eq!(found.pulses[0], found.pulses[1]);
+    // The first three are C3's own, before they are turned about the vertical.
+    let [off, rms] = found.force_n;
+    assert!(off < 0.05 * rms && rms > 0.5, "{found:?}");
+    assert!(found.current_ma < 0.02, "{found:?}");
 }

@@ -26,6 +26,8 @@ pub struct Study {
     pub calibration: Calibration,
     /// How people aim.
     pub voluntary: Voluntary,
+    /// What a device plays.
+    pub played: PlayedSpec,
     /// How a wanted force goes around.
     pub walk: Walk,
     /// What predicts.
@@ -96,6 +98,14 @@ pub struct Voluntary {
     pub direction_deg: f64,
     /// Of size, as a part.
     pub size: f64,
+}
+
+/// What a device plays.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlayedSpec {
+    /// Contractions of C3 of the first study's S2.
+    pub targets: usize,
 }
 
 /// How a wanted force goes around.
@@ -223,6 +233,7 @@ impl Study {
                 protocol.voluntary_repetitions,
                 1,
             ),
+            ("played.targets", self.played.targets, 1),
             ("calibration.twitches", self.calibration.twitches, 1),
             ("regression.features", self.regression.features, 1),
             ("regression.folds", self.regression.folds, 2),

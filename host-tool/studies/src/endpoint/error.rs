@@ -28,6 +28,15 @@ pub enum EndpointError {
     /// Features do not make a regression.
     #[error("E720 the regression: {0}")]
     Regression(String),
+    /// A device does not play a condition.
+    #[error("E730 --device {0} does not play C3: {1}; choose another --device, or --seed")]
+    NotPlayed(String, String),
+    /// It does not put out what the native device does.
+    #[error("E731 --device {0} puts out {1} where --device native puts out {2}")]
+    OtherEdges(String, String, String),
+    /// The declaration of the choice of electrodes; all that is wrong with it.
+    #[error("E732 the electrode choice's declaration: {0}")]
+    Electrodes(String),
     /// The device's own arm, or what is wanted of it.
     #[error(transparent)]
     Limb(#[from] Trouble),

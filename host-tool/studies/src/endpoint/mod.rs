@@ -4,7 +4,7 @@
 //! Lives here: what was declared (`host-tool/endpoint/study.toml`), what the device is
 //! told of an arm (`model`), the device at work on it (`device`), its calibration
 //! (`calibrate`, `imus`), participants and their conditions C1 to C4 (`participant`, `walk`,
-//! `replication`), what they come to (`metrics`, `regression`, `population`). Not here: how
+//! `replication`), one condition on a device (`played`), what they come to (`metrics`, `regression`, `population`). Not here: how
 //! muscles are recruited (`firmware::limb`, `host_core::limb`), the body
 //! (`hal_sim::body::arm`), the command (`cli`). In: a seed. Out: numbers beside the
 //! paper's. All simulated: no evidence about people.
@@ -19,6 +19,7 @@ mod metrics;
 mod model;
 mod participant;
 mod picture;
+mod played;
 mod population;
 mod regression;
 mod replication;
@@ -34,6 +35,7 @@ pub use metrics::{Correlation, Measures, Target, align, measures, median, pearso
 pub use model::{Action, Cylinder, Frame, JOINT_NAMES, Model, Point, cursory, turned};
 pub use participant::{Command, DIRECTION_NAMES, DIRECTIONS, Participant};
 pub use picture::page as arms_page;
+pub use played::{PlayedC3, played_c3};
 pub use population::{Told, outcome};
 pub use regression::{Features, Score, folds, predicted, ridge, score};
 pub use replication::{

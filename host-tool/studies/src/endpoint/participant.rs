@@ -191,21 +191,30 @@ impl Participant {
 
     /// Two seconds of these currents and of this push, two of nothing: the mean wrench over
     /// the contraction less that immediately before it (section 2.6).
-    fn contraction(
+    pub(super) fn contraction(
         &mut self,
         study: &Study,
         currents_ma: &[f64; ELECTRODES],
         push: [f64; 6],
     ) -> [f64; 6] {
         let protocol = &study.protocol;
-        let before = self.baseline();
-        let mut during = Mean::default();
         let train = (
             protocol.contraction_s,
             protocol.frequency_hz,
             protocol.width_us,
         );
-        self.arm.push(push);
+        let currents = &mut |_| *currents_ma;
+        self.contracted(study, &mut |arm, now_us, each_ms| {
+            arm.push(push);
+            pulses(arm, now_us, currents, train, each_ms)
+        })
+    }
+
+    /// The same of what `stimulate` does from a time on, µs, calling after each millisecond;
+    /// it tells when it ended.
+    pub(super) fn contracted(&mut self, study: &Study, stimulate: Stimulate<'_>) -> [f64; 6] {
+        let before = self.baseline();
+        let mut during = Mean::default();
         let mut ms = 0;
         let mut add = |arm: &Arm| {
             ms += 1;
@@ -213,15 +222,17 @@ impl Participant {
                 during.add(arm.sensed_wrench());
             }
         };
-        let currents = &mut |_| *currents_ma;
-        self.now_us = pulses(&mut self.arm, self.now_us, currents, train, &mut add);
+        self.now_us = stimulate(&mut self.arm, self.now_us, &mut add);
         self.arm.push([0.0; 6]);
-        let rest = protocol.rest_s - 1e-3 * BASELINE_MS as f64;
+        let rest = study.protocol.rest_s - 1e-3 * BASELINE_MS as f64;
         self.pause(rest.max(0.0));
         let during = during.mean();
         std::array::from_fn(|axis| during[axis] - before[axis])
     }
 }
+
+/// What a contraction is made by.
+pub(super) type Stimulate<'a> = &'a mut dyn FnMut(&mut Arm, u64, &mut dyn FnMut(&Arm)) -> u64;
 
 /// A mean wrench.
 #[derive(Default)]

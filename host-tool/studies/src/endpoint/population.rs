@@ -29,6 +29,8 @@ pub struct Told {
     pub draws: u64,
     /// What a terminal takes to have it again.
     pub command: String,
+    /// What a device played of it, and which, for people.
+    pub played: Option<(String, String)>,
     /// What is missing, for people.
     pub cut_short: Option<String>,
     /// Why studies are missing, each.
@@ -321,6 +323,8 @@ pub fn outcome(study: &Study, all: &[Replication], told: Told) -> Result<Outcome
             100.0 * part
         ));
     }
+    let (device, played) = told.played.unzip();
+    notes.extend(played);
     notes.extend(
         told.failed
             .iter()
@@ -336,7 +340,7 @@ pub fn outcome(study: &Study, all: &[Replication], told: Told) -> Result<Outcome
         declared: Declared {
             asked: "sierotowicz".to_owned(),
             command: Some(told.command),
-            device: None,
+            device,
             sha256: [("study.toml".to_owned(), sha256(DECLARED.as_bytes()))].into(),
             source: study.source.clone(),
             draws: told.draws,

@@ -7,7 +7,7 @@ use super::error::EndpointError;
 use super::imus;
 use super::metrics::{Measures, Target, align, measures, median};
 use super::model::Model;
-use super::participant::Participant;
+use super::participant::{Command, Participant};
 use super::regression::{Score, folds, predicted, score};
 use super::walk::{RATES_HZ, Walk, walk};
 use firmware::limb::JOINTS;
@@ -183,6 +183,7 @@ fn table_1(
 }
 
 /// What the device is told, and the device.
+#[derive(Clone)]
 struct Player {
     model: Model,
     device: Device,
@@ -199,7 +200,7 @@ impl Player {
 struct Course<'a> {
     study: &'a Study,
     /// By S1's frame on this participant: what decides the commands.
-    own: &'a Player,
+    own: Player,
     seed: u64,
     conditions: Vec<Condition>,
 }
@@ -225,6 +226,51 @@ impl Course<'_> {
     }
 }
 
+/// A participant who is calibrated: where C3 begins.
+struct Begun<'a> {
+    /// C1 and C2.
+    course: Course<'a>,
+    person: Participant,
+    calibrated: Player,
+    untwitched: Vec<usize>,
+    /// Where C2 began, and where the calibration did.
+    early: Participant,
+    before: Participant,
+    /// What C2 left.
+    left: f64,
+}
+
+/// One participant up to C3, with `s1`, S1's frame.
+fn begun<'a>(
+    study: &'a Study,
+    mut person: Participant,
+    s1: &Model,
+    seed: u64,
+) -> Result<Begun<'a>, EndpointError> {
+    let own = Player::new(person.wearing(s1))?;
+    let by_will = person.by_will(study, &own.device);
+    let mut course = Course {
+        study,
+        conditions: vec![condition(study, "C1", by_will, None)?],
+        own: own.clone(),
+        seed,
+    };
+    person.pause(study.protocol.pause_s);
+    let early = person.clone();
+    let left = course.run(("C2", 2), &mut person, (&own, Method::Nearest))?;
+    let before = person.clone();
+    let (calibrated, untwitched) = own_model(study, &mut person, s1)?;
+    Ok(Begun {
+        course,
+        person,
+        calibrated: Player::new(calibrated)?,
+        untwitched,
+        early,
+        before,
+        left,
+    })
+}
+
 /// One participant through all conditions with `s1`, S1's frame.
 ///
 /// # Errors
@@ -235,22 +281,16 @@ pub fn person(
     s1: &Model,
     seed: u64,
 ) -> Result<Person, EndpointError> {
-    let mut person = participant;
     let near = Method::Nearest;
-    let own = Player::new(person.wearing(s1))?;
-    let by_will = person.by_will(study, &own.device);
-    let mut course = Course {
-        study,
-        conditions: vec![condition(study, "C1", by_will, None)?],
-        own: &own,
-        seed,
-    };
-    person.pause(study.protocol.pause_s);
-    let mut early = person.clone();
-    let c2 = course.run(("C2", 2), &mut person, (&own, near))?;
-    let mut rested = person.clone();
-    let (calibrated, untwitched) = own_model(study, &mut person, s1)?;
-    let calibrated = Player::new(calibrated)?;
+    let Begun {
+        mut course,
+        mut person,
+        calibrated,
+        untwitched,
+        mut early,
+        before: mut rested,
+        left: c2,
+    } = begun(study, participant, s1, seed)?;
     let other = person.clone();
     let c3 = course.run(("C3", 3), &mut person, (&calibrated, near))?;
     let reset = Player::new(Model {
@@ -272,8 +312,11 @@ pub fn person(
     let walked = |rate_hz| walk(study, &mut other.clone(), device, rate_hz);
     let [full, slow] = RATES_HZ.map(walked);
     let geometry = |it: &Player| geometry_error_deg(&it.device, &it.model, &person.arm);
+    let Course {
+        own, conditions, ..
+    } = course;
     Ok(Person {
-        conditions: course.conditions,
+        conditions,
         geometry_deg: [&own, &calibrated].map(geometry),
         rested_deg: geometry(&at_rest),
         gains: [own.model.gains, calibrated.model.gains],
@@ -283,6 +326,32 @@ pub fn person(
         untwitched,
         rested_untwitched,
         places_m: places(&person),
+    })
+}
+
+/// A wearer where C3 begins, what the device knows of them and C3's commands.
+pub(super) struct BeforeC3 {
+    /// Who.
+    pub person: Participant,
+    /// Their arm, calibrated.
+    pub model: Model,
+    /// In order.
+    pub commands: Vec<Command>,
+}
+
+/// S2 of study 0 of `seed` where C3 begins.
+///
+/// # Errors
+/// As [`replication`].
+pub(super) fn before_c3(study: &Study, seed: u64) -> Result<BeforeC3, EndpointError> {
+    let (_, s1, _) = first(study, seed, 0)?;
+    let s2 = Participant::drawn(study, seed, 1)?;
+    let begun = begun(study, s2, &s1, random::word(seed, 1_001))?;
+    let own = &begun.course.own.device;
+    Ok(BeforeC3 {
+        commands: begun.person.commands(study, own, 3),
+        model: begun.calibrated.model,
+        person: begun.person,
     })
 }
 

@@ -1,0 +1,399 @@
+//! One condition of the study on a device: C3 of S2 of the first study, as a session of a
+//! wanted force. What the device puts out is held against the native device's, edge by edge,
+//! and what it makes of the body against what the study computed.
+
+use super::declaration::Study;
+use super::device::{Device, Method};
+use super::error::EndpointError;
+use super::metrics::{force, size};
+use super::model::{Model, turned};
+use super::participant::Command;
+use super::replication::{BeforeC3, before_c3};
+use hal_sim::body::arm::{Arm, ELECTRODES};
+use hal_sim::body::{Body, CHANNELS, Drive, Load, Pulse};
+use hal_sim::trace::Edge;
+use host_core::run::{DeviceName, SessionFile, run};
+use std::fmt::Write;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The first contraction begins so long after the session, ms.
+const LEAD_MS: u64 = 1_000;
+/// A force is wanted so long before its first pulse, ms: the device recruits within 5 ms, and
+/// an amplitude that rises from zero has a pulse of none in the period of 25 ms before.
+const BEFORE_MS: u64 = 45;
+/// It ends so long before the first pulse that is not to have it, ms.
+const AFTER_MS: u64 = 20;
+/// From no force to a force, ms: a setpoint's period.
+const STEP_MS: u64 = 5;
+/// Channels in the order of their pulses in a period, and how far apart these are, µs: all at
+/// once could come to more than the device's 200 mA. Of electrodes that reach one muscle none
+/// are 2.75 ms apart, so that the body counts them together, as the study's.
+const ORDER: [usize; ELECTRODES] = [0, 8, 1, 4, 2, 7, 3, 5, 6];
+/// See [`ORDER`].
+const APART_US: u64 = 500;
+/// Ω of each electrode pair.
+const LOAD_OHM: f64 = 1_000.0;
+/// Full scale of a stage, mA: above what any drawn arm takes.
+const FULL_SCALE_MA: f64 = 50.0;
+
+/// What came of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlayedC3 {
+    /// Contractions that the device gave.
+    pub played: usize,
+    /// Those before the last of them that it refuses, a muscle being too weak: the study
+    /// gives them at the greatest current, and so they were given here.
+    pub refused: usize,
+    /// Edges of the pins, the same as the native device's.
+    pub edges: usize,
+    /// Pulses, and how many the study gave.
+    pub pulses: [usize; 2],
+    /// How far a current is from the study's at most, mA.
+    pub current_ma: f64,
+    /// How far the mean force of a contraction is from the study's at most, and the root mean
+    /// square of the study's, N.
+    pub force_n: [f64; 2],
+    /// Mean force of each contraction as the study had it, N.
+    pub study_n: Vec<[f64; 3]>,
+}
+
+/// A contraction: its command, currents (mA), and whether the device gives it.
+struct Contraction {
+    command: Command,
+    currents_ma: [f64; ELECTRODES],
+    is_played: bool,
+}
+
+/// C3's contractions up to the declared number that the device gives.
+fn contractions(study: &Study, begun: &BeforeC3) -> Result<Vec<Contraction>, EndpointError> {
+    let device = Device::new(&begun.model)?;
+    let mut all = Vec::new();
+    let mut left = study.played.targets;
+    for command in &begun.commands {
+        if left == 0 {
+            break;
+        }
+        let forces = device.forces_n(Method::Nearest, command.1)?;
+        let is_played = !device.is_beyond(&forces);
+        left -= usize::from(is_played);
+        all.push(Contraction {
+            command: *command,
+            currents_ma: device.currents_ma(&forces),
+            is_played,
+        });
+    }
+    Ok(all)
+}
+
+fn begins_ms(study: &Study, place: usize) -> u64 {
+    LEAD_MS + place as u64 * (1e3 * (study.protocol.contraction_s + study.protocol.rest_s)) as u64
+}
+
+/// Three numbers of millionths in thousandths.
+fn triple(um: &[i32; 3]) -> String {
+    um.map(|it| format!("{:.3}", f64::from(it) / 1e3))
+        .join(", ")
+}
+
+/// The wearer's file: this arm.
+fn wearer(study: &Study, model: &Model) -> String {
+    let spec = model.spec();
+    let mut text = "schema = 1\nname = \"s2\"\nevidence = \"assumed\"\nsource = \"drawn\"\n\
+                    [limits]\nmax_current_ma = 50\nmax_charge_uc = 10\nmax_rms_ma = 10\n\
+                    rise_ms = 1\nfall_ms = 50\nhost_timeout_ms = 200\n[limb]\n"
+        .to_owned();
+    let ways = ["to_sc_mm", "to_gh_mm", "to_el_mm", "to_hand_mm"];
+    for (name, um) in ways.iter().zip(&spec.ways_um) {
+        let _ = writeln!(text, "{name} = [{}]", triple(um));
+    }
+    let axes = firmware::limb::AXIS_NAMES.iter().zip(&spec.ranges_mdeg);
+    for (name, (low, high)) in axes {
+        let _ = writeln!(text, "{name}_deg = [{}, {}]", low / 1_000, high / 1_000);
+    }
+    let segments = ["thorax", "girdle", "upper-arm", "forearm"];
+    let joints = ["sternoclavicular", "glenohumeral", "elbow"];
+    for line in &spec.lines {
+        let via = |via: &firmware::limb::ViaSpec| {
+            let segment = segments[usize::from(via.segment)];
+            let at = triple(&via.at_um);
+            format!("{{ segment = \"{segment}\", at_mm = [{at}] }}")
+        };
+        let points: Vec<String> = line.vias.iter().map(via).collect();
+        let (number, points) = (line.channel + 1, points.join(", "));
+        let [threshold, limit] =
+            [line.threshold, line.limit].map(|it| f64::from(it.get()) / 1000.0);
+        let gain = f64::from(line.gain_mn_per_ma) / 1e3;
+        let joint = joints[usize::from(line.joint.index())];
+        let (width_us, hz) = (study.protocol.width_us, study.protocol.frequency_hz);
+        let _ = write!(
+            text,
+            "[[limb.line]]\nchannel = {number}\njoint = \"{joint}\"\npoints = [{points}]\n\
+             gain_n_per_unit = {gain:.3}\n\
+             [[electrode]]\nchannel = {number}\nplace = \"{number}\"\nstage = \"current\"\n\
+             area_mm2 = 804\nwidth_us = {width_us}\nfrequency_hz = {hz}\nfrom_hz = 20\nto_hz = 50\n\
+             motor_threshold = {threshold:.3}\nlimit = {limit:.3}\nmoves = [\"the arm\"]\n"
+        );
+    }
+    text
+}
+
+/// The session: what is played of these contractions, one after the other.
+fn session(study: &Study, model: &Model, all: &[Contraction]) -> String {
+    let played: Vec<&Contraction> = all.iter().filter(|it| it.is_played).collect();
+    let protocol = &study.protocol;
+    let lasts_s = begins_ms(study, played.len()) as f64 / 1e3;
+    let mut text = format!(
+        "title = \"C3 of S2\"\nduration_s = {lasts_s}\n[wearer]\nfile = \"s2.toml\"\n\
+         [body]\nkind = \"still\"\nload_ohm = {LOAD_OHM}\n"
+    );
+    for channel in 0..ELECTRODES {
+        let place = ORDER.iter().position(|it| *it == channel).unwrap_or(0);
+        let (number, offset_us) = (channel + 1, APART_US * place as u64);
+        let (width_us, hz) = (protocol.width_us, protocol.frequency_hz);
+        let _ = write!(
+            text,
+            "[[channel]]\nnumber = {number}\nname = \"{number}\"\n\
+             stage = {{ kind = \"current\", full_scale_ma = {FULL_SCALE_MA} }}\n\
+             train = {{ shape = \"biphasic-cathodic-first\", width_us = {width_us}, gap_us = 50, \
+             frequency_hz = {hz}, offset_us = {offset_us} }}\n"
+        );
+    }
+    let angles = firmware::limb::AXIS_NAMES
+        .iter()
+        .zip(model.frame.angles())
+        .map(|(name, angle)| format!("{name} = {:.2}", f64::from(angle.to_centideg()) / 100.0));
+    let angles: Vec<String> = angles.collect();
+    let mut points = vec!["{ at_s = 0, force_n = [0, 0, 0] }".to_owned()];
+    for (place, it) in played.iter().enumerate() {
+        let from_ms = begins_ms(study, place) - BEFORE_MS;
+        let to_ms = from_ms + BEFORE_MS - AFTER_MS + (1e3 * protocol.contraction_s) as u64;
+        let wanted = turned(it.command.1).map(|n| format!("{n:.3}")).join(", ");
+        for (ms, force) in [
+            (from_ms, "0, 0, 0"),
+            (from_ms + STEP_MS, &*wanted),
+            (to_ms, &*wanted),
+            (to_ms + STEP_MS, "0, 0, 0"),
+        ] {
+            let at_s = ms as f64 / 1e3;
+            points.push(format!("{{ at_s = {at_s:.3}, force_n = [{force}] }}"));
+        }
+    }
+    let (angles, points) = (angles.join(", "), points.join(",\n"));
+    let _ = write!(
+        text,
+        "[setpoints]\nkind = \"endpoint-force\"\nrate_hz = 200\nposture_deg = {{ {angles} }}\n\
+         points = [\n{points}\n]\n"
+    );
+    text
+}
+
+/// A dummy load on each channel that notes pulses.
+struct Noting {
+    loads: [Load; CHANNELS],
+    noted: Arc<Mutex<Vec<Pulse>>>,
+}
+
+impl Body for Noting {
+    fn pulse(&mut self, pulse: &Pulse) {
+        let mut noted = self.noted.lock().unwrap_or_else(PoisonError::into_inner);
+        noted.push(*pulse);
+    }
+
+    fn advance(&mut self, _: u64) -> bool {
+        false
+    }
+
+    fn angle_deg(&self) -> f64 {
+        0.0
+    }
+
+    fn sensed_deg(&self) -> f64 {
+        0.0
+    }
+
+    fn loads(&self) -> &[Load; CHANNELS] {
+        &self.loads
+    }
+
+    fn loads_mut(&mut self) -> &mut [Load; CHANNELS] {
+        &mut self.loads
+    }
+}
+
+/// Edges and pulses of the session on `device`, with times from its start.
+fn put_out(
+    file: &SessionFile,
+    device: &DeviceName,
+    seed: u64,
+) -> Result<(Vec<Edge>, Vec<Pulse>), EndpointError> {
+    let failed = |why: String| EndpointError::NotPlayed(device.to_string(), why);
+    let told = |error: &dyn std::fmt::Display| failed(error.to_string());
+    let mut port = device.open(&file.session, seed).map_err(|e| told(&e))?;
+    let not_simulated = || failed("it is not simulated".to_owned());
+    let noted = Arc::default();
+    port.world().ok_or_else(not_simulated)?.body = Box::new(Noting {
+        loads: [Load::Ohms(LOAD_OHM); CHANNELS],
+        noted: Arc::clone(&noted),
+    });
+    let (outcome, port) = run(file, port, None, |_: f64| ());
+    if let Some(error) = outcome.error {
+        return Err(told(&error));
+    }
+    if outcome.refused > 0 {
+        return Err(failed(format!("{} requests are refused", outcome.refused)));
+    }
+    let epoch_us = outcome
+        .epoch_us
+        .ok_or_else(|| failed("no start".to_owned()))?;
+    let mut port = port.ok_or_else(not_simulated)?;
+    let trace = &port.world().ok_or_else(not_simulated)?.recorder.trace;
+    // Up to the stop, which comes at a time of each device's own.
+    let until_us = file.session.duration_us.saturating_sub(10_000);
+    let edges = trace.edges_from(epoch_us).map(|edge| Edge {
+        t_us: edge.t_us - epoch_us,
+        ..edge
+    });
+    let edges = edges.take_while(|edge| edge.t_us < until_us).collect();
+    let noted = noted.lock().unwrap_or_else(PoisonError::into_inner);
+    let since = noted.iter().filter(|it| it.t_us >= epoch_us);
+    let pulses = since.map(|it| Pulse {
+        t_us: it.t_us - epoch_us,
+        ..*it
+    });
+    Ok((edges, pulses.collect()))
+}
+
+/// A contraction by these pulses (µs from its begin), in which `each_ms` is called.
+fn replay(
+    arm: &mut Arm,
+    now_us: u64,
+    pulses: &[Pulse],
+    (lasts_s, each_ms): (f64, &mut dyn FnMut(&Arm)),
+) -> u64 {
+    let mut next = pulses.iter().peekable();
+    let lasts_us = (1e6 * lasts_s) as u64;
+    for end_us in (1..=lasts_us / 1_000).map(|ms| 1_000 * ms) {
+        while let Some(pulse) = next.next_if(|it| it.t_us < end_us) {
+            arm.pulse(&Pulse {
+                t_us: now_us + pulse.t_us,
+                ..*pulse
+            });
+        }
+        arm.advance(now_us + end_us);
+        each_ms(arm);
+    }
+    now_us + lasts_us
+}
+
+/// Plays it on `device`; of one that is not the native one every edge must be that one's.
+///
+/// # Errors
+/// What goes wrong in the study; E730: the device does not play it; E731: other edges.
+pub fn played_c3(study: &Study, seed: u64, device: &DeviceName) -> Result<PlayedC3, EndpointError> {
+    let begun = before_c3(study, seed)?;
+    let all = contractions(study, &begun)?;
+    let texts = wearer(study, &begun.model);
+    let text = session(study, &begun.model, &all);
+    let file = SessionFile::parse_beside("c3.toml", &text, &|_| Ok(texts.clone()))
+        .map_err(|e| EndpointError::NotPlayed(device.to_string(), e.lines()))?;
+    let (edges, pulses) = put_out(&file, &DeviceName::Native, seed)?;
+    let (others, pulses) = match device {
+        DeviceName::Native => (edges.clone(), pulses),
+        _ => put_out(&file, device, seed)?,
+    };
+    if let Some(at) =
+        (0..edges.len().max(others.len())).find(|at| edges.get(*at) != others.get(*at))
+    {
+        let told = |it: Option<&Edge>| it.map_or("nothing".to_owned(), |it| format!("{it:?}"));
+        return Err(EndpointError::OtherEdges(
+            device.to_string(),
+            told(others.get(at)),
+            told(edges.get(at)),
+        ));
+    }
+    Ok(compared(study, &begun, &all, (edges.len(), &pulses)))
+}
+
+/// What these pulses make of the body against what the study makes of it.
+fn compared(
+    study: &Study,
+    begun: &BeforeC3,
+    all: &[Contraction],
+    (edges, pulses): (usize, &[Pulse]),
+) -> PlayedC3 {
+    let (mut ours, mut theirs) = (begun.person.clone(), begun.person.clone());
+    let lasts_s = study.protocol.contraction_s;
+    let periods = (lasts_s * study.protocol.frequency_hz).ceil() as usize;
+    let mut found = PlayedC3 {
+        played: 0,
+        refused: 0,
+        edges,
+        pulses: [0, 0],
+        current_ma: 0.0,
+        force_n: [0.0; 2],
+        study_n: Vec::new(),
+    };
+    for it in all {
+        let study_n = force(theirs.contraction(study, &it.currents_ma, [0.0; 6]));
+        if !it.is_played {
+            found.refused += 1;
+            ours.contraction(study, &it.currents_ma, [0.0; 6]);
+            continue;
+        }
+        let [from_us, to_us] =
+            [0, 1].map(|next| 1_000 * begins_ms(study, found.played + next) - 5_000);
+        let own: Vec<Pulse> = pulses
+            .iter()
+            .filter(|it| (from_us..to_us).contains(&it.t_us))
+            .filter(|it| it.drive != Drive::Milliamps(0.0))
+            .map(|it| Pulse {
+                t_us: (it.t_us - from_us).saturating_sub(5_000),
+                ..*it
+            })
+            .collect();
+        let driven = it.currents_ma.iter().filter(|ma| **ma > 0.0).count();
+        found.pulses[0] += own.len();
+        found.pulses[1] += driven * periods;
+        for pulse in &own {
+            let Drive::Milliamps(ma) = pulse.drive else {
+                continue;
+            };
+            let off = (ma - it.currents_ma[pulse.channel]).abs();
+            found.current_ma = found.current_ma.max(off);
+        }
+        let device_n = force(ours.contracted(study, &mut |arm, now_us, each_ms| {
+            replay(arm, now_us, &own, (lasts_s, each_ms))
+        }));
+        let off = size(std::array::from_fn(|axis| device_n[axis] - study_n[axis]));
+        found.force_n[0] = found.force_n[0].max(off);
+        found.force_n[1] += size(study_n).powi(2);
+        found.study_n.push(study_n);
+        found.played += 1;
+    }
+    found.force_n[1] = (found.force_n[1] / found.played.max(1) as f64).sqrt();
+    found
+}
+
+impl PlayedC3 {
+    /// For a page: `device` played it.
+    #[must_use]
+    pub fn in_words(&self, device: &DeviceName) -> String {
+        let edges = match device {
+            DeviceName::Native => "edges",
+            _ => "edges, each as the native device's",
+        };
+        let ([ours, theirs], [off, rms]) = (self.pulses, self.force_n);
+        format!(
+            "All numbers are of the body alone. {} contractions of S2's C3 in the first study were \
+             put out by --device {} as well ({} before them it refuses: a muscle would have to be \
+             stronger): {} {edges}; {ours} pulses where the study gave {theirs}, currents at most \
+             {:.4} mA apart, mean forces at most {off:.3} N apart where the study's are {rms:.2} N \
+             (root mean square).",
+            self.played,
+            device.typed(),
+            self.refused,
+            self.edges,
+            self.current_ma,
+        )
+    }
+}
