@@ -26,7 +26,8 @@ use studies::laboratory::{
 #[derive(Args, Debug)]
 pub struct ExperimentArgs {
     /// hamana-1 to hamana-4, hamana-posture, hamana-hold, open-trains, lee, sierotowicz,
-    /// distributed, harris-ramps, harris-wall or one of its sequels (-decides, -gentle, -why, -yields),
+    /// distributed, electrode-choice, harris-ramps, harris-wall or one of its sequels
+    /// (-decides, -gentle, -why, -yields),
     /// or the file of a declaration
     pub(super) name: String,
     /// A wearer file (docs/wearers.md): of the Hamana experiments, on a forearm that is a

@@ -10,6 +10,7 @@ mod demo;
 mod distributed;
 mod draw_cost;
 mod edges;
+mod electrodes;
 mod endpoint;
 mod experiment;
 mod explain_model;
@@ -210,6 +211,7 @@ pub fn main() -> ExitCode {
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
         Command::ExplainModel(args) => explain_model::main(args, output),
+        Command::Experiment(args) if electrodes::is_meant(args) => electrodes::main(args, output),
         Command::Experiment(args) if endpoint::is_meant(args) => endpoint::main(args, output),
         Command::Experiment(args) if lee::is_meant(args) => lee::main(args, output),
         Command::Experiment(args) if ramps::is_meant(args) => ramps::main(args, output),

@@ -4,13 +4,15 @@
 //! compare muscle models and control laws, `stability` maps where methods fail,
 //! `ladder` judges the choice of muscle models, `limb` what recruitments of an arm give;
 //! `laboratory` is what protocols share; `experiments` are the papers' protocols,
-//! `endpoint` that of a wanted force at the hand, `lee` that which identifies a muscle,
+//! `endpoint` that of a wanted force at the hand, `electrodes`
+//! which of them serve it, `lee` that which identifies a muscle,
 //! `ramps` Harris' characterization; `faults` are campaigns of what breaks; `figures` draw
 //! them. `subjects` are whom muscle models are compared on.
 
 pub mod accuracy;
 pub mod bench;
 pub mod distributed;
+pub mod electrodes;
 pub mod endpoint;
 pub mod experiments;
 pub mod faults;

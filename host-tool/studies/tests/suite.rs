@@ -6,6 +6,7 @@ mod control_hands;
 mod control_twin;
 mod declared;
 mod distributed;
+mod electrodes;
 mod endpoint;
 mod faults;
 mod laboratory;

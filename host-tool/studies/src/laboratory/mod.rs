@@ -47,5 +47,5 @@ pub use page::{headline, publish, renew};
 pub use protocol::{Place, Step, Wearer};
 pub use quoted::quoted;
 pub use result::{Declared, Outcome, Row, Shown};
-pub use sheet::{Along, Band, Bar, Curve, Grid, Plot, Plots, Sheet, Shows};
+pub use sheet::{Along, Band, Bar, Curve, Grid, Matrix, Plot, Plots, Sheet, Shows};
 pub use sweep::{Computed, Drawing, Shard, Sweep, Swept, join, merge, number_of, part_of};

@@ -24,6 +24,19 @@ pub enum Shows {
     Table(Grid),
     /// Small multiples.
     Plots(Plots),
+    /// Shades.
+    Matrix(Matrix),
+}
+
+/// Numbers as shades, from none to the largest.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct Matrix {
+    /// What a number is of.
+    pub unit: String,
+    /// Over the columns.
+    pub heads: Vec<String>,
+    /// Names with as many numbers as there are heads.
+    pub rows: Vec<(String, Vec<f64>)>,
 }
 
 /// Cells as they are printed, the first of a row its name.
@@ -178,6 +191,17 @@ impl Sheet {
             title: title.to_owned(),
             caption,
             shows: Shows::Table(grid),
+        }
+    }
+
+    /// A table of shades.
+    #[must_use]
+    pub fn matrix(number: &str, title: &str, caption: String, matrix: Matrix) -> Self {
+        Self {
+            number: number.to_owned(),
+            title: title.to_owned(),
+            caption,
+            shows: Shows::Matrix(matrix),
         }
     }
 

@@ -2,10 +2,10 @@
 
 use super::figure;
 use super::tables::table;
-use crate::laboratory::sheet::{Along, Band, Bar, Curve, Plot, Plots, Sheet, Shows};
+use crate::laboratory::sheet::{Along, Band, Bar, Curve, Matrix, Plot, Plots, Sheet, Shows};
 use host_core::plot::canvas::escape;
-use host_core::plot::ink::{Color, INK, MUTED, PALETTE, stroke};
-use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape};
+use host_core::plot::ink::{Color, GRID, INK, MUTED, PALETTE, stroke};
+use host_core::plot::{Axis, Canvas, Figure, Key, Mark, Paint, Panel, Scale, Shape, Words};
 
 /// Pixels of a plot's height: of one that stands alone in its row, and of others.
 const ALONE: f64 = 260.0;
@@ -33,9 +33,47 @@ fn sheet(it: &Sheet) -> String {
             table(&heads, grid.rows.iter().map(row).collect())
         }
         Shows::Plots(plots) => figure(&drawn(plots, &it.title), ""),
+        Shows::Matrix(matrix) => figure(&shaded(matrix, &it.title), ""),
     };
     // Not within the figure: on a narrow screen that scrolls, and this stays.
     format!("{heading}{body}<p class=\"note\">{caption}</p>\n")
+}
+
+/// Pixels of a matrix' names to its left, of a cell and of what stands over them.
+const NAMES: f64 = 200.0;
+const CELL: (f64, f64) = (30.0, 24.0);
+const HEADS: f64 = 24.0;
+
+/// A number in each cell, the darker the larger.
+fn shaded(matrix: &Matrix, description: &str) -> String {
+    let mut canvas = Canvas::default();
+    let all = matrix.rows.iter().flat_map(|(_, cells)| cells);
+    let largest = all.fold(0.0_f64, |most, it| most.max(*it)).max(1e-9);
+    let place = |column: usize, row: usize| {
+        let left = NAMES + CELL.0 * column as f64;
+        (left, HEADS + CELL.1 * row as f64)
+    };
+    for (column, head) in matrix.heads.iter().enumerate() {
+        let (left, _) = place(column, 0);
+        canvas.text((left + 4.0, 0.5 * HEADS), head, Words::new(11.0, MUTED));
+    }
+    for (row, (name, cells)) in matrix.rows.iter().enumerate() {
+        let (_, top) = place(0, row);
+        canvas.text((4.0, top + 0.5 * CELL.1), name, Words::new(12.0, INK));
+        for (column, value) in cells.iter().enumerate() {
+            let (left, top) = place(column, row);
+            let part = 0.75 * (value / largest).clamp(0.0, 1.0);
+            let paint = Paint::Full(GRID.towards(PALETTE[0], part));
+            let (right, bottom) = (left + CELL.0 - 1.0, top + CELL.1 - 1.0);
+            canvas.area((left, top), (right, bottom), paint);
+            let middle = (left + 4.0, top + 0.5 * CELL.1);
+            canvas.text(middle, &format!("{value:.0}"), Words::new(11.0, INK));
+        }
+    }
+    let (right, bottom) = place(matrix.heads.len(), matrix.rows.len());
+    let unit = &matrix.unit;
+    canvas.text((4.0, bottom + 0.5 * HEADS), unit, Words::new(11.0, MUTED));
+    canvas.svg((right, bottom + HEADS), description)
 }
 
 /// In HTML, a per cent sign beside its number on narrow screens too.

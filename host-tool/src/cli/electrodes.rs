@@ -1,0 +1,86 @@
+//! `flexor experiment electrode-choice`: which of ten electrodes serve a wanted force.
+
+use super::experiment::ExperimentArgs;
+use super::hamana::people::people;
+use super::{Incomplete, Output, interrupt, wrong};
+use host_core::run::DeviceName;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use studies::electrodes::{Missed, NAME, Study, Told, Wearer, missed, outcome};
+use studies::endpoint::EndpointError;
+use studies::laboratory;
+
+/// Most wearers: each is 400 kB.
+const MOST: u64 = 2_000;
+
+/// Whether `args` means it.
+pub(super) fn is_meant(args: &ExperimentArgs) -> bool {
+    args.name == NAME
+}
+
+/// # Errors
+/// Arguments out of range, a folder that cannot be written, a signal.
+pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
+    let study = Study::declared()?;
+    let draws = args.draws.unwrap_or(study.draws);
+    let seed = args.seed.unwrap_or(study.seed);
+    allowed(args, draws)?;
+    let place = args.out.place(NAME)?;
+    let interruption = interrupt::heed()?;
+    let bar = output.bar(NAME);
+    let done = AtomicUsize::new(0);
+    let all: Vec<Option<Missed>> = (0..draws)
+        .into_par_iter()
+        .map(|index| {
+            if interruption.asked().is_some() {
+                return Ok(None);
+            }
+            let found = missed(&study, &Wearer::drawn(seed, index)?)?;
+            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+            bar.set(count as f64 / draws as f64);
+            Ok(Some(found))
+        })
+        .collect::<Result<_, EndpointError>>()?;
+    bar.finish();
+    let all: Vec<Missed> = all.into_iter().flatten().collect();
+    let of = format!("{} of {draws} wearers", all.len());
+    let signal = interruption.asked().filter(|_| (all.len() as u64) < draws);
+    let told = Told {
+        seed,
+        draws,
+        cut_short: signal.map(|_| format!("Cut short after {of}.")),
+    };
+    let result = outcome(&study, &all, told);
+    let written = laboratory::publish(place.dir(), &result, &[]);
+    let page = place.dir().join("result.html").display().to_string();
+    let told = || format!("{}\nPage: {page}", people(&result));
+    let ended = signal.map(|it| interrupt::Ended(it, format!("after {of}")).into());
+    match written.err().map(anyhow::Error::from).or(ended) {
+        None => output.say(told, || json!({ "result": result, "page": page })),
+        Some(error) => {
+            if !output.json {
+                output.say(|| people(&result), || Value::Null)?;
+            }
+            let result = json!({ "result": result });
+            Err(Incomplete { error, result }.into())
+        }
+    }
+}
+
+/// Refuses what does not go with it.
+fn allowed(args: &ExperimentArgs, draws: u64) -> anyhow::Result<()> {
+    if args.wearer.is_some() || args.departure.is_some() {
+        return wrong(format!("--wearer and --departure do not belong to {NAME}"));
+    }
+    if args.device != DeviceName::Native {
+        let device = args.device.typed();
+        return wrong(format!(
+            "{NAME} is of bodies alone, without a device; --device is {device}, allowed: native"
+        ));
+    }
+    match (2..=MOST).contains(&draws) {
+        true => Ok(()),
+        false => wrong(format!("--draws is {draws}, allowed is 2 to {MOST}")),
+    }
+}
