@@ -25,6 +25,7 @@ mod device_telemetry;
 mod device_wall;
 mod device_widths;
 mod device_words;
+mod haptics_modulation;
 mod haptics_wall;
 mod limb_numbers;
 mod limb_recruitment;

@@ -1,0 +1,297 @@
+//! Stimulation that follows a joint: what it asks for at every angle, against the paper's
+//! formula in floating point; and every specification that it refuses.
+
+use firmware::haptics::{
+    Form, ModulatedSpec, Modulation, ModulationError, ModulationSpec, MotionPhase, QuarticSpec,
+};
+use firmware::safety::StageSpec;
+use firmware::units::{Amplitude, Angle};
+use proptest::prelude::*;
+
+/// From 0.1 up to 0.9 and down to 0.4.
+const HUMP: QuarticSpec = QuarticSpec([100_000, 700_000, 1_300_000, 900_000, 400_000]);
+const RISE: QuarticSpec = QuarticSpec([0, 20_000, 150_000, 600_000, 1_000_000]);
+
+const ELBOW: ModulationSpec = ModulationSpec {
+    joint: 0,
+    phase_joint: 0,
+    dead_band_centideg_per_s: 800,
+    cutoff_mhz: 3_000,
+    angle_min_mdeg: -5_000,
+    angle_max_mdeg: 145_000,
+    stale_after_ms: 50,
+    longest_hold_ms: 10_000,
+    flexor: ModulatedSpec {
+        channel: 0,
+        base: Amplitude::new(38_700),
+        form: Form::Scaled,
+        lift: Some(HUMP),
+        drop: None,
+    },
+    extensor: ModulatedSpec {
+        channel: 1,
+        base: Amplitude::new(31_300),
+        form: Form::AboveThreshold {
+            threshold: Amplitude::new(9_100),
+        },
+        lift: None,
+        drop: Some(RISE),
+    },
+};
+
+/// C at u in real numbers, by the definition of Bernstein's form.
+fn share(quartic: &QuarticSpec, u: f64) -> f64 {
+    let terms = quartic.0.iter().zip([1.0, 4.0, 6.0, 4.0, 1.0]).zip(0..);
+    let terms =
+        terms.map(|((&b, over), k)| f64::from(b) / 1e6 * over * u.powi(k) * (1.0 - u).powi(4 - k));
+    terms.sum()
+}
+
+/// The formula's intensity at an angle, in real numbers.
+fn wanted(spec: &ModulationSpec, muscle: &ModulatedSpec, phase: MotionPhase, degrees: f64) -> f64 {
+    let (low, high) = (spec.angle_min_mdeg, spec.angle_max_mdeg);
+    let (low, high) = (f64::from(low) / 1e3, f64::from(high) / 1e3);
+    let u = ((degrees - low) / (high - low)).clamp(0.0, 1.0);
+    let base = f64::from(muscle.base.get());
+    match (muscle.share(phase), muscle.form) {
+        (None, _) => 0.0,
+        (Some(quartic), Form::Scaled) => share(quartic, u) * base,
+        (Some(quartic), Form::AboveThreshold { threshold }) => {
+            let threshold = f64::from(threshold.get());
+            threshold + share(quartic, u) * (base - threshold)
+        }
+    }
+}
+
+const PHASES: [MotionPhase; 2] = [MotionPhase::Lift, MotionPhase::Drop];
+
+/// The largest errors of both muscles in both phases at all angles of 0.01°, from 5°
+/// outside the range on either side: of the amplitude, and in DAC codes of a stage. None
+/// is larger than what roundings come to: half of one of the amplitude, 7.5·10^-8 of the
+/// base in the quartic, 2·2^-16° between two angles.
+fn worst_errors(spec: &ModulationSpec, full_scale_ua: u32) -> (f64, u16) {
+    let stage = StageSpec::Current { full_scale_ua }.validate().unwrap();
+    let joint = Modulation::new(spec).unwrap();
+    let mut worst = (0.0_f64, 0_u16);
+    for centideg in spec.angle_min_mdeg / 10 - 500..=spec.angle_max_mdeg / 10 + 500 {
+        let angle = Angle::from_centideg(centideg as i16);
+        for phase in PHASES {
+            let orders = joint.amplitudes(angle, Some(phase));
+            for (muscle, (channel, amplitude)) in spec.muscles().zip(orders) {
+                assert_eq!(channel, muscle.channel);
+                let exactly = wanted(spec, muscle, phase, f64::from(centideg) / 100.0);
+                let error = (f64::from(amplitude.get()) - exactly).abs();
+                let beside = [-2.0, 2.0].map(|bits| {
+                    let at = f64::from(centideg) / 100.0 + bits / 65_536.0;
+                    (wanted(spec, muscle, phase, at) - exactly).abs()
+                });
+                let proven = 0.5 + 7.5e-8 * 200_000.0 + beside[0].max(beside[1]);
+                assert!(error <= proven, "{centideg}: {error} > {proven}");
+                let exact = (exactly.max(0.0) * 65_535.0 / f64::from(full_scale_ua)) as u16;
+                let codes = stage.code(amplitude).get().abs_diff(exact);
+                worst = (worst.0.max(error), worst.1.max(codes));
+            }
+        }
+    }
+    worst
+}
+
+/// Four joints as two arms have them, every angle of 0.01° in and around their ranges.
+#[test]
+fn every_amplitude_is_within_one_dac_code_of_its_quartic() {
+    let joint = |joint, low, high, lift, drop| ModulationSpec {
+        joint,
+        angle_min_mdeg: low,
+        angle_max_mdeg: high,
+        flexor: ModulatedSpec {
+            lift,
+            ..ELBOW.flexor
+        },
+        extensor: ModulatedSpec {
+            drop,
+            ..ELBOW.extensor
+        },
+        ..ELBOW
+    };
+    let steep = QuarticSpec([1_000_000, -1_000_000, 2_000_000, -1_000_000, 1_000_000]);
+    let joints = [
+        ELBOW,
+        joint(1, -60_000, 180_000, Some(RISE), Some(HUMP)),
+        joint(2, 12_340, 98_760, Some(steep), Some(HUMP)),
+        joint(3, -180_000, 180_000, Some(HUMP), Some(steep)),
+    ];
+    for spec in joints {
+        let (error, codes) = worst_errors(&spec, 40_000);
+        println!(
+            "joint {}: {error:.4} µA, {codes} code of 0.61 µA",
+            spec.joint
+        );
+        assert!(codes == 1, "{codes}"); // one more where it rounds up, and no more
+    }
+}
+
+prop_compose! {
+    /// Quartics that mostly keep 0…1, over any range.
+    fn any_joint()(
+        low in -180_000..179_000_i32,
+        length in 1..360_000_i32,
+        b in prop::array::uniform5(-300_000..1_300_000_i32),
+        base in 1..=200_000_u32,
+        is_scaled: bool,
+    ) -> ModulationSpec {
+        let form = if is_scaled {
+            Form::Scaled
+        } else {
+            Form::AboveThreshold { threshold: Amplitude::new(base / 3) }
+        };
+        let base = Amplitude::new(base);
+        let lift = Some(QuarticSpec(b));
+        ModulationSpec {
+            angle_min_mdeg: low,
+            angle_max_mdeg: (low + length).min(180_000),
+            flexor: ModulatedSpec { base, form, lift, ..ELBOW.flexor },
+            ..ELBOW
+        }
+    }
+}
+
+proptest! {
+    /// What is accepted keeps its formula and its peak at every angle; what is refused
+    /// has one where C is not 0…1.
+    #[test]
+    fn an_accepted_quartic_passes_its_peak_at_no_angle(spec in any_joint()) {
+        let quartic = spec.flexor.lift.unwrap();
+        let angles = (0..=20_000).map(|i| f64::from(i) / 20_000.0);
+        let shares = angles.clone().map(|u| share(&quartic, u));
+        let (low, high) = shares.fold((f64::MAX, f64::MIN), |(low, high), c| {
+            (low.min(c), high.max(c))
+        });
+        let found = (quartic.lowest(), quartic.highest());
+        // Found where it says, and none is missed.
+        for (extreme, sampled) in [(found.0, low), (found.1, high)] {
+            let there = share(&quartic, f64::from(extreme.at) / 16_384.0) * 1e6;
+            prop_assert!((f64::from(extreme.millionths()) - there).abs() <= 1.001);
+            prop_assert!((sampled * 1e6 - there).abs() <= 0.3);
+        }
+        let Ok(joint) = Modulation::new(&spec) else {
+            prop_assert!(low < 0.0 || high > 1.0, "{low} {high}");
+            return Ok(());
+        };
+        prop_assert!(low > -1e-6 && high < 1.0 + 1e-6, "{low} {high}");
+        let peak = spec.flexor.peak(MotionPhase::Lift).unwrap();
+        let mut reached = Amplitude::ZERO;
+        for u in angles {
+            let mdeg = f64::from(spec.angle_min_mdeg)
+                + u * f64::from(spec.angle_max_mdeg - spec.angle_min_mdeg);
+            let angle = Angle::from_millideg(mdeg as i32);
+            let [(_, amplitude), _] = joint.amplitudes(angle, Some(MotionPhase::Lift));
+            reached = reached.max(amplitude);
+        }
+        prop_assert!(reached <= peak && peak <= spec.flexor.base);
+        // Close from above as well: over 20 001 angles of 1 m° or more.
+        if spec.angle_max_mdeg - spec.angle_min_mdeg > 20_000 {
+            prop_assert!(peak.get() - reached.get() <= 1, "{peak:?} {reached:?}");
+        }
+    }
+}
+
+fn refused(edit: impl FnOnce(&mut ModulationSpec)) -> Vec<ModulationError> {
+    let mut spec = ELBOW;
+    edit(&mut spec);
+    let mut mistakes = Vec::new();
+    spec.mistakes(&mut |mistake| mistakes.push(mistake));
+    assert_eq!(Modulation::new(&spec).err(), mistakes.first().copied());
+    mistakes
+}
+
+#[test]
+fn a_quartic_that_leaves_0_to_1_at_one_angle_only_is_refused_with_that_angle() {
+    // (u − 1/3)²·k + c: its foot lies at a third, between any two halvings.
+    let dip = |foot: f64| {
+        let power = [1.0 / 9.0, -2.0 / 3.0, 1.0].map(|a| a * 0.9);
+        let [a0, a1, a2] = power;
+        let b = [a0, a0 + a1 / 4.0, a0 + a1 / 2.0 + a2 / 6.0];
+        let more = [a0 + a1 * 0.75 + a2 / 2.0, a0 + a1 + a2];
+        let all = [b[0], b[1], b[2], more[0], more[1]];
+        QuarticSpec(all.map(|b| ((b + foot) * 1e6).round() as i32))
+    };
+    assert_eq!(refused(|spec| spec.flexor.lift = Some(dip(0.000_001))), []);
+    let found = refused(|spec| spec.flexor.lift = Some(dip(-0.000_002)));
+    let [
+        ModulationError::Share {
+            channel: 0,
+            phase: MotionPhase::Lift,
+            extreme,
+        },
+    ] = found[..]
+    else {
+        panic!("{found:?}");
+    };
+    assert!((-3..=-2).contains(&extreme.millionths()), "{extreme:?}");
+    assert!((f64::from(extreme.at) / 16_384.0 - 1.0 / 3.0).abs() < 0.01);
+    // The same upside down: above 1 at one angle.
+    let QuarticSpec(b) = dip(-0.000_002);
+    let found = refused(|spec| spec.extensor.drop = Some(QuarticSpec(b.map(|b| 1_000_000 - b))));
+    let [
+        ModulationError::Share {
+            channel: 1,
+            phase: MotionPhase::Drop,
+            extreme,
+        },
+    ] = found[..]
+    else {
+        panic!("{found:?}");
+    };
+    assert!(
+        (1_000_002..=1_000_003).contains(&extreme.millionths()),
+        "{extreme:?}"
+    );
+}
+
+#[test]
+fn every_field_is_refused_beyond_its_range() {
+    type Edit = fn(&mut ModulationSpec);
+    let edits: [(&str, Edit); 15] = [
+        ("joint", |s| s.joint = 4),
+        ("phase_joint", |s| s.phase_joint = 4),
+        ("dead_band_centideg_per_s", |s| {
+            s.dead_band_centideg_per_s = 0
+        }),
+        ("dead_band_centideg_per_s", |s| {
+            s.dead_band_centideg_per_s = 20_001
+        }),
+        ("cutoff_mhz", |s| s.cutoff_mhz = 499),
+        ("cutoff_mhz", |s| s.cutoff_mhz = 20_001),
+        ("angle_max_mdeg", |s| s.angle_max_mdeg = s.angle_min_mdeg),
+        ("angle_min_mdeg", |s| s.angle_min_mdeg = i32::MIN),
+        ("stale_after_ms", |s| s.stale_after_ms = 501),
+        ("longest_hold_ms", |s| s.longest_hold_ms = 99),
+        ("channel", |s| s.flexor.channel = 10),
+        ("base", |s| s.flexor.base = Amplitude::ZERO),
+        ("threshold", |s| {
+            let threshold = s.extensor.base;
+            s.extensor.form = Form::AboveThreshold { threshold };
+        }),
+        ("lift", |s| {
+            s.flexor.lift = Some(QuarticSpec([0, 0, 8_000_001, 0, 0]))
+        }),
+        ("drop", |s| {
+            s.extensor.drop = Some(QuarticSpec([i32::MIN, 0, 0, 0, 0]))
+        }),
+    ];
+    for (field, edit) in edits {
+        let found = refused(edit);
+        let [ModulationError::Range(range)] = found[..] else {
+            panic!("{field}: {found:?}");
+        };
+        assert_eq!(range.field, field);
+    }
+    let twice = refused(|s| s.extensor.channel = 0);
+    assert_eq!(twice, [ModulationError::ChannelTwice { channel: 0 }]);
+    // All at once, in the order of the fields.
+    let all = refused(|s| {
+        (s.joint, s.longest_hold_ms, s.extensor.channel) = (4, 0, 0);
+        s.flexor.base = Amplitude::ZERO;
+    });
+    assert_eq!(all.len(), 4, "{all:?}");
+}
