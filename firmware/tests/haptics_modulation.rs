@@ -2,7 +2,8 @@
 //! formula in floating point; and every specification that it refuses.
 
 use firmware::haptics::{
-    Form, ModulatedSpec, Modulation, ModulationError, ModulationSpec, MotionPhase, QuarticSpec,
+    Form, ModulatedSpec, Modulation, ModulationError, ModulationSpec, MotionPhase, PhaseState,
+    QuarticSpec,
 };
 use firmware::safety::StageSpec;
 use firmware::units::{Amplitude, Angle};
@@ -16,7 +17,7 @@ const ELBOW: ModulationSpec = ModulationSpec {
     joint: 0,
     phase_joint: 0,
     dead_band_centideg_per_s: 800,
-    cutoff_mhz: 3_000,
+    cutoff_mhz: 2_000,
     angle_min_mdeg: -5_000,
     angle_max_mdeg: 145_000,
     stale_after_ms: 50,
@@ -294,4 +295,74 @@ fn every_field_is_refused_beyond_its_range() {
         s.flexor.base = Amplitude::ZERO;
     });
     assert_eq!(all.len(), 4, "{all:?}");
+}
+
+/// An elbow that rests, flexes by 80° in 1.6 s of minimum jerk, rests for 1 s, extends,
+/// rests. Degrees at `t` s, and what is being done: `None` at rest.
+fn lift_and_drop(t: f64) -> (f64, Option<MotionPhase>) {
+    let way = |u: f64| 80.0 * (10.0 * u.powi(3) - 15.0 * u.powi(4) + 6.0 * u.powi(5));
+    match t {
+        ..1.0 => (20.0, None),
+        1.0..2.6 => (20.0 + way((t - 1.0) / 1.6), Some(MotionPhase::Lift)),
+        2.6..3.6 => (100.0, None),
+        3.6..5.2 => (100.0 - way((t - 3.6) / 1.6), Some(MotionPhase::Drop)),
+        _ => (20.0, None),
+    }
+}
+
+/// Times of every change of phase in `lift_and_drop`, measured each `every_ms` with noise
+/// and steps, ms.
+fn switches(seed: u64, noise: f64, step: f64, every_ms: u64) -> Vec<(u64, MotionPhase)> {
+    let joint = Modulation::new(&ELBOW).unwrap();
+    let mut random = seed | 1;
+    let mut uniform = move || {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        (random >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let (mut state, mut all) = (PhaseState::default(), Vec::new());
+    let mut angle = Angle::default();
+    for ms in 0..6_200 {
+        if ms % every_ms == 0 {
+            // Twelve uniform numbers: normal enough, and never beyond six deviations.
+            let normal = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+            let measured = lift_and_drop(ms as f64 / 1e3).0 + noise * normal;
+            let measured = (measured / step).round() * step;
+            angle = Angle::from_centideg((measured * 100.0).round() as i16);
+        }
+        let before = state.phase();
+        match joint.detector().step(&mut state, angle) {
+            Some(now) if before != Some(now) => all.push((ms, now)),
+            _ => {}
+        }
+    }
+    all
+}
+
+/// At the declared noise (0.05 and 0.1°, in steps of 0.01 and 0.1°, at 100 and 200 Hz)
+/// the phase changes when the elbow does, once, and never at rest.
+#[test]
+fn the_phase_does_not_chatter_and_its_delay_is_known() {
+    let mut delays = Vec::new();
+    for (noise, step) in [(0.05, 0.01), (0.05, 0.1), (0.1, 0.01), (0.1, 0.1)] {
+        for every_ms in [5, 10] {
+            let mut of_these = Vec::new();
+            for seed in 1..=500 {
+                let found = switches(seed * 7_919, noise, step, every_ms);
+                let [(lift, MotionPhase::Lift), (drop, MotionPhase::Drop)] = found[..] else {
+                    panic!("noise {noise}, step {step}, seed {seed}: {found:?}");
+                };
+                // Not before anything moves.
+                assert!(lift >= 1_000 && drop >= 3_600, "{found:?}");
+                of_these.extend([lift - 1_000, drop - 3_600]);
+            }
+            of_these.sort_unstable();
+            let (median, last) = (of_these[500], *of_these.last().unwrap());
+            println!("noise {noise}°, steps {step}°, {every_ms} ms: {median} ms, {last} at most");
+            delays.extend(of_these);
+        }
+    }
+    let worst = delays.iter().max().unwrap();
+    assert!((100..=260).contains(worst), "{worst}");
 }

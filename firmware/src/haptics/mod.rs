@@ -13,8 +13,9 @@ mod spec;
 mod wall;
 
 pub use modulation::{
-    Extreme, Form, JOINTS, ModulatedSpec, Modulation, ModulationError, ModulationSpec, MotionPhase,
-    PhaseDetector, PhaseState, QuarticSpec,
+    Extreme, Form, Hold, HoldError, JOINTS, ModulatedSpec, Modulation, ModulationError,
+    ModulationOrders, ModulationSpec, Modulations, ModulationsState, MotionPhase, PhaseDetector,
+    PhaseState, QuarticSpec,
 };
 pub use spec::{CoContraction, PreWall, Side, WallError, WallSpec};
 pub use wall::{Wall, WallOrders, WallState};

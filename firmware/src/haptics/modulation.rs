@@ -4,11 +4,15 @@
 mod curve;
 mod phase;
 mod spec;
+mod together;
 
 pub use curve::{Extreme, QuarticSpec};
 pub use phase::{MotionPhase, PhaseDetector, PhaseState};
 pub use spec::{Form, ModulatedSpec, ModulationError, ModulationSpec};
+pub use together::{Hold, HoldError, ModulationOrders, Modulations, ModulationsState};
 
+use crate::control::SensorSource;
+use crate::control::sensor::Sensor;
 use crate::units::{Amplitude, Angle};
 use curve::{Curve, Share, Span};
 
@@ -54,6 +58,10 @@ const STEP_MS: u8 = 1;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Modulation {
+    joint: u8,
+    phase_joint: u8,
+    longest_hold_us: u32,
+    sensor: Sensor,
     span: Span,
     detector: PhaseDetector,
     muscles: [Modulated; 2],
@@ -77,7 +85,12 @@ impl Modulation {
     /// [`ModulationError`] names the first mistake and what would do.
     pub fn new(spec: &ModulationSpec) -> Result<Self, ModulationError> {
         spec.check()?;
+        let range = (spec.angle_min_mdeg, spec.angle_max_mdeg);
         Ok(Self {
+            joint: spec.joint,
+            phase_joint: spec.phase_joint,
+            longest_hold_us: spec.longest_hold_ms.saturating_mul(1000), // at most 6·10^8
+            sensor: Sensor::of_joint(SensorSource::Host, spec.stale_after_ms, range)?,
             span: Span::new(spec.angle_min_mdeg, spec.angle_max_mdeg),
             detector: PhaseDetector::new(spec.dead_band_centideg_per_s, spec.cutoff_mhz)?,
             muscles: [&spec.flexor, &spec.extensor].map(Modulated::new),

@@ -121,11 +121,11 @@ const fn mix(a: i32, b: i32, u: Along) -> i32 {
 }
 
 impl QuarticSpec {
-    /// Of each coefficient: a quartic that keeps 0…1 has none beyond −5.34…6.34 (those of
+    /// Of each coefficient, of a drop's as well: a quartic that keeps 0…1 has none beyond −5.34…6.34 (those of
     /// Chebyshev's, which are the largest: (1 ± 35/3)/2).
-    pub const COEFFICIENT: Range = Range::new("coefficients", -8 * MILLION, 8 * MILLION);
+    pub const COEFFICIENT: Range = Range::new("lift", -8 * MILLION, 8 * MILLION);
     /// Of C itself, millionths.
-    pub const SHARE: Range = Range::new("share", 0, MILLION);
+    pub const SHARE: Range = Range::new("lift", 0, MILLION);
 
     /// Where C is largest, of coefficients within [`Self::COEFFICIENT`]: nowhere in the
     /// range is it larger by more than a quarter of a millionth, not even at one angle.
