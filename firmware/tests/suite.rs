@@ -14,6 +14,7 @@ mod device_frames;
 mod device_fuzz;
 mod device_gate;
 mod device_hand;
+mod device_lift;
 mod device_limit_cycle;
 mod device_lists;
 mod device_over_current;

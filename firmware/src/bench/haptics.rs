@@ -1,8 +1,11 @@
-//! The virtual wall.
+//! The virtual wall, and joints whose stimulation follows their angles.
 
 use super::{Bench, Checksum, Clock};
 use crate::control::SensorSource;
-use crate::haptics::{CoContraction, PreWall, Side, Wall, WallSpec, WallState};
+use crate::haptics::{
+    CoContraction, Form, JOINTS, ModulatedSpec, Modulation, ModulationSpec, Modulations,
+    ModulationsState, PreWall, QuarticSpec, Side, Wall, WallSpec, WallState,
+};
 use crate::units::{Amplitude, Angle, Micros, us};
 
 /// Everything that a wall can have.
@@ -31,6 +34,83 @@ const WALL: WallSpec = WallSpec {
     },
     stale_after_ms: 10,
 };
+
+/// Up to 0.88 and down again; and what takes a search the longest (25 halvings).
+const SHARE: QuarticSpec = QuarticSpec([100_000, 700_000, 1_300_000, 900_000, 400_000]);
+const LONGEST: QuarticSpec = QuarticSpec([2_697_166, 3_730_286, -3_361_313, 6_843_367, 2_388_290]);
+
+/// One of two arms' joints, both muscles in both phases.
+fn joint(joint: u8, share: QuarticSpec) -> ModulationSpec {
+    let muscle = |channel| ModulatedSpec {
+        channel,
+        base: Amplitude::new(20_000),
+        form: Form::AboveThreshold {
+            threshold: Amplitude::new(8_000),
+        },
+        lift: Some(share),
+        drop: Some(share),
+    };
+    ModulationSpec {
+        joint,
+        phase_joint: joint & !1,
+        dead_band_centideg_per_s: 800,
+        cutoff_mhz: 2_000,
+        angle_min_mdeg: 10_000,
+        angle_max_mdeg: 120_000,
+        stale_after_ms: 50,
+        longest_hold_ms: 600_000,
+        flexor: muscle(joint * 2), // 0…7 of 0…3
+        extensor: muscle(joint * 2 + 1),
+    }
+}
+
+/// Two arms that go up and down in 2 s, measured every millisecond, an object held.
+pub(super) fn lift_rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
+    let mut joints = Modulations::default();
+    for number in 0..JOINTS as u8 {
+        joints.push(Modulation::new(&joint(number, SHARE)).ok()?);
+    }
+    bench.row(
+        "modulation_tick",
+        2000,
+        (joints, ModulationsState::default(), Micros::new(0)),
+        |(joints, state, now), random| {
+            *now += us(1000);
+            let way = now.get() / 1000 % 2_000; // 0…1999
+            let way = way.min(2_000 - way); // up, and down again
+            for number in 0..JOINTS as u8 {
+                let angle = (1_500 + way * 10 + random.between(0, 20)) as i16; // below 2^14
+                let angle = Angle::from_centideg(angle);
+                let _ = joints.measurement(state, *now, *now, number, angle);
+            }
+            let _ = joints.hold(state, *now, true);
+        },
+        |(joints, state, now), ()| {
+            let mut answer = Checksum::default();
+            if let Ok(orders) = joints.tick(state, *now) {
+                for (channel, amplitude) in orders.amplitudes {
+                    answer.word(u32::from(channel) << 24 | amplitude.get());
+                }
+            }
+            answer
+        },
+        |_, answer, sum| sum.word(answer.value()),
+    );
+    let longest = joint(0, LONGEST);
+    bench.row(
+        "modulation_check",
+        20,
+        longest,
+        |_, _| (),
+        |spec, ()| {
+            let mut mistakes = 0u32;
+            spec.mistakes(&mut |_| mistakes = mistakes.saturating_add(1));
+            mistakes
+        },
+        |_, mistakes, sum| sum.word(*mistakes),
+    );
+    Some(())
+}
 
 /// A limb that swings through pre-wall and wall, ticked every millisecond.
 pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {

@@ -158,7 +158,7 @@ type Rows<C> = fn(&mut Bench<'_, C>) -> Option<()>;
 pub fn run<C: Clock>(clock: &C, mut row: impl FnMut(&Row)) {
     let mut bench = Bench::new(clock, &mut row);
     empty(&mut bench, "empty", 100);
-    let rooms: [Rows<C>; 9] = [
+    let rooms: [Rows<C>; 10] = [
         muscle::rows,
         inverse::rows,
         control::rows,
@@ -168,6 +168,7 @@ pub fn run<C: Clock>(clock: &C, mut row: impl FnMut(&Row)) {
         owners::rows,
         inverse::slow_rows,
         limb::rows,
+        haptics::lift_rows,
     ];
     for rows in rooms {
         let _ = rows(&mut bench);

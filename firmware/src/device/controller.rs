@@ -2,6 +2,7 @@
 
 mod endpoint;
 mod in_force;
+mod modulation;
 mod sample;
 mod setup;
 
@@ -12,7 +13,7 @@ use crate::control::{
     Amplitudes, Effort, EndpointState, ForceGap, ForceOrders, ForceState, JointState, LimitCycle,
     Orders, SensorFault,
 };
-use crate::haptics::{WallOrders, WallState};
+use crate::haptics::{ModulationsState, WallOrders, WallState};
 use crate::link::{Code, Event, Refusal, Request, WrenchSample};
 use crate::muscle::{LadderState, Model, Rung};
 use crate::pulse::CHANNELS;
@@ -83,6 +84,7 @@ pub struct Controller {
     joint: JointState,
     wall: WallState,
     endpoint: EndpointState,
+    modulations: ModulationsState,
     /// What the arm tells.
     wrench: Option<WrenchSample>,
     muscles: Vec<LadderState, CHANNELS>,
@@ -110,6 +112,7 @@ impl Controller {
             joint: JointState::default(),
             wall: WallState::default(),
             endpoint: EndpointState::default(),
+            modulations: ModulationsState::default(),
             wrench: None,
             muscles: Vec::new(),
             forces: Vec::new(),
@@ -148,6 +151,7 @@ impl Controller {
         let acted = self.control(now, adc, mail);
         self.control_forces(now, mail);
         self.control_endpoint(now, mail);
+        self.control_modulations(now, mail);
         for (muscle, state) in self.setup.muscles.iter().zip(&mut self.muscles) {
             muscle.force.advance(state, now);
         }
@@ -212,6 +216,7 @@ impl Controller {
         self.joint = JointState::default();
         self.wall = WallState::default();
         self.rest_endpoint();
+        self.rest_modulations();
         self.in_force.rest(self.setup.periods_us);
         self.phase = Phase::Armed;
     }
@@ -310,6 +315,18 @@ impl Controller {
                 };
                 (seq, result, Some(arrived))
             }
+            ControlRequest::Held {
+                seq,
+                arrived,
+                is_held,
+            } => {
+                // A release puts nothing out.
+                let result = match is_latest || !is_held {
+                    true => self.hold(now, is_held),
+                    false => Err(Refusal::new(Code::Stopped, "stop")),
+                };
+                (seq, result, Some(arrived))
+            }
             ControlRequest::Measurement {
                 seq,
                 at,
@@ -319,6 +336,9 @@ impl Controller {
                 let result = match (&self.setup.joint, &self.setup.wall) {
                     _ if self.phase == Phase::Off => Err(Refusal::new(Code::NotArmed, "state")),
                     _ if self.setup.endpoint.is_some() => self.posture(now, at, axis, angle),
+                    _ if !self.setup.modulations.is_empty() => {
+                        self.joint_angle(now, at, axis, angle)
+                    }
                     _ if axis > 0 => Err(Refusal::from(Request::JOINT.up_to(0).none(axis))),
                     (Some(joint), _) => joint
                         .measurement(&mut self.joint, now, at, angle)

@@ -6,7 +6,7 @@ mod requests;
 
 use super::mistake::{Mistake, Part, Rule};
 use crate::control::{EndpointSpec, ForceControl, ForceSpec, Joint, JointSpec};
-use crate::haptics::{Wall, WallSpec};
+use crate::haptics::{JOINTS, ModulationSpec, Wall, WallSpec};
 use crate::limb::{LineSpec, Lines};
 use crate::muscle::{MuscleSpec, Recruitment};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS, check_members};
@@ -47,6 +47,8 @@ pub struct Draft {
     endpoint: Option<EndpointSpec>,
     /// By rising channel.
     lines: Lines,
+    /// By the number of the joint.
+    modulations: [Option<ModulationSpec>; JOINTS],
     channels: [Option<ChannelSpec>; CHANNELS],
     muscles: [Option<MuscleSpec>; CHANNELS],
     forces: [Option<ForceSpec>; CHANNELS],
@@ -100,6 +102,7 @@ impl Draft {
             wall: None,
             endpoint: None,
             lines: Lines::new(),
+            modulations: [None; JOINTS],
             channels: [None; CHANNELS],
             muscles: [None; CHANNELS],
             forces: [None; CHANNELS],
@@ -114,6 +117,7 @@ impl Draft {
         (self.sync, self.joint, self.wall) = (None, None, None);
         self.endpoint = None;
         self.lines.clear();
+        self.modulations.fill(None);
         self.channels.fill(None);
         self.muscles.fill(None);
         self.forces.fill(None);
@@ -207,6 +211,16 @@ impl Draft {
             Some(line) if line.channel == spec.channel => *line = spec,
             // As many places as channels.
             _ => drop(self.lines.insert(place, spec)),
+        }
+        Ok(())
+    }
+
+    /// A joint whose stimulation follows its angle, in place of the one before.
+    pub fn set_modulation(&mut self, spec: ModulationSpec) -> Result<(), Mistake> {
+        let part = Part::Modulation(spec.joint);
+        spec.check().map_err(Mistake::of(part))?;
+        if let Some(slot) = self.modulations.get_mut(usize::from(spec.joint)) {
+            *slot = Some(spec); // the number was just checked
         }
         Ok(())
     }

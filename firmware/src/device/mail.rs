@@ -4,6 +4,7 @@ mod post;
 
 use super::part::ControlPart;
 use crate::control::Amplitudes;
+use crate::haptics::JOINTS;
 use crate::limb::{LINES, LineSpec};
 use crate::link::{Event, Refusal, Response};
 use crate::muscle::Rung;
@@ -97,8 +98,9 @@ pub enum Report {
     },
 }
 
-/// Parts of the largest setup: the channels, a muscle for each, joint, wall or arm.
-const PARTS: usize = CHANNELS + 2;
+/// Parts of the largest setup: the channels, a muscle for each, joint, wall or arm, or
+/// joints that are modulated.
+const PARTS: usize = CHANNELS + 1 + JOINTS;
 
 /// Session → controller.
 #[derive(Clone, Copy, Debug)]
@@ -151,13 +153,22 @@ pub enum ControlRequest {
         /// mN, along x, y, z.
         force_mn: [i32; 3],
     },
+    /// An object is held from now on, or released.
+    Held {
+        /// The request's number.
+        seq: u16,
+        /// When its last byte arrived.
+        arrived: Micros,
+        /// Which of the two.
+        is_held: bool,
+    },
     /// A joint angle measured by the host.
     Measurement {
         /// The request's number.
         seq: u16,
         /// When it was measured.
         at: Micros,
-        /// Which of an arm's nine; 0 of a joint or a wall.
+        /// Which of an arm's nine or of four modulated joints; 0 of a joint or a wall.
         joint: u8,
         /// The angle.
         angle: Angle,
@@ -209,7 +220,7 @@ pub enum ControlReport {
 pub enum ControlOrder {
     /// Amplitudes from the control law.
     Amplitudes(Amplitudes),
-    /// An amplitude for an arm's muscle.
+    /// An amplitude for an arm's muscle, or for a modulated joint's.
     Amplitude {
         /// From 0.
         channel: u8,
@@ -274,8 +285,8 @@ pub struct Mailboxes {
     control_reports: Queue<ControlReport, 24>,
     // As many ticks as the session may be making tables.
     samples: Queue<Response<'static>, 9>,
-    // Two a tick and one for each channel under force control or of an arm, taken
-    // four times a tick.
+    // Two a tick and one for each channel under force control, of an arm or of modulated
+    // joints, taken four times a tick.
     control_orders: Queue<ControlOrder, 16>,
     // 4 windows of at most 20 pulses between two control ticks, and 2 of pulses
     // still to come.

@@ -1,7 +1,7 @@
 //! What is wrong with a setup, by part and rule; and its number on the wire.
 
 use crate::control::SpecError;
-use crate::haptics::WallError;
+use crate::haptics::{ModulationError, WallError};
 use crate::link::{Code, Refusal};
 use crate::muscle::LadderError;
 use crate::range::OutOfRange;
@@ -43,6 +43,9 @@ pub enum Part {
     Limb,
     /// The line of action of a channel's muscle.
     Line(u8),
+    /// A joint whose stimulation follows its angle, by its number; the rule names the
+    /// channel.
+    Modulation(u8),
 }
 
 /// What a part of a setup can break.
@@ -58,6 +61,8 @@ pub enum Rule {
     Joint(SpecError),
     /// A wall cannot be made felt.
     Wall(WallError),
+    /// A joint's stimulation cannot follow its angle.
+    Modulation(ModulationError),
     /// No channel is configured.
     NothingToArm,
     /// It uses a channel without a train.
@@ -90,6 +95,13 @@ pub enum Rule {
     NoLimb,
     /// There is a joint or a wall, and a measurement would be of both.
     JointAndLimb,
+    /// There is a joint, a wall or an arm, and a measurement would be of both.
+    JointAndModulation,
+    /// The joint that is to tell the phase is none of the setup's.
+    NoPhaseJoint {
+        /// Its number.
+        joint: u8,
+    },
 }
 
 impl Mistake {
@@ -126,6 +138,12 @@ impl From<SpecError> for Rule {
     }
 }
 
+impl From<ModulationError> for Rule {
+    fn from(e: ModulationError) -> Self {
+        Self::Modulation(e)
+    }
+}
+
 impl From<WallError> for Rule {
     fn from(e: WallError) -> Self {
         Self::Wall(e)
@@ -142,6 +160,7 @@ impl Part {
             Self::Wall => "wall",
             Self::Limb => "limb",
             Self::Line(_) => "line",
+            Self::Modulation(_) => "modulation",
             _ => "channels",
         }
     }
@@ -156,6 +175,7 @@ impl From<Mistake> for Refusal<'static> {
             Rule::Muscle(e) => e.into(),
             Rule::Joint(e) => e.into(),
             Rule::Wall(e) => e.into(),
+            Rule::Modulation(e) => e.into(),
             Rule::NothingToArm => named(Code::NothingToArm),
             Rule::NoTrain { channel } => named(Code::NoTrain).on(channel),
             Rule::AboveLimit {
@@ -176,6 +196,10 @@ impl From<Mistake> for Refusal<'static> {
             Rule::Controlled => named(Code::Controlled),
             Rule::NoLimb => named(Code::NoLimb),
             Rule::JointAndLimb => named(Code::JointAndLimb),
+            Rule::JointAndModulation => named(Code::JointAndModulation),
+            Rule::NoPhaseJoint { joint } => {
+                Self::new(Code::NoPhaseJoint, "phase_joint").allowed(joint.into(), joint.into())
+            }
         };
         match part {
             Part::Channel(channel)

@@ -2,7 +2,7 @@
 //! a stack.
 
 use crate::control::{EndpointSpec, ForceControl, Joint};
-use crate::haptics::Wall;
+use crate::haptics::{Modulation, Wall};
 use crate::muscle::{Ladder, Recruitment};
 use crate::pulse::CHANNELS;
 
@@ -39,4 +39,6 @@ pub enum ControlPart {
     /// The arm whose hand exerts a wanted force. Its lines come by a mailbox of their
     /// own, and it is built of both where it is used: whole it is longer than any part.
     Limb(EndpointSpec),
+    /// A joint whose stimulation follows its angle.
+    Modulation(Modulation),
 }

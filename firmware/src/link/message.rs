@@ -3,7 +3,7 @@
 
 use super::{Refusal, Telemetry};
 use crate::control::{EndpointSpec, ForceSpec, JointSpec};
-use crate::haptics::WallSpec;
+use crate::haptics::{ModulationSpec, WallSpec};
 use crate::limb::{AXES, LineSpec};
 use crate::muscle::{MuscleSpec, Rung};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS, TrainSpec};
@@ -120,7 +120,8 @@ pub enum Request {
     },
     /// A joint angle measured by the host.
     Measurement {
-        /// Which of an arm's nine axes, 0–8; of a joint or a wall 0.
+        /// Which of an arm's nine axes, 0–8; of four modulated joints 0–3; of a joint or a
+        /// wall 0.
         joint: u8,
         /// 0.01°.
         centideg: i16,
@@ -189,6 +190,15 @@ pub enum Request {
         at: Option<Micros>,
         /// mN, backward, to the right, upward, seen from the thorax; ±1 000 000.
         force_mn: [i32; 3],
+    },
+    /// Puts a joint into the draft whose stimulation follows its angle while an object is
+    /// held.
+    Modulation(ModulationSpec),
+    /// Whether an object is held. A setpoint: while it is not, no modulated joint is
+    /// stimulated.
+    Held {
+        /// `true` from when it is grabbed, `false` from when it is let go.
+        held: bool,
     },
 }
 
@@ -397,6 +407,9 @@ pub enum Event {
         /// Gain of the feedback from now on, thousandths of the configured one.
         gain_milli: u16,
     },
+    /// The object has been held for as long as it may be: nothing is stimulated until the
+    /// host says that it is released, and held anew.
+    HoldOver,
 }
 
 /// A session number no session has.

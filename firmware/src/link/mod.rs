@@ -20,4 +20,4 @@ pub use message::{
 pub use reading::{Reading, Sender};
 pub use refusal::{Code, Refusal};
 pub use setup_sum::{Part, SetupSum};
-pub use telemetry::{ForceSample, Telemetry, WrenchSample};
+pub use telemetry::{ForceSample, JointSample, LiftSample, Telemetry, WrenchSample};

@@ -62,6 +62,9 @@ pub enum Code {
     ListPlays = 241,
     NotRisen = 242,
     JointAndLimb = 243,
+    JointAndModulation = 244,
+    ShareLimit = 245,
+    NoPhaseJoint = 246,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -80,11 +83,14 @@ pub enum Code {
     WrenchOutOfReach = 317,
     NoMuscleHelps = 318,
     NoPosture = 319,
+    NoModulation = 320,
+    NoAngle = 321,
+    HoldOver = 322,
 }
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 65] = [
+    pub const ALL: [Self; 71] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -132,6 +138,9 @@ impl Code {
         Self::ListPlays,
         Self::NotRisen,
         Self::JointAndLimb,
+        Self::JointAndModulation,
+        Self::ShareLimit,
+        Self::NoPhaseJoint,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -150,6 +159,9 @@ impl Code {
         Self::WrenchOutOfReach,
         Self::NoMuscleHelps,
         Self::NoPosture,
+        Self::NoModulation,
+        Self::NoAngle,
+        Self::HoldOver,
     ];
 
     /// The code with this number.

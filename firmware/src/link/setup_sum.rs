@@ -2,13 +2,14 @@
 
 use super::Request;
 use crate::crc::CRC;
+use crate::haptics::JOINTS;
 use crate::pulse::CHANNELS;
 use crate::safety::WearerSpec;
 use crc::{Digest, Table};
 
 /// Wearer, groups, sync, joint, wall and arm; train, muscle, force control and line of
-/// every channel.
-const PARTS: usize = 6 + 4 * CHANNELS;
+/// every channel; every joint that is modulated.
+const PARTS: usize = 6 + 4 * CHANNELS + JOINTS;
 
 /// The parts of a setup, each by the CRC-32 of the request that put it there.
 ///
@@ -110,6 +111,10 @@ fn place(request: &Request) -> Option<(usize, bool)> {
         Request::ForceControl { channel, .. } => of(5 + 2 * CHANNELS, *channel),
         Request::Limb(_) => Some((5 + 3 * CHANNELS, true)),
         Request::Line(spec) => of(6 + 3 * CHANNELS, spec.channel),
+        Request::Modulation(spec) => {
+            let joint = usize::from(spec.joint);
+            (joint < JOINTS).then_some((6 + 4 * CHANNELS + joint, true))
+        }
         _ => None,
     }
 }

@@ -1,6 +1,7 @@
 //! What the device tells of itself as it runs: one sample a period.
 
 use crate::control::ForceGap;
+use crate::haptics::{Hold, JOINTS, MotionPhase};
 use crate::pulse::CHANNELS;
 use crate::safety::State;
 use crate::units::{Amplitude, Micros};
@@ -39,6 +40,8 @@ pub struct Telemetry {
     pub force_control: Vec<ForceSample, CHANNELS>,
     /// What the arm does; none before its first setpoint, and where there is none.
     pub wrench: Option<WrenchSample>,
+    /// What modulated joints do; none while none runs.
+    pub lift: Option<LiftSample>,
     /// The device's state.
     pub state: State,
 }
@@ -63,4 +66,22 @@ pub struct WrenchSample {
     /// How much of it can be made as the arm is held, thousandths: all is given, or
     /// nothing. The least since the last sample.
     pub made_permille: u16,
+}
+
+/// The modulated joints in one telemetry sample.
+#[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
+pub struct LiftSample {
+    /// Whether an object is held.
+    pub hold: Hold,
+    /// Each of them, lowest number first.
+    pub joints: Vec<JointSample, JOINTS>,
+}
+
+/// A modulated joint in one telemetry sample.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
+pub struct JointSample {
+    /// Its angle, 0.01°; none while there is no fresh one that can be believed.
+    pub measured_centideg: Option<i16>,
+    /// What its phase joint does; none before that has moved, and without its angle.
+    pub phase: Option<MotionPhase>,
 }

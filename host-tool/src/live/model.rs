@@ -176,7 +176,7 @@ impl Model {
         match seen {
             Event::Stopping(_) => self.state = State::Stopping,
             Event::Stopped(_) | Event::Recovered => self.state = State::Idle,
-            Event::Electrode { .. } | Event::LimitCycle { .. } => {}
+            Event::Electrode { .. } | Event::LimitCycle { .. } | Event::HoldOver => {}
             Event::Faulted(record) => {
                 self.state = State::Fault;
                 self.fault = Some(*record);

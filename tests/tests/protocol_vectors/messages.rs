@@ -5,14 +5,17 @@ use firmware::control::{
     EndpointSpec, ForceGap, ForceSpec, HoldPolicy, JointSpec, LawSpec, PointSpec, PostureSpec,
     SensorSource,
 };
-use firmware::haptics::{CoContraction, PreWall, Side, WallSpec};
+use firmware::haptics::{
+    CoContraction, Form, Hold, ModulatedSpec, ModulationSpec, MotionPhase, PreWall, QuarticSpec,
+    Side, WallSpec,
+};
 use firmware::limb::LineSpec;
 use firmware::link::message::{OptionBytes, ResetCause};
 use firmware::link::{
     Code, Counters, Event, HelloInfo, Kind, Refusal, Request, Response, SCHEMA, Status, Telemetry,
     ToDevice,
 };
-use firmware::link::{ForceSample, WrenchSample};
+use firmware::link::{ForceSample, JointSample, LiftSample, WrenchSample};
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::CHANNELS;
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec, Trigger};
@@ -176,6 +179,29 @@ fn muscles() -> Vec<(&'static str, Request)> {
 }
 
 #[rustfmt::skip]
+fn modulated(joint: u8, phase_joint: u8) -> ModulationSpec {
+    let base = Amplitude::new(16_000);
+    let share = QuarticSpec([200_000, 350_000, -1_250_000, 900_000, 800_000]);
+    ModulationSpec {
+        joint,
+        phase_joint,
+        dead_band_centideg_per_s: 800,
+        cutoff_mhz: 2_000,
+        angle_min_mdeg: -10_000,
+        angle_max_mdeg: 125_000,
+        stale_after_ms: 50,
+        longest_hold_ms: 30_000,
+        flexor: ModulatedSpec { channel: 2 * joint, base, form: Form::Scaled, lift: Some(share), drop: None },
+        extensor: ModulatedSpec {
+            channel: 2 * joint + 1,
+            base,
+            form: Form::AboveThreshold { threshold: Amplitude::new(6_000) },
+            lift: Some(share),
+            drop: Some(QuarticSpec([1_000_000; 5])),
+        },
+    }
+}
+
 fn walls() -> [(&'static str, Request); 2] {
     let plain = WallSpec {
         at_mdeg: 70_000,
@@ -195,11 +221,24 @@ fn walls() -> [(&'static str, Request); 2] {
     let full = WallSpec {
         side: Side::Extension,
         damping: 10,
-        pre_wall: Some(PreWall { depth_mdeg: 9_000, begin: Amplitude::new(6_000), end: Amplitude::new(20_000) }),
-        co_contraction: Some(CoContraction { channel: 0, amplitude: Amplitude::new(8_000) }),
+        pre_wall: Some(PreWall {
+            depth_mdeg: 9_000,
+            begin: Amplitude::new(6_000),
+            end: Amplitude::new(20_000),
+        }),
+        co_contraction: Some(CoContraction {
+            channel: 0,
+            amplitude: Amplitude::new(8_000),
+        }),
         ..plain
     };
-    [("wall", Request::Wall(plain)), ("wall, with pre-wall and co-contraction", Request::Wall(full))]
+    [
+        ("wall", Request::Wall(plain)),
+        (
+            "wall, with pre-wall and co-contraction",
+            Request::Wall(full),
+        ),
+    ]
 }
 
 /// Force control in the draft, and two forces asked for.
@@ -281,6 +320,10 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ("line over the girdle", Request::Line(line(7))),
         ("wrench", Request::Wrench { at: None, force_mn: [-2_000, 3_000, 0] }),
         ("wrench, timed", Request::Wrench { at: Some(Micros::new(5)), force_mn: [1_000_000, -1_000_000, 1] }),
+        ("modulated elbow", Request::Modulation(modulated(2, 2))),
+        ("modulated shoulder", Request::Modulation(modulated(3, 2))),
+        ("held", Request::Held { held: true }),
+        ("released", Request::Held { held: false }),
         ("measurement of an arm", Request::Measurement { joint: 8, centideg: -1, at: Micros::new(1_000_000) }),
         ("measurement", Request::Measurement { joint: 0, centideg: 4_321, at: Micros::new(1_000_000) }),
         ("subscribe", Request::Subscribe { period_ms: 20 }),
@@ -357,7 +400,7 @@ pub fn responses() -> Vec<(String, Response<'static>)> {
         let name = format!("event, {event:?}").chars().take(40).collect();
         add(name, Response::Event { at, event });
     }
-    for channels in [0, 3] {
+    for channels in [0, 3, 4, 5] {
         let name = format!("telemetry, {channels} channels");
         add(name, Response::Telemetry(telemetry(at, channels)));
     }
@@ -392,6 +435,16 @@ fn telemetry(at: Micros, channels: u32) -> Telemetry {
         wrench: is_full.then_some(WrenchSample {
             target_mn: [-2_000, 3_000, 0],
             made_permille: 988,
+        }),
+        lift: is_full.then(|| LiftSample {
+            hold: [Hold::Released, Hold::Held, Hold::Over][channels as usize % 3],
+            joints: [Some(MotionPhase::Lift), Some(MotionPhase::Drop), None]
+                .map(|phase| JointSample {
+                    measured_centideg: phase.map(|_| 6_310),
+                    phase,
+                })
+                .into_iter()
+                .collect(),
         }),
         state: [State::Idle, State::Stimulating][usize::from(is_full)],
     }
@@ -468,6 +521,6 @@ fn events() -> Vec<Event> {
         period_ms: 310,
         gain_milli: 700,
     };
-    all.extend([Event::Recovered, electrode, limit_cycle]);
+    all.extend([Event::Recovered, electrode, limit_cycle, Event::HoldOver]);
     all
 }

@@ -53,6 +53,7 @@ impl Controller {
             effort_milli: acted.and_then(|acted| acted.effort_milli),
             limiting: core::mem::take(&mut self.limiting),
             wrench: self.take_wrench(),
+            lift: self.lift_sample(),
             state: self.state,
             ..Telemetry::default()
         };

@@ -2,7 +2,7 @@
 
 use super::super::part::{ControlPart, Muscle};
 use crate::control::{Endpoint, EndpointSpec, ForceControl, Joint};
-use crate::haptics::Wall;
+use crate::haptics::{Modulations, Wall};
 use crate::limb::Lines;
 use crate::pulse::CHANNELS;
 use heapless::Vec;
@@ -26,7 +26,9 @@ pub(super) struct ControlSetup {
     pub(super) wall: Option<Wall>,
     /// The arm; `None` if there is a joint or a wall.
     pub(super) endpoint: Option<Endpoint>,
-    /// What it is to be built of.
+    /// The joints whose stimulation follows their angles; none beside any of these.
+    pub(super) modulations: Modulations,
+    /// What the arm is to be built of.
     limb: Option<EndpointSpec>,
 }
 
@@ -45,6 +47,7 @@ impl ControlSetup {
                 self.forces.clear();
                 (self.joint, self.wall) = (None, None);
                 (self.endpoint, self.limb) = (None, None);
+                self.modulations.clear();
             }
             ControlPart::Muscle(muscle, force) => {
                 // As many slots as channels.
@@ -56,6 +59,7 @@ impl ControlSetup {
             ControlPart::Joint(joint) => self.joint = Some(joint),
             ControlPart::Wall(wall) => self.wall = Some(wall),
             ControlPart::Limb(spec) => self.limb = Some(spec),
+            ControlPart::Modulation(joint) => self.modulations.push(joint),
         }
     }
 

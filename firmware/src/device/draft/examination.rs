@@ -3,7 +3,7 @@
 use super::{Draft, Mistake, Part, Rule, channel_of};
 use crate::control::{Endpoint, ForceControl, Joint, JointSpec};
 use crate::device::part::{ControlPart, Muscle};
-use crate::haptics::{Wall, WallSpec};
+use crate::haptics::{Modulation, ModulationError, ModulationSpec, Wall, WallSpec};
 use crate::limb::{LimbSpec, LineSpec};
 use crate::muscle::MuscleSpec;
 use crate::pulse::{CHANNELS, GroupError, TrainSpec};
@@ -53,6 +53,7 @@ impl Draft {
         self.examine_joint_and_wall(&mut found)?;
         self.examine_forces(&mut found)?;
         self.examine_limb(&mut found)?;
+        self.examine_modulations(&mut found)?;
         if let Some(sync) = self.sync
             && self.used() & 1 << sync == 0
         {
@@ -96,13 +97,16 @@ impl Draft {
         all.fold(self.guided(), |mask, channel| mask | 1 << channel) // below 10
     }
 
-    /// Channels of the joint and of the wall, as bits.
+    /// Channels of the joint, of the wall and of modulated joints, as bits.
     fn guided(&self) -> u16 {
         let joint = self.joint.iter().flat_map(JointSpec::points);
         let wall = self.wall.iter().flat_map(WallSpec::demands);
+        let modulated = self.modulations.iter().flatten();
+        let modulated = modulated.flat_map(ModulationSpec::muscles);
         let all = joint
             .map(|p| p.channel)
-            .chain(wall.map(|(channel, ..)| channel));
+            .chain(wall.map(|(channel, ..)| channel))
+            .chain(modulated.map(|muscle| muscle.channel));
         all.fold(0, |mask, channel| mask | 1 << channel) // at most 9
     }
 
@@ -131,7 +135,13 @@ impl Draft {
         });
         let endpoint = self.endpoint.iter();
         let endpoint = endpoint.map(|spec| Ok(ControlPart::Limb(*spec)));
-        let guided = joint.chain(wall).chain(endpoint);
+        let modulations = self.modulations.iter().flatten();
+        let modulations = modulations.map(|spec| {
+            let part = Part::Modulation(spec.joint);
+            let joint = Modulation::new(spec).map_err(Mistake::of(part));
+            Ok(ControlPart::Modulation(joint?))
+        });
+        let guided = joint.chain(wall).chain(endpoint).chain(modulations);
         channels.chain(muscles).chain(guided)
     }
 
@@ -266,6 +276,41 @@ impl Draft {
             let is_driven = self.guided() & 1 << line.channel != 0; // below 10
             if is_driven || forces.is_some_and(Option::is_some) {
                 found(Mistake::of(part)(Rule::Controlled))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks the joints whose stimulation follows their angles: that the phase of each can
+    /// be told, and that no channel is of two muscles or passes its limit at any angle.
+    fn examine_modulations<E>(
+        &self,
+        found: &mut impl FnMut(Mistake) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let is_beside = self.joint.is_some() || self.wall.is_some();
+        let is_beside = is_beside || self.endpoint.is_some() || !self.lines.is_empty();
+        let mut taken = 0u16;
+        for spec in self.modulations.iter().flatten() {
+            let part = Part::Modulation(spec.joint);
+            if is_beside {
+                found(Mistake::of(part)(Rule::JointAndModulation))?;
+            }
+            let mut joints = self.modulations.iter().flatten();
+            if !joints.any(|it| it.joint == spec.phase_joint) {
+                let joint = spec.phase_joint;
+                found(Mistake::of(part)(Rule::NoPhaseJoint { joint }))?;
+            }
+            for channel in spec.muscles().map(|muscle| muscle.channel) {
+                let bit = 1 << channel; // at most 9
+                if taken & bit != 0 {
+                    let twice = ModulationError::ChannelTwice { channel };
+                    found(Mistake::of(part)(twice))?;
+                }
+                taken |= bit;
+            }
+            for demand in spec.demands() {
+                self.within_limit(part, demand)
+                    .map_or_else(&mut *found, Ok)?;
             }
         }
         Ok(())

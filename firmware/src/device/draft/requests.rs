@@ -21,6 +21,7 @@ impl Draft {
             Request::ForceControl { channel, spec } => self.set_force(*channel, *spec),
             Request::Limb(spec) => self.set_endpoint(*spec),
             Request::Line(spec) => self.set_line(spec.clone()),
+            Request::Modulation(spec) => self.set_modulation(*spec),
             _ => return None,
         })
     }
@@ -59,6 +60,9 @@ impl Draft {
         }
         for spec in &self.lines {
             sum.note(&Request::Line(spec.clone()));
+        }
+        for spec in self.modulations.iter().flatten() {
+            sum.note(&Request::Modulation(*spec));
         }
         let parts = self.channels.iter().zip(&self.muscles).zip(&self.forces);
         for (channel, ((train, muscle), force)) in (0u8..).zip(parts) {

@@ -117,6 +117,15 @@ impl Session {
                 submit(request, mail)?;
                 return Ok(Reply::Later);
             }
+            &Request::Held { held } => {
+                let request = ControlRequest::Held {
+                    seq,
+                    arrived: now,
+                    is_held: held,
+                };
+                submit(request, mail)?;
+                return Ok(Reply::Later);
+            }
             &Request::Rung { channel, rung } => {
                 check_channel(channel)?;
                 let request = ControlRequest::Rung { seq, channel, rung };

@@ -1,10 +1,10 @@
-//! What laws, walls, forces and arms refuse, by its number.
+//! What laws, walls, forces, arms and modulated joints refuse, by its number.
 
 use super::{Code, Refusal, bound};
 use crate::control::{
     Endpoint, ForceError, MeasurementError, SetpointError, SpecError, Unmade, WrenchError,
 };
-use crate::haptics::WallError;
+use crate::haptics::{HoldError, ModulationError, QuarticSpec, WallError};
 use crate::limb::AXIS_NAMES;
 
 impl From<crate::muscle::LadderError> for Refusal<'static> {
@@ -34,6 +34,40 @@ impl From<WallError> for Refusal<'static> {
             WallError::ChannelTwice { channel } => {
                 Self::new(Code::ChannelTwice, "wall").on(channel)
             }
+        }
+    }
+}
+
+impl From<ModulationError> for Refusal<'static> {
+    fn from(e: ModulationError) -> Self {
+        match e {
+            ModulationError::Range(e) => e.into(),
+            ModulationError::ChannelTwice { channel } => {
+                Self::new(Code::ChannelTwice, "modulation").on(channel)
+            }
+            ModulationError::Share {
+                channel,
+                phase,
+                extreme,
+            } => {
+                let reached = extreme.millionths();
+                let one = QuarticSpec::SHARE.max;
+                let bound = if reached < 0 { 0 } else { one };
+                let refusal = Self::new(Code::ShareLimit, phase.field()).on(channel);
+                refusal.allowed(reached, bound)
+            }
+        }
+    }
+}
+
+impl From<HoldError> for Refusal<'static> {
+    fn from(e: HoldError) -> Self {
+        match e {
+            HoldError::NoAngle { joint } => {
+                let joint = i32::from(joint);
+                Self::new(Code::NoAngle, "joint").allowed(joint, joint)
+            }
+            HoldError::Over => Self::new(Code::HoldOver, "held"),
         }
     }
 }

@@ -214,6 +214,12 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::WrenchOutOfReach => ("the arm's muscles cannot give this force within the wearer's limits", "ask for the share of it that can be made, or hold the arm otherwise"),
         Code::NoMuscleHelps => ("no muscle of the arm helps towards this force", "ask for another direction, or give the arm a line that pulls that way"),
         Code::NoPosture => ("an angle of the arm is not measured, or stale", "send a measurement of each of the nine angles first"),
+        Code::JointAndModulation => ("joints that are modulated cannot run beside a joint, a wall or an arm: a measurement would be of both", "send Clear and configure one of them"),
+        Code::ShareLimit => ("a share of a muscle's intensity is, in millionths, below 0 or above 1 at some angle of the joint", "choose another quartic, or a narrower range of angles"),
+        Code::NoPhaseJoint => ("the joint that is to tell the phase is not in the setup", "configure it too, or name another"),
+        Code::NoModulation => ("no such joint is modulated", "configure it before arming"),
+        Code::NoAngle => ("a modulated joint has no fresh angle within its range, so nothing can be held", "send a measurement of each joint first"),
+        Code::HoldOver => ("the object was held for longer than it may be", "say that it is released, then that it is held"),
         Code::NoFatigue => ("this muscle has no fatigue parameters", "configure the muscle with its fatigue, or choose another rung"),
     }
 }

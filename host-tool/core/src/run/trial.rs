@@ -147,6 +147,7 @@ pub fn event(event: &Event) -> String {
             current_ua,
             ..
         } => format!("electrode {}: {current_ua} µA", channel.saturating_add(1)),
+        Event::HoldOver => "held for too long: let go until it is released".to_owned(),
         Event::LimitCycle {
             swing_centideg,
             period_ms,

@@ -63,7 +63,8 @@ pub(super) fn tell(root: &Table<'_>, channels: &[Channel], mistake: Mistake) {
         }
         // No channel at all: told. The sum: told for all that can be added.
         // That a channel is not there: told where it is named.
-        Part::Setup | Part::Sync | Part::Limb => {}
+        // A joint that is modulated is told by who read it.
+        Part::Setup | Part::Sync | Part::Limb | Part::Modulation(_) => {}
     }
 }
 
