@@ -79,6 +79,7 @@ fn channel(number: u8, name: &str, limit: f64) -> ChannelInfo {
         model: None,
         force: false,
         line: false,
+        joint: None,
     }
 }
 
@@ -313,6 +314,7 @@ fn force_run(force_n: Option<f64>) -> Run {
         channels: vec![ChannelInfo {
             force: true,
             line: false,
+            joint: None,
             ..channel(1, "tibialis", 25.0)
         }],
         samples: (0..100).map(sample).collect(),

@@ -130,6 +130,7 @@ mod tests {
             model: None,
             force,
             line: false,
+            joint: None,
         };
         let sample = |t_s: f64, seven: f64| Sample {
             t_s,
@@ -181,6 +182,7 @@ mod tests {
             model: None,
             force: true,
             line: false,
+            joint: None,
         };
         let sample = |i: u32| Sample {
             t_s: f64::from(i) / 10.0,

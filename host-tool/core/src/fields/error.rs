@@ -22,7 +22,7 @@ pub(crate) struct Place {
 macro_rules! problems {
     (at $path:ident, $given:ident: $($number:literal $name:ident { $($field:ident: $type:ty),* } $message:literal $remedy:literal)*) => {
         /// Everything a session file is refused for. This is the only list of the
-        /// numbers E400–E499, E630–E639 and E650–E669; they are
+        /// numbers E400–E499, E630–E639, E650–E669 and E750–E759; they are
         /// stable. `allowed` is what may stand there.
         #[derive(Clone, PartialEq, Debug)]
         #[expect(missing_docs, reason = "each message explains its fields")]
@@ -31,7 +31,7 @@ macro_rules! problems {
         }
 
         impl Problem {
-            /// The stable number, 400–499, 630–639 or 650–669.
+            /// The stable number, 400–499, 630–639, 650–669 or 750–759.
             #[must_use]
             pub const fn number(&self) -> u16 {
                 match self {
@@ -234,6 +234,28 @@ problems! {
     662 OutsideHapticRange { channel: u8, range: String }
         "`{field}` is {given}, outside channel {channel}'s haptic range, {range} (I_MT to 1.5 I_MT)"
         "0 is allowed too; without `wearer.haptic_range` the wearer's `limit` alone holds"
+    750 ShareOutside { share: String, at_deg: f64 }
+        "`{field}` goes through {given}, and its quartic is {share} at {at_deg}°: a share is 0 to 1 at every angle"
+        "move the five values away from there, or narrow the joint's range"
+    751 ModulationBeside { other: String }
+        "`{field}` is {given}, which cannot follow its angle beside {other}: a measurement would be of both"
+        "keep one of them"
+    752 NoPhaseJoint { elbow: &'static str }
+        "`{field}` is {given}, and the file has no `[[modulation]]` of joint = \"{elbow}\", whose motion tells its phase"
+        "add it, with or without shares"
+    753 HeldForTooLong { most_s: f64 }
+        "`{field}` is {given} for longer than {most_s} s, `modulation.longest_hold_s`: the device would let go there"
+        "release it before, or raise `longest_hold_s`"
+    754 NothingModulated {}
+        "`{field}` is {given}, and the file has no `[[modulation]]`: nothing would be stimulated" ""
+    756 NeverGrabbed {}
+        "`{field}` is {given}, and the file has `[[modulation]]`s, which stimulate only while an object is held"
+        "say kind = \"held\""
+    757 JointTwice {}
+        "`{field}` is {given}, which an earlier `[[modulation]]` is of" ""
+    758 PeakAboveLimit { channel: u8, peak: String, at_deg: f64, limit: String }
+        "`{field}` is {given}, of which the joint's share makes {peak} at {at_deg}°: above channel {channel}'s limit of {limit}"
+        "lower it, or the share there"
 }
 
 /// What bounds the rms current of all channels.

@@ -35,6 +35,9 @@ pub struct ChannelInfo {
     /// `Sample::hand_n`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub line: bool,
+    /// Number of the joint whose angle it follows: a place in `Sample::joint_deg`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<u8>,
 }
 
 /// The name of a model that this program knows: played on another, a record would not

@@ -2,6 +2,8 @@
 //! dictionary beside them and docs/record.md are made from.
 
 use super::ChannelInfo;
+use crate::session::joint_name;
+use std::collections::BTreeSet;
 use std::io;
 
 /// A column of a table, or one for each channel of a kind.
@@ -34,6 +36,10 @@ pub enum Each {
     Force,
     /// Once, where an arm is driven.
     Arm,
+    /// Once, where joints are modulated.
+    Lift,
+    /// For each joint that is modulated.
+    Joint,
 }
 
 const fn column(
@@ -54,7 +60,7 @@ const fn column(
 
 /// The columns of `samples.csv`, in their order.
 #[rustfmt::skip]
-pub const SAMPLES: [Column; 18] = [
+pub const SAMPLES: [Column; 21] = [
     column(Each::Table, "t_s", "s", "time since the start of the trains", "device clock, 1 µs"),
     column(Each::Table, "target_deg", "°", "wanted joint angle, or where the wall stands; empty before the first setpoint and without joint or wall", "device: the setpoint it follows, held or extrapolated"),
     column(Each::Table, "measured_deg", "°", "joint angle; empty before the first measurement and without joint or wall", "the session's sensor, as the device took it"),
@@ -73,6 +79,9 @@ pub const SAMPLES: [Column; 18] = [
     column(Each::Arm, "hand_y_n", "N", "the same, to the right", "device: the setpoint it follows"),
     column(Each::Arm, "hand_z_n", "N", "the same, upward", "device: the setpoint it follows"),
     column(Each::Arm, "hand_made", "", "part of that force that can be made as the arm is held, the least since the row before: 1 is all, and given; less is not given at all", "device: recruitment"),
+    column(Each::Lift, "held", "0, 1, 2", "1 while an object is held, 0 while not, 2 if it was for too long and is to be released; empty before the start", "device: the setpoint it follows"),
+    column(Each::Joint, "angle", "°", "angle of the joint; empty without a fresh one that can be believed", "the host, as the device took it"),
+    column(Each::Joint, "phase", "1, -1", "1 since its elbow flexed last, -1 since it extended; empty before it moves", "device: sign of the elbow's velocity"),
 ];
 
 /// The columns of `edges.csv`, in their order.
@@ -95,8 +104,20 @@ impl Column {
             let name = (self.name.to_owned(), self.unit.to_owned());
             return is_driven.then_some(name).into_iter().collect();
         }
+        if self.each == Each::Lift {
+            let name = (self.name.to_owned(), self.unit.to_owned());
+            return joints(channels).next().map(|_| name).into_iter().collect();
+        }
+        if self.each == Each::Joint {
+            let named = joints(channels).map(|joint| {
+                let joint = joint_name(joint).replace('-', "_");
+                let unit = ["", "_deg"][usize::from(self.unit == "°")];
+                (format!("{}_{joint}{unit}", self.name), self.unit.to_owned())
+            });
+            return named.collect();
+        }
         let own = channels.iter().filter(|channel| match self.each {
-            Each::Table | Each::Arm | Each::Channel => true,
+            Each::Table | Each::Arm | Each::Lift | Each::Joint | Each::Channel => true,
             Each::Width => channel.live_width,
             Each::Muscle => channel.muscle,
             Each::Force => channel.force,
@@ -109,6 +130,12 @@ impl Column {
         });
         named.collect()
     }
+}
+
+/// The joints that channels follow, by rising number.
+pub(super) fn joints(channels: &[ChannelInfo]) -> impl Iterator<Item = u8> {
+    let numbers: BTreeSet<u8> = channels.iter().filter_map(|it| it.joint).collect();
+    numbers.into_iter()
 }
 
 /// A unit as it stands in a column's name.
@@ -146,7 +173,9 @@ pub(super) fn in_markdown(columns: &[Column]) -> String {
     let mut text = "| column | unit | meaning | source |\n|---|---|---|---|\n".to_owned();
     for column in columns {
         let (name, unit) = match column.each {
-            Each::Table | Each::Arm => (column.name.to_owned(), column.unit),
+            Each::Table | Each::Arm | Each::Lift => (column.name.to_owned(), column.unit),
+            Each::Joint if column.unit == "°" => (format!("{}_J_deg", column.name), column.unit),
+            Each::Joint => (format!("{}_J", column.name), column.unit),
             Each::Channel => (format!("{}_N_ma, …_v", column.name), "the channel's"),
             Each::Width | Each::Muscle | Each::Force => (
                 format!("{}_N_{}", column.name, in_name(column.unit)),
@@ -160,6 +189,8 @@ pub(super) fn in_markdown(columns: &[Column]) -> String {
             Each::Muscle => "; for each channel N with a muscle",
             Each::Force => "; for each channel N under force control",
             Each::Arm => "; with an arm",
+            Each::Lift => "; with modulated joints",
+            Each::Joint => "; for each modulated joint J",
         };
         let (meaning, source) = (column.meaning, column.source);
         text += &format!("| `{name}` | {unit} | {meaning}{whose} | {source} |\n");

@@ -363,6 +363,16 @@ pub struct Sample {
     /// What part of it can be made: 1 is all, and given; less is not given at all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hand_made: Option<f64>,
+    /// Whether an object is held, 1; 0 if not, 2 if the device let go. None where no joint
+    /// is modulated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held: Option<f64>,
+    /// Angle of each modulated joint, °, by rising number; `None` without a fresh one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joint_deg: Vec<Option<f64>>,
+    /// Its phase likewise: 1 the elbow flexes, −1 it extends; `None` before its first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub phase: Vec<Option<f64>>,
 }
 
 /// The state of a device, by its word in `samples.csv`.

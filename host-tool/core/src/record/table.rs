@@ -61,6 +61,15 @@ pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[Chann
         }
         push_field(text, sample.hand_made);
     }
+    let joints = columns::joints(channels).count();
+    if joints > 0 {
+        push_field(text, sample.held);
+        for values in [&sample.joint_deg, &sample.phase] {
+            for column in 0..joints {
+                push_field(text, values.get(column).copied().flatten());
+            }
+        }
+    }
     text.push(b'\n');
 }
 
@@ -117,6 +126,9 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
         "below_",
         "above_",
         "hand_",
+        "held",
+        "angle_",
+        "phase_",
     ]
     .map(columns);
     let [
@@ -128,8 +140,12 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
         below,
         above,
         mut hand,
+        mut held,
+        angles,
+        phases,
     ] = lists;
     let made = hand.pop(); // the last of the arm's
+    let held = held.pop();
     let fixed = FIXED.map(|name| rows.column(name));
     let [t, target, measured, truth, effort, limiting, state] = fixed;
     let (t, target, measured) = (t?, target?, measured?);
@@ -154,6 +170,9 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
             rates_hz: list(&rates)?,
             below_n: list(&below)?,
             above_n: list(&above)?,
+            held: held.map_or(Ok(None), |held| row.optional(held))?,
+            joint_deg: list(&angles)?,
+            phase: list(&phases)?,
             hand_n: match list(&hand)? {
                 none if none.iter().all(Option::is_none) => Vec::new(),
                 force => force,

@@ -321,6 +321,7 @@ mod tests {
             model: model.map(str::to_owned),
             force: false,
             line: false,
+            joint: None,
         };
         let told = |models: &[(u8, Option<&str>)]| {
             models_in_words(&Trial {

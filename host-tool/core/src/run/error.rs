@@ -38,6 +38,11 @@ pub enum RunError {
         "E550 the session's posture is measured by the host, and {0} has no simulated arm; say posture_deg"
     )]
     NoPosture(String),
+    /// Only a simulated device is told a file's angles.
+    #[error(
+        "E755 the session's joint angles are a script, and {0} may have a wearer: stimulate by angles that a client measures (docs/protocol.md), or run it on a simulator"
+    )]
+    ScriptedAngles(String),
     /// Only a simulated wearer has the glove that this session measures with.
     #[error(
         "E513 the session's angle is measured by the host, and {0} has no simulated glove; use sensor = \"adc\""

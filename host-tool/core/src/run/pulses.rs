@@ -73,6 +73,10 @@ pub(super) fn why_silent(session: &Session, length_us: u64, idle_triggers: u64) 
             "the wanted force is nearer to none than to the least that the muscle gives; a lower \
              min_frequency_hz lets it give less"
         }
+        Course::Held(points) if points.iter().all(|(_, is_held)| !is_held) => "no object was held",
+        Course::Held(_) => {
+            "no share was above 0 while an object was held, or no elbow had moved yet"
+        }
         Course::Wrench(_) => "no force at the hand was wanted that recruits a muscle",
         Course::Amplitudes(_) | Course::Stimulus(..) => {
             "every amplitude was below the first step of its DAC, or the ramp \

@@ -224,6 +224,16 @@ impl<P: Port> Run<'_, P> {
                 self.client.request(request)?;
             }
         }
+        if !self.session.modulations.is_empty() {
+            let is_simulated =
+                self.client.port().world().is_some() || self.client.port().image().is_some();
+            if !is_simulated {
+                return Err(RunError::ScriptedAngles("this device".to_owned()));
+            }
+            for request in self.joint_angles(0) {
+                self.client.request(request)?;
+            }
+        }
         // The first setpoint is there before the first pulse.
         self.client
             .request(self.session.setpoints.at(0).request(None))?;
@@ -286,6 +296,9 @@ impl<P: Port> Run<'_, P> {
                 self.client.post(request)?;
             }
         }
+        for request in self.joint_angles(due) {
+            self.client.post(request)?;
+        }
         for request in self.session.rungs(before, due) {
             self.client.post(request)?;
         }
@@ -304,7 +317,7 @@ impl<P: Port> Run<'_, P> {
             let at = match setpoint {
                 Setpoint::Wrench(_) => Some(now + us(ahead_us)),
                 Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(now),
-                Setpoint::Amplitudes(_) | Setpoint::KeepAlive => None,
+                Setpoint::Amplitudes(_) | Setpoint::Held(_) | Setpoint::KeepAlive => None,
             };
             let seq = self.client.post(setpoint.request(at))?;
             if let Setpoint::Wrench(force_mn) = setpoint {
@@ -343,6 +356,19 @@ impl<P: Port> Run<'_, P> {
                 centideg,
                 at,
             }
+        });
+        measured.collect()
+    }
+
+    /// The modulated joints' angles of `due` µs after the start, measured now.
+    fn joint_angles(&mut self, due: u64) -> Vec<Request> {
+        let now = self.client.port().now_us();
+        let at = self.client.device_time(now).unwrap_or(self.epoch);
+        let joints = self.session.modulations.iter();
+        let measured = joints.map(|joint| Request::Measurement {
+            joint: joint.spec.joint,
+            centideg: joint.angle_at(due),
+            at,
         });
         measured.collect()
     }

@@ -8,8 +8,8 @@ use crate::record::{
 };
 use crate::session::{Session, rung_name};
 use firmware::control::ForceGap;
-use firmware::haptics::Side;
-use firmware::link::{Counters, Event, ForceSample, Telemetry};
+use firmware::haptics::{Hold, ModulationSpec, MotionPhase, Side};
+use firmware::link::{Counters, Event, ForceSample, JointSample, Telemetry};
 use firmware::safety::{self, Fault, StopCause};
 use firmware::units::{Amplitude, Micros};
 use hal_sim::trace::{State as TraceState, Trace};
@@ -34,6 +34,7 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
             let mut lines = limb.lines.iter();
             lines.any(|line| line.channel == channel.index())
         }),
+        joint: modulated(session, channel.index()),
     });
     let wall = session.wall.map(|wall| WallPlace {
         at_deg: milli(wall.at_mdeg.into()),
@@ -70,6 +71,13 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
     }
 }
 
+/// The number of the joint that a channel follows.
+fn modulated(session: &Session, channel: u8) -> Option<u8> {
+    let joints = session.modulations.iter().map(|joint| &joint.spec);
+    let is_of = |spec: &&ModulationSpec| spec.muscles().any(|it| it.channel == channel);
+    joints.into_iter().find(is_of).map(|spec| spec.joint)
+}
+
 /// What the electrode check read of one of `channels`; `channel` counts from 0.
 pub fn electrode(
     channels: &[ChannelInfo],
@@ -90,13 +98,16 @@ pub fn electrode(
 
 /// A telemetry sample; times count from `epoch`.
 pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sample {
-    let degrees = |centi: Option<i16>| centi.map(|c| f64::from(c) * 1e-2);
     let milli = |value: u32| f64::from(value) * 1e-3;
     let force =
         |f: fn(&ForceSample) -> Option<f64>| telemetry.force_control.iter().map(f).collect();
     let side = |f: fn(ForceGap) -> u32| {
         let gaps = telemetry.force_control.iter().map(|sample| sample.gap);
         gaps.map(|gap| gap.map(|gap| milli(f(gap)))).collect()
+    };
+    let lift = |f: fn(&JointSample) -> Option<f64>| {
+        let joints = telemetry.lift.iter().flat_map(|lift| &lift.joints);
+        joints.map(f).collect()
     };
     let amplitudes = telemetry.amplitudes.iter();
     let widths = telemetry.widths_us.iter();
@@ -119,8 +130,22 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
             let newtons = wrench.target_mn.map(|mn| Some(f64::from(mn) * 1e-3));
             newtons.to_vec()
         }),
+        held: telemetry.lift.as_ref().map(|lift| match lift.hold {
+            Hold::Released => 0.0,
+            Hold::Held => 1.0,
+            Hold::Over => 2.0,
+        }),
+        joint_deg: lift(|joint| degrees(joint.measured_centideg)),
+        phase: lift(|joint| {
+            let phase = |phase| [1.0, -1.0][usize::from(phase == MotionPhase::Drop)];
+            joint.phase.map(phase)
+        }),
         hand_made: (telemetry.wrench).map(|wrench| f64::from(wrench.made_permille) * 1e-3),
     }
+}
+
+fn degrees(centi: Option<i16>) -> Option<f64> {
+    centi.map(|c| f64::from(c) * 1e-2)
 }
 
 /// A device's state as it is recorded.

@@ -5,6 +5,7 @@
 use std::sync::LazyLock;
 
 use firmware::control::{Endpoint, SensorSource};
+use firmware::haptics::JOINTS;
 use firmware::limb::AXIS_NAMES;
 use firmware::muscle::{CalciumForceSpec, RecruitmentSpec, Rung};
 use firmware::pulse::{CHANNELS, MAX_GROUPS, Partner, Shape, TrainSpec, Trigger};
@@ -15,6 +16,7 @@ use hal_sim::body::{ElbowSpec, FingerSpec};
 
 use super::control_fields::{amplitude, hold, joint, wall};
 use super::hand_fields::{hand_fields, point_channels};
+use super::modulation_fields::{held_points, modulation};
 use crate::fields::field::Need::{Optional, Or, OrFile, OrTold, OrWord, Required};
 use crate::fields::field::{CHANNEL, Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
 use crate::fields::field::{LONGEST, LONGEST_NOTES};
@@ -83,6 +85,7 @@ fn file() -> Section {
         f("sync", Kind::Table(vec![f("channel", channel(), Required, "whose first phases drive sync out")]), Optional, "`channel`: whose first phases drive sync out"),
         f("joint", Kind::Table(joint()), Optional, "closed loop on the device"),
         f("wall", Kind::Table(wall()), Optional, "virtual wall on the device; not beside a `[joint]` (E480)"),
+        f("modulation", list(modulation(), 0, Some(JOINTS), "joints"), Optional, "joints of a person who handles an object, whose stimulation [follows their angles](lift.md); not beside a `[joint]`, a `[wall]` or forces at the hand (E751)"),
         f("setpoints", Kind::Table(setpoints()), Required, "what the host streams"),
         f("measure", Kind::Table(measure()), Optional, "window in which errors are scored"),
         f("body", Kind::Table(body()), Optional, "the simulated wearer, dummy loads without it; a board ignores it"),
@@ -315,7 +318,7 @@ fn setpoints() -> Section {
     let [offset, amplitude, _] = sine_of_force();
     let angle = || Kind::Real(Number::any("°", 3, "within the joint's range"));
     vec![
-        f("kind", Kind::Choice(vec!["keep-alive", "amplitudes", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force"]), Required, "what is streamed; angles need a `[joint]`, forces a channel's `force`, a force at the hand the `[limb]` of a wearer file; `\"keep-alive\"` is nothing but a sign of life: all that a `[wall]` needs"),
+        f("kind", Kind::Choice(vec!["keep-alive", "amplitudes", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force", "held"]), Required, "what is streamed; angles need a `[joint]`, forces a channel's `force`, a force at the hand the `[limb]` of a wearer file, whether an object is held `[[modulation]]`s; `\"keep-alive\"` is nothing but a sign of life: all that a `[wall]` needs"),
         f("rate_hz", Kind::Real(Number::within("Hz", 0, 1, 1000).bound("above 1000/`host_timeout_ms`")), Required, "how often"),
         f("offset_deg", angle(), Required, "centre").when("kind", &["angle-sine"]),
         f("amplitude_deg", angle(), Required, "of the sine").when("kind", &["angle-sine"]),
@@ -324,6 +327,7 @@ fn setpoints() -> Section {
         f("points", list(stimulus_points(), 1, None, "points"), Required, "`{ at_s, value, width_us }`: amplitudes and widths, both straight between their times in a ramp, both held in steps; the last pair stays. Each pair on the way is within `max_charge_uc` (E630). From 0 an amplitude rises over the wearer's `rise_ms`, a ramp of the width as soon as that reaches 10 µs").when("kind", &["amplitude-ramp", "amplitude-steps"]),
         f("points", list(force_points(), 1, None, "points"), Required, "`{ at_s, n }`: forces, straight between their times; the last one stays; more than 1000 N/s is a step").when("kind", &["force-ramp"]),
         f("points", list(wrench_points(), 1, None, "points"), Required, "`{ at_s, force_n }`: [forces at the hand](endpoint_session.md), straight between their times; the last one stays").when("kind", &["endpoint-force"]),
+        f("points", list(held_points(), 1, None, "points"), Required, "`{ at_s, held }`: from when on an object is held, and from when it is not; never for longer than `longest_hold_s` (E753)").when("kind", &["held"]),
         f("posture_deg", Kind::Table(posture()), Optional, "how the arm is held: nine angles; without it the host measures them").when("kind", &["endpoint-force"]),
         f("stale_after_ms", n("ms", 0, SensorSource::STALE_AFTER_MS), Or(100), "age at which a measured angle is stale; not beside `posture_deg`").when("kind", &["endpoint-force"]),
         f("offset_n", offset, Required, "centre").when("kind", &["force-sine"]),
@@ -333,7 +337,7 @@ fn setpoints() -> Section {
         f("list", list(list_of_pulses(), 0, None, "lists"), Optional, "`{ at_s, channel, pulses }`: [lists of pulses](#lists), each played once in place of its channel's own"),
         f("bounds", list(bounds, 0, Some(CHANNELS), "channels"), Optional, "`{ channel, least, most, per_s, shortest_s }`: what a live client may stream instead, for the choice of [muscle models](muscle.md); a run plays the file's own, which may not leave them (but a force may go below `least`)"),
         f("values", list(values(), 1, Some(CHANNELS), "channels"), Required, "`{ channel, value, width_us }`: constant amplitudes; not for the joint's or the wall's channels").when("kind", &["amplitudes"]),
-        f("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same beside all that is wanted").when("kind", &["keep-alive", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force"]),
+        f("values", list(values(), 1, Some(CHANNELS), "channels"), Optional, "the same beside all that is wanted").when("kind", &["keep-alive", "amplitude-ramp", "amplitude-steps", "angle-sine", "angle-steps", "force-ramp", "force-sine", "endpoint-force", "held"]),
     ]
 }
 

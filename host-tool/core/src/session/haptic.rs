@@ -53,6 +53,17 @@ pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
             tell(point, point, "max");
         }
     }
+    for joint in root.tables("modulation") {
+        for muscle in ["flexor", "extensor"]
+            .map(|it| joint.table(it))
+            .into_iter()
+            .flatten()
+        {
+            tell(muscle, muscle, "base");
+            tell(muscle, muscle, "threshold");
+            tell_scaled(muscle, person, channels);
+        }
+    }
     if let Some(wall) = root.table("wall") {
         tell(wall, wall, "max");
         if let Some(pre_wall) = wall.table("pre_wall") {
@@ -74,6 +85,15 @@ pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
                 person.tell_outside(muscle, "motor_threshold", electrode, threshold);
             }
         }
+    }
+}
+
+/// Tells of a muscle whose share makes of its intensity anything from 0 on.
+fn tell_scaled(muscle: &Table<'_>, person: &Person, channels: &Channels) {
+    let electrode = channels.electrode(muscle.whole("channel"));
+    if let Some(electrode) = electrode.filter(|_| muscle.word("form") == "scaled") {
+        // Just above nothing.
+        person.tell_outside(muscle, "form", electrode, Amplitude::new(1));
     }
 }
 

@@ -22,6 +22,8 @@ mod law;
 mod limb;
 mod limits;
 mod manual;
+mod modulation;
+mod modulation_fields;
 mod muscle;
 mod schema;
 mod setpoints;
@@ -56,6 +58,7 @@ pub use hand::{UnnamedHand, hand_body};
 pub use law::LawName;
 pub use limb::SessionLimb;
 pub use manual::manual;
+pub use modulation::{SessionJoint, joint_name, quartic_through};
 pub use muscle::{Model, Muscle, rung_name};
 pub use schema::schema;
 use setpoints::read_setpoints;
@@ -88,6 +91,9 @@ pub struct Session {
     pub wall: Option<WallSpec>,
     /// The arm whose hand exerts the wanted force; not beside a joint or a wall.
     pub limb: Option<SessionLimb>,
+    /// The joints whose stimulation follows their angles while an object is held; not
+    /// beside any of these.
+    pub modulations: Vec<SessionJoint>,
     /// What the host streams.
     pub setpoints: Setpoints,
     /// The window in which errors are scored, µs from the start.
@@ -202,6 +208,7 @@ impl Session {
             joint: setup.joint,
             wall: setup.wall,
             limb: setup.limb,
+            modulations: setup.modulations,
             setpoints: setpoints??,
             measure: measure?,
             body: body?,
@@ -252,6 +259,8 @@ impl Session {
             all.push(Request::Limb(limb.spec));
             all.extend(limb.lines.iter().cloned().map(Request::Line));
         }
+        let joints = self.modulations.iter();
+        all.extend(joints.map(|joint| Request::Modulation(joint.spec)));
         all
     }
 

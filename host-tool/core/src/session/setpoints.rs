@@ -15,6 +15,7 @@ use firmware::units::{Amplitude, Micros};
 
 pub(super) use read::read_setpoints;
 pub use stimulus::StimulusCourse;
+pub(super) use times::read_time;
 pub use wrench::{WrenchCourse, nearest, newtons};
 
 /// What the host streams, and how often.
@@ -80,6 +81,8 @@ pub enum Course {
     Force(u8, ForceCourse),
     /// Forces at the hand of the session's arm.
     Wrench(WrenchCourse),
+    /// Whether an object is held, each from its µs on; the first begins at 0.
+    Held(Vec<(u64, bool)>),
 }
 
 /// The course of a wanted force.
@@ -124,6 +127,8 @@ pub enum Setpoint {
     },
     /// For the arm: the force at its hand, mN.
     Wrench([i32; 3]),
+    /// For modulated joints.
+    Held(bool),
 }
 
 impl Setpoint {
@@ -152,6 +157,7 @@ impl Setpoint {
                 millinewton_per_s: Some(millinewton_per_s),
             },
             &Self::Wrench(force_mn) => Request::Wrench { at, force_mn },
+            &Self::Held(held) => Request::Held { held },
             Self::Amplitudes(values) => Request::Amplitudes {
                 mask: values
                     .iter()
@@ -197,6 +203,11 @@ impl Setpoints {
             }
             Course::Force(channel, course) => course.setpoint(*channel, t_us),
             Course::Wrench(course) => Setpoint::Wrench(course.at(t_us)),
+            Course::Held(points) => {
+                let index = points.partition_point(|&(at_us, _)| at_us <= t_us);
+                let point = points.get(index.saturating_sub(1));
+                Setpoint::Held(point.is_some_and(|&(_, held)| held))
+            }
             Course::Stimulus(channel, course) => {
                 Setpoint::Amplitudes(vec![(*channel, course.at(t_us))])
             }

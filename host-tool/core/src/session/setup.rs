@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use firmware::control::JointSpec;
-use firmware::device::{Draft, Mistake, Rule};
+use firmware::device::{Draft, Mistake, Part, Rule};
 use firmware::haptics::WallSpec;
 use firmware::pulse::{GroupSpec, Partner};
 use firmware::safety::{SetupError, WearerSpec};
@@ -13,6 +13,7 @@ use super::fields::PARTNERS;
 use super::joint::read_joint;
 use super::limb::{SessionLimb, read_limb};
 use super::limits::{tell_sum, tell_times};
+use super::modulation::{SessionJoint, read_modulations, tell_modulation};
 use super::verdict::{tell, tell_group};
 use super::wall::read_wall;
 use super::worn::Person;
@@ -28,6 +29,9 @@ pub(super) struct SetupSpec {
     pub(super) joint: Option<JointSpec>,
     pub(super) wall: Option<WallSpec>,
     pub(super) limb: Option<SessionLimb>,
+    pub(super) modulations: Vec<SessionJoint>,
+    /// Whether the file has any joint of these, sound or not.
+    pub(super) has_modulation: bool,
     /// Bit i: channel i on the link is not the host's to drive.
     pub(super) controlled: u16,
 }
@@ -77,6 +81,15 @@ pub(super) fn read_setup(
             let _ = draft.set_line(line.clone());
         }
     }
+    let modulations = read_modulations(root, &channels);
+    for joint in &modulations {
+        // The device holds the first against it; here all are told.
+        joint.spec.mistakes(&mut |mistake| {
+            let (part, rule) = (Part::Modulation(joint.spec.joint), mistake.into());
+            mistakes.push(Mistake { part, rule });
+        });
+        let _ = draft.set_modulation(joint.spec);
+    }
     let Ok(_) = draft.examine(|mistake| {
         mistakes.push(mistake);
         Ok::<(), Infallible>(())
@@ -84,7 +97,12 @@ pub(super) fn read_setup(
     tell_sum(root, &wearer, &channels.list, &channels.beyond);
     tell_times(root, &wearer, &channels.list, notes);
     for mistake in mistakes {
-        tell(root, &channels.list, mistake);
+        match mistake.part {
+            Part::Modulation(joint) => {
+                tell_modulation(root, &channels, &modulations, joint, mistake);
+            }
+            _ => tell(root, &channels.list, mistake),
+        }
     }
     SetupSpec {
         wearer,
@@ -94,6 +112,8 @@ pub(super) fn read_setup(
         joint,
         wall,
         limb,
+        modulations,
+        has_modulation: root.has("modulation"),
         controlled: draft.controlled(),
     }
 }

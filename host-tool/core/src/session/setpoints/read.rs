@@ -27,7 +27,7 @@ pub(in super::super) fn read_setpoints(
         t.say("rate_hz", Problem::TooSlow { timeout_ms });
     }
     let values = t.has("values").then(|| read_amplitudes(t, setup));
-    let course = read_course(t, setup, has_joint);
+    let course = read_course(t, setup, has_joint, duration_us);
     let forces = read_further_forces(t, &setup.channels, course.as_ref());
     let bounds = read_bounds(t, setup, duration_us);
     let lists = read_lists(t, setup, duration_us);
@@ -86,7 +86,12 @@ fn check_own(t: &Table<'_>, bounds: &Bounds, setpoints: &Setpoints) {
 }
 
 /// Reads what is streamed by its kind; amplitudes are the caller's.
-fn read_course(t: &Table<'_>, setup: &SetupSpec, has_joint: bool) -> Option<Course> {
+fn read_course(
+    t: &Table<'_>,
+    setup: &SetupSpec,
+    has_joint: bool,
+    duration_us: u64,
+) -> Option<Course> {
     let kind = t.word("kind");
     let joint = setup.joint.as_ref().and_then(|spec| Joint::new(spec).ok());
     match kind {
@@ -100,6 +105,7 @@ fn read_course(t: &Table<'_>, setup: &SetupSpec, has_joint: bool) -> Option<Cour
         }
         "angle-sine" => read_sine(t, &joint?),
         "angle-steps" => read_steps(t, &joint?),
+        "held" => read_held(t, setup, duration_us),
         "endpoint-force" => read_wrenches(t, setup.limb.as_ref(), t.real("rate_hz")),
         "force-ramp" | "force-sine" => {
             let channel = find_controlled(t, &setup.channels)?;
@@ -111,6 +117,42 @@ fn read_course(t: &Table<'_>, setup: &SetupSpec, has_joint: bool) -> Option<Cour
         }
         _ => None,
     }
+}
+
+/// Reads when an object is held; tells where it is for longer than its joints allow.
+fn read_held(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Course> {
+    if !setup.has_modulation {
+        t.say("kind", Problem::NothingModulated {});
+    }
+    let mut points: Vec<(u64, bool)> = Vec::new();
+    // Of what comes behind a wrong one nothing can be said.
+    let items = t.tables("points").iter().take_while(|it| it.is_sound());
+    let items: Vec<&Table<'_>> = items.collect();
+    for item in &items {
+        let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
+        points.push((at_us, item.flag("held")));
+    }
+    let joints = setup.modulations.iter();
+    let longest_ms = joints.map(|joint| joint.spec.longest_hold_ms).min();
+    let mut grabbed: Option<(u64, &Table<'_>)> = None;
+    let end = (duration_us, false);
+    let ends = points
+        .iter()
+        .chain([&end])
+        .zip(items.iter().map(Some).chain([None]));
+    for (&(at_us, is_held), item) in ends {
+        if let (Some((from_us, at)), Some(ms), false) = (grabbed, longest_ms, is_held)
+            && at_us.saturating_sub(from_us) > u64::from(ms) * 1000
+        {
+            let most_s = f64::from(ms) / 1e3;
+            at.say("held", Problem::HeldForTooLong { most_s });
+        }
+        grabbed = match (is_held, item) {
+            (true, Some(item)) => grabbed.or(Some((at_us, *item))),
+            _ => None,
+        };
+    }
+    Some(Course::Held(points))
 }
 
 /// Reads `forces`, of channels that the course does not drive: each a ramp or a

@@ -4,7 +4,11 @@ use super::super::fields::DAY_US;
 use crate::fields::table::Table;
 
 /// Reads the `at_s` of the next of a list, in µs.
-pub(super) fn read_time(item: &Table<'_>, before: Option<u64>, what: &str) -> Option<u64> {
+pub(in super::super) fn read_time(
+    item: &Table<'_>,
+    before: Option<u64>,
+    what: &str,
+) -> Option<u64> {
     let at_us = item.whole::<u64>("at_s");
     match before {
         // Told: what comes next is held against what came before.

@@ -1,0 +1,364 @@
+//! `[[modulation]]`: joints whose muscles are stimulated by their angles while an object
+//! is held.
+
+use firmware::device::{Mistake, Rule};
+use firmware::haptics::{
+    Extreme, Form, JOINTS as MOST, ModulatedSpec, ModulationError, ModulationSpec, MotionPhase,
+    QuarticSpec,
+};
+use firmware::units::Amplitude;
+
+use super::channels::{Channels, amplitude_or};
+use super::modulation_fields::{JOINTS, MODES, Mode};
+use super::setpoints::read_time;
+use crate::fields::decimal::in_units;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
+
+/// A joint of a session.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SessionJoint {
+    /// What the device gets.
+    pub spec: ModulationSpec,
+    /// Its angles, 0.01° at µs, the first at 0, straight between them; the last one stays.
+    /// What the host sends as measured.
+    pub angles: Vec<(u64, i16)>,
+}
+
+impl SessionJoint {
+    /// Its angle `t_us` after the start, 0.01°.
+    #[must_use]
+    pub fn angle_at(&self, t_us: u64) -> i16 {
+        let next = self.angles.partition_point(|&(at_us, _)| at_us <= t_us);
+        let before = self.angles.get(next.saturating_sub(1));
+        let Some(&(from_us, from)) = before else {
+            return 0; // there is a first one: checked
+        };
+        let Some(&(to_us, to)) = self.angles.get(next) else {
+            return from;
+        };
+        let part = (t_us - from_us) as f64 / (to_us - from_us) as f64;
+        from + (part * f64::from(to - from)).round() as i16 // within ±180°
+    }
+}
+
+/// The one quartic through five values in millionths, at equal distances over a range and
+/// at its ends: its Bernstein coefficients, to the nearest millionth.
+#[must_use]
+pub fn quartic_through(values: [i64; 5]) -> QuarticSpec {
+    let [a, b, c, d, e] = values;
+    let over = |sum: i64, by: i64| (sum + by / 2).div_euclid(by) as i32; // saturation is refused
+    QuarticSpec([
+        over(a, 1),
+        over(-13 * a + 48 * b - 36 * c + 16 * d - 3 * e, 12),
+        over(13 * a - 64 * b + 120 * c - 64 * d + 13 * e, 18),
+        over(-3 * a + 16 * b - 36 * c + 48 * d - 13 * e, 12),
+        over(e, 1),
+    ])
+}
+
+/// Reads every `[[modulation]]`; they name channels of the file.
+pub(super) fn read_modulations(root: &Table<'_>, channels: &Channels) -> Vec<SessionJoint> {
+    let tables = root.tables("modulation");
+    let mut all: Vec<SessionJoint> = Vec::new();
+    for t in tables.iter().take(MOST) {
+        let Some(joint) = read_joint(t, channels) else {
+            continue;
+        };
+        match all.iter().any(|it| it.spec.joint == joint.spec.joint) {
+            true => t.say("joint", Problem::JointTwice {}),
+            false => all.push(joint),
+        }
+    }
+    if let Some(first) = tables.first() {
+        tell_beside(root, first);
+    }
+    all
+}
+
+/// Tells what cannot run beside them, and what they need.
+fn tell_beside(root: &Table<'_>, first: &Table<'_>) {
+    let setpoints = root.table("setpoints");
+    let kind = setpoints.map(|t| t.word("kind"));
+    let beside = ["joint", "wall"].into_iter().find(|it| root.has(it));
+    match (beside, kind) {
+        (Some(other), _) => {
+            let other = format!("a `[{other}]`");
+            first.say("joint", Problem::ModulationBeside { other });
+        }
+        (None, Some("endpoint-force")) => {
+            let other = "forces at the hand".into();
+            first.say("joint", Problem::ModulationBeside { other });
+        }
+        _ => {}
+    }
+    if let (Some(t), Some(kind)) = (setpoints, kind)
+        && !matches!(kind, "held" | "" | "endpoint-force")
+    {
+        t.say("kind", Problem::NeverGrabbed {});
+    }
+}
+
+fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<SessionJoint> {
+    let muscle = |name| t.part(name, |m| read_muscle(m, channels)).flatten();
+    let (flexor, extensor) = (muscle("flexor"), muscle("extensor"));
+    let (lift, drop) = (read_share(t, "lift"), read_share(t, "drop"));
+    let angles = read_angles(t);
+    if !t.is_sound() {
+        return None;
+    }
+    let joint = t.named("joint", &JOINTS)?;
+    let (mut flexor, mut extensor) = (flexor?, extensor?);
+    let (lift, drop) = (lift?, drop?);
+    match t.named("mode", &MODES)? {
+        Mode::Assist => (flexor.lift, extensor.drop) = (lift, drop),
+        // The antagonist, by the muscle's own share.
+        Mode::Resist => (extensor.lift, flexor.drop) = (lift, drop),
+    }
+    let spec = ModulationSpec {
+        joint,
+        phase_joint: elbow_of(joint),
+        dead_band_centideg_per_s: t.whole("dead_band_deg_per_s"),
+        cutoff_mhz: t.whole("cutoff_hz"),
+        angle_min_mdeg: t.whole("angle_min_deg"),
+        angle_max_mdeg: t.whole("angle_max_deg"),
+        stale_after_ms: t.whole("stale_after_ms"),
+        longest_hold_ms: t.whole("longest_hold_s"),
+        flexor,
+        extensor,
+    };
+    tell_outside(t, &spec);
+    let angles = angles?;
+    Some(SessionJoint { spec, angles })
+}
+
+/// A joint's name in files: "left-elbow".
+#[must_use]
+pub fn joint_name(joint: u8) -> &'static str {
+    let found = JOINTS.iter().find(|(_, number)| *number == joint);
+    found.map_or("joint", |(name, _)| name)
+}
+
+/// The elbow of a joint's arm.
+const fn elbow_of(joint: u8) -> u8 {
+    joint & !1
+}
+
+fn read_muscle(t: &Table<'_>, channels: &Channels) -> Option<ModulatedSpec> {
+    let channel = channels.find(t, "channel")?;
+    let known = channels.used(channel);
+    let base = amplitude_or(t, "base", known.map(|[_, most]| most));
+    let form = match t.word("form") {
+        "above-threshold" => {
+            let electrode = channels.electrode(channel.number);
+            let threshold = electrode.map(|electrode| electrode.motor_threshold);
+            let threshold = amplitude_or(t, "threshold", threshold)?;
+            Form::AboveThreshold { threshold }
+        }
+        _ => Form::Scaled,
+    };
+    Some(ModulatedSpec {
+        channel: channel.index(),
+        base: base?,
+        form,
+        lift: None,
+        drop: None,
+    })
+}
+
+/// Reads five values; nothing inside if they are left out.
+fn read_share(t: &Table<'_>, name: &str) -> Option<Option<QuarticSpec>> {
+    if !t.has(name) {
+        return Some(None);
+    }
+    let values: Vec<i64> = t.wholes(name).iter().map(|(value, _)| *value).collect();
+    let found = <[i64; 5]>::try_from(values).ok();
+    if found.is_none() && !t.wholes(name).is_empty() {
+        let allowed = "five numbers: at the lowest angle, a quarter, a half, three quarters of \
+                       the way, and at the highest";
+        t.out_of_range(name, allowed.into());
+    }
+    found.map(|values| Some(quartic_through(values)))
+}
+
+fn read_angles(t: &Table<'_>) -> Option<Vec<(u64, i16)>> {
+    let mut all: Vec<(u64, i16)> = Vec::new();
+    // Of what comes behind a wrong one nothing can be said.
+    for item in t.tables("angles").iter().take_while(|it| it.is_sound()) {
+        let at_us = read_time(item, all.last().map(|&(at_us, _)| at_us), "angle")?;
+        all.push((at_us, item.whole("deg")));
+    }
+    Some(all)
+}
+
+/// Tells of angles outside the joint's range.
+fn tell_outside(t: &Table<'_>, spec: &ModulationSpec) {
+    let (low, high) = (spec.angle_min_mdeg, spec.angle_max_mdeg);
+    for item in t.tables("angles").iter().filter(|it| it.is_sound()) {
+        let mdeg = i32::from(item.whole::<i16>("deg")) * 10;
+        if !(low..=high).contains(&mdeg) && low < high {
+            let range = format!(
+                "{} to {}",
+                in_units(low.into(), 3),
+                in_units(high.into(), 3)
+            );
+            item.out_of_range("deg", format!("{range}, the joint's range"));
+        }
+    }
+}
+
+/// Tells what the device says of the joints `all` of the file `root`.
+pub(super) fn tell_modulation(
+    root: &Table<'_>,
+    channels: &Channels,
+    all: &[SessionJoint],
+    joint: u8,
+    mistake: Mistake,
+) {
+    let is_it = |t: &&Table<'_>| t.named("joint", &JOINTS) == Some(joint);
+    let Some(t) = root.tables("modulation").iter().find(is_it) else {
+        return;
+    };
+    let spec = all.iter().map(|it| &it.spec).find(|it| it.joint == joint);
+    let muscle = |index: u8| {
+        let both = ["flexor", "extensor"]
+            .into_iter()
+            .filter_map(|it| t.table(it));
+        both.filter(move |m| m.whole::<u8>("channel") == index + 1) // at most 10
+    };
+    match mistake.rule {
+        Rule::NoPhaseJoint { .. } => {
+            let elbow = joint_name(elbow_of(joint));
+            t.say("joint", Problem::NoPhaseJoint { elbow });
+        }
+        Rule::Modulation(ModulationError::ChannelTwice { channel: index }) => {
+            if let Some(m) = muscle(index).last() {
+                let channel = index + 1; // at most 10
+                m.say("channel", Problem::ChannelTwice { channel });
+            }
+        }
+        Rule::Modulation(ModulationError::Share { phase, extreme, .. }) => {
+            let (share, at_deg) = (
+                millionths(extreme),
+                spec.map_or(0.0, |it| degrees(it, extreme)),
+            );
+            t.say(phase.field(), Problem::ShareOutside { share, at_deg });
+        }
+        Rule::AboveLimit {
+            channel: index,
+            field,
+            ..
+        } => {
+            let found = channels.list.iter().find(|it| it.index() == index);
+            if let (Some(m), Some(channel), Some(spec)) = (muscle(index).next(), found, spec) {
+                let (peak, at_deg) = peak_of(spec, index, field);
+                let (peak, limit) = (channel.display(peak), channel.display(channel.spec.limit));
+                let channel = channel.number;
+                let problem = Problem::PeakAboveLimit {
+                    channel,
+                    peak,
+                    at_deg,
+                    limit,
+                };
+                m.say("base", problem);
+            }
+        }
+        // Ranges of amplitudes are of a muscle's table; both may have them.
+        Rule::Modulation(ModulationError::Range(e)) if matches!(e.field, "base" | "threshold") => {
+            let of =
+                |m: &&Table<'_>| m.has(e.field) && i64::from(m.whole::<u32>(e.field)) == e.value;
+            let both = ["flexor", "extensor"]
+                .into_iter()
+                .filter_map(|it| t.table(it));
+            both.into_iter().find(of).unwrap_or(t).refuse(e);
+        }
+        // Coefficients beyond what any share within 0 and 1 has.
+        Rule::Modulation(ModulationError::Range(e)) if matches!(e.field, "lift" | "drop") => {
+            let allowed = "five values that one quartic between 0 and 1 goes through";
+            t.out_of_range(e.field, allowed.into());
+        }
+        // Told where channels are named, and of all joints at once.
+        Rule::NoTrain { .. } | Rule::JointAndModulation => {}
+        _ => t.refuse(mistake),
+    }
+}
+
+/// "-0.000213".
+fn millionths(extreme: Extreme) -> String {
+    in_units(extreme.millionths().into(), 6)
+}
+
+/// Where in the joint's range it is, °, to a hundredth.
+fn degrees(spec: &ModulationSpec, extreme: Extreme) -> f64 {
+    let (low, high) = (spec.angle_min_mdeg, spec.angle_max_mdeg);
+    let mdeg = f64::from(low) + f64::from(high - low) * f64::from(extreme.at) / 16_384.0;
+    (mdeg / 10.0).round() / 100.0
+}
+
+/// The most that a channel gets in a phase, and at which angle, °.
+fn peak_of(spec: &ModulationSpec, channel: u8, phase: &str) -> (Amplitude, f64) {
+    let phases = [MotionPhase::Lift, MotionPhase::Drop];
+    let phase = phases.into_iter().find(|it| it.field() == phase);
+    let muscle = spec.muscles().find(|it| it.channel == channel);
+    let found = muscle.zip(phase).and_then(|(muscle, phase)| {
+        let highest = muscle.share(phase)?.highest();
+        Some((muscle.peak(phase)?, degrees(spec, highest)))
+    });
+    found.unwrap_or((Amplitude::ZERO, 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quartic_goes_through_its_five_values() {
+        let values = [150_000, 420_000, 660_000, 550_000, 300_000];
+        let QuarticSpec(b) = quartic_through(values);
+        for (nth, value) in (0..5).zip(values) {
+            let u = f64::from(nth) / 4.0;
+            let terms = (0..5).zip([1.0, 4.0, 6.0, 4.0, 1.0]).zip(b);
+            let terms = terms.map(|((k, over), b)| {
+                f64::from(b) * over * f64::powi(u, k) * f64::powi(1.0 - u, 4 - k)
+            });
+            let found: f64 = terms.sum();
+            assert!(
+                (found - value as f64).abs() <= 0.5,
+                "{nth}: {found} {value}"
+            );
+        }
+        let QuarticSpec(flat) = quartic_through([1_000_000; 5]);
+        assert_eq!(flat, [1_000_000; 5]);
+    }
+
+    #[test]
+    fn angles_go_straight_from_one_to_the_next() {
+        let angles = vec![(0, 2_000), (1_000_000, 12_000), (3_000_000, -1_000)];
+        let all = [0, 1, 500_000, 1_000_000, 2_000_000, 9_000_000];
+        let joint = |spec| SessionJoint {
+            spec,
+            angles: angles.clone(),
+        };
+        let muscle = ModulatedSpec {
+            channel: 0,
+            base: Amplitude::new(1),
+            form: Form::Scaled,
+            lift: None,
+            drop: None,
+        };
+        let joint = joint(ModulationSpec {
+            joint: 0,
+            phase_joint: 0,
+            dead_band_centideg_per_s: 800,
+            cutoff_mhz: 3_000,
+            angle_min_mdeg: 0,
+            angle_max_mdeg: 1,
+            stale_after_ms: 50,
+            longest_hold_ms: 1_000,
+            flexor: muscle,
+            extensor: muscle,
+        });
+        let found = all.map(|t_us| joint.angle_at(t_us));
+        assert_eq!(found, [2_000, 2_000, 7_000, 12_000, 5_500, -1_000]);
+    }
+}

@@ -1,0 +1,88 @@
+//! The fields of a file's `[[modulation]]` and of what says when an object is held, as
+//! `fields` declares the others.
+
+use firmware::control::SensorSource;
+use firmware::control::refusal::{ANGLE_MAX_MDEG, ANGLE_MIN_MDEG};
+use firmware::haptics::{ModulatedSpec, ModulationSpec, QuarticSpec};
+
+use super::fields::DAY_US;
+use crate::fields::field::Need::{Optional, Or, OrFile, OrWord, Required};
+use crate::fields::field::{Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
+
+/// Joints by name: an elbow's number is even, and its shoulder's the next.
+pub(super) const JOINTS: [(&str, u8); 4] = [
+    ("left-elbow", 0),
+    ("left-shoulder", 1),
+    ("right-elbow", 2),
+    ("right-shoulder", 3),
+];
+
+/// Which muscles are stimulated.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Mode {
+    /// Those that move the joint.
+    Assist,
+    /// Their antagonists.
+    Resist,
+}
+
+/// Modes by name.
+pub(super) const MODES: [(&str, Mode); 2] = [("assist", Mode::Assist), ("resist", Mode::Resist)];
+
+/// How a share makes an intensity, by name.
+const FORMS: [(&str, ()); 2] = [("scaled", ()), ("above-threshold", ())];
+
+/// Dead band unless the file says otherwise, 0.01 °/s, and cutoff, mHz: an elbow that
+/// rests does not chatter behind a sensor of 0.1° of noise (docs/lift.md).
+const DEAD_BAND: i64 = 800;
+const CUTOFF_MHZ: i64 = 2_000;
+/// Age of a stale measurement unless the file says otherwise, ms: five of a 100 Hz stream.
+const STALE_AFTER_MS: i64 = 50;
+/// Longest hold unless the file says otherwise, ms.
+const LONGEST_HOLD_MS: i64 = 30_000;
+
+#[rustfmt::skip]
+fn muscle() -> Section {
+    vec![
+        f("channel", channel(), Required, "a channel of the file; each another"),
+        f("base", nb(UNIT, 3, ModulatedSpec::BASE, "what the joint's shares leave within the channel's `limit`"), OrFile, "I₀, the intensity that calibration found"),
+        f("form", one_of(&FORMS), OrWord("scaled"), "C·I₀, or I_th + C·(I₀ − I_th)"),
+        f("threshold", nb(UNIT, 3, ModulatedSpec::THRESHOLD, "below `base`"), OrFile, "I_th, the motor threshold").when("form", &["above-threshold"]),
+    ]
+}
+
+#[rustfmt::skip]
+pub(super) fn modulation() -> Section {
+    let share = || {
+        let number = Number { device: "", ..Number::of("", 6, QuarticSpec::SHARE) };
+        Kind::Wholes(number, "a list of five numbers")
+    };
+    let angles = vec![
+        f("at_s", Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising")), Required, "when"),
+        f("deg", Kind::Whole(Number::within("°", 2, -18_000, 18_000).bound("within the joint's range")), Required, "which angle"),
+    ];
+    vec![
+        f("joint", one_of(&JOINTS), Required, "which joint; a shoulder needs the elbow of its arm, whose motion tells the phase of both (E752)"),
+        f("mode", one_of(&MODES), OrWord("assist"), "`\"assist\"`: the flexor while the elbow flexes, the extensor while it extends; `\"resist\"`: the antagonist of each, by the same share"),
+        f("lift", share(), Optional, "share of the intensity while the elbow flexes: the one quartic through five values, at the joint's lowest angle, a quarter, half and three quarters of the way, and at its highest; between 0 and 1 at every angle (E750); nothing is stimulated without it"),
+        f("drop", share(), Optional, "the same while the elbow extends"),
+        f("angle_min_deg", n("°", 3, ANGLE_MIN_MDEG), Required, "lowest angle of the shares"),
+        f("angle_max_deg", nb("°", 3, ANGLE_MAX_MDEG, "above the lowest"), Required, "highest"),
+        f("dead_band_deg_per_s", n("°/s", 2, ModulationSpec::DEAD_BAND), Or(DEAD_BAND), "angular velocity of the elbow up to which the last phase stays"),
+        f("cutoff_hz", n("Hz", 3, ModulationSpec::CUTOFF_MHZ), Or(CUTOFF_MHZ), "cutoff of the differentiator that finds it"),
+        f("stale_after_ms", n("ms", 0, SensorSource::STALE_AFTER_MS), Or(STALE_AFTER_MS), "age at which a measured angle is stale: a fault while an object is held"),
+        f("longest_hold_s", n("s", 3, ModulationSpec::LONGEST_HOLD_MS), Or(LONGEST_HOLD_MS), "how long an object may be held; of several joints the shortest counts"),
+        f("flexor", Kind::Table(muscle()), Required, "`{ channel, base, form, threshold }`: the muscle that flexes it"),
+        f("extensor", Kind::Table(muscle()), Required, "the same of the one that extends it"),
+        f("angles", list(angles, 1, None, "angles"), Required, "`{ at_s, deg }`: its course, straight between its times, sent as measured with every setpoint; the last angle stays. Simulated devices only (E755): a wearer's angles come from a client that measures them"),
+    ]
+}
+
+/// When an object is held.
+#[rustfmt::skip]
+pub(super) fn held_points() -> Section {
+    vec![
+        f("at_s", Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising")), Required, "when"),
+        f("held", Kind::Flag, Required, "whether it is from then on"),
+    ]
+}
