@@ -22,6 +22,7 @@ mod force_steering;
 mod fuzz_short;
 mod gates;
 mod judge;
+mod lift;
 mod maps;
 mod million_pulses;
 mod pictures;

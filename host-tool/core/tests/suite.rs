@@ -14,6 +14,7 @@ mod session_endpoint;
 mod session_errors;
 mod session_files;
 mod session_hand;
+mod session_lift;
 mod session_schema;
 mod session_values;
 mod session_wearer;

@@ -8,6 +8,7 @@ mod bench;
 mod force;
 mod frames;
 mod joint;
+mod lift;
 mod orders;
 mod setup;
 mod table;
@@ -37,6 +38,11 @@ fn every_force_at_the_hand_that_cannot_be_made_is_refused() {
 }
 
 #[test]
+fn every_joint_that_cannot_be_modulated_is_refused() {
+    table::check_all(&lift::rows());
+}
+
+#[test]
 fn every_field_of_a_wall_is_held_to_its_range() {
     table::check_all(&wall::rows());
 }
@@ -59,6 +65,7 @@ fn every_code_has_a_row() {
         joint::rows(),
         wall::rows(),
         arm::rows(),
+        lift::rows(),
         force::rows(),
         orders::rows(),
     ];

@@ -1,0 +1,169 @@
+//! Stimulation that follows the joints of two arms: the same on every simulator, edge by
+//! edge, and at every angle its quartic's.
+
+use firmware::haptics::{Form, ModulatedSpec, ModulationSpec, QuarticSpec};
+use hal_sim::trace::Edge;
+use host_core::run::{DeviceName, SessionFile};
+use host_core::session::{Session, SessionJoint};
+use std::collections::BTreeSet;
+use tests::desk::{play, shipped};
+
+fn edited(name: &str, edits: &[(&str, &str)]) -> SessionFile {
+    let mut text = std::fs::read_to_string(shipped(name)).unwrap();
+    for (find, replace) in edits {
+        assert!(text.contains(find), "{find}");
+        text = text.replace(find, replace);
+    }
+    SessionFile::parse(name, &text).unwrap()
+}
+
+/// Edges of the pins from the start on up to `until_us`, with times from there.
+fn edges(file: &SessionFile, device: &DeviceName, until_us: u64) -> Vec<Edge> {
+    let played = play(file, device);
+    let events = &played.outcome.trial.events;
+    assert_eq!(played.outcome.refused, 0, "{device}: {events:?}");
+    let edges = played.edges();
+    edges.take_while(|edge| edge.t_us < until_us).collect()
+}
+
+/// A lift, the way back and the release: from the grab to after the object is let go.
+#[test]
+fn the_flashed_image_lifts_as_the_native_device_does() {
+    for name in ["lift.toml", "lift_resist.toml"] {
+        let file = edited(name, &[("duration_s = 9.0", "duration_s = 6.0")]);
+        let [native, chip] = [DeviceName::Native, DeviceName::Chip].map(|device| {
+            // Up to the stop, which comes at a time of each device's own.
+            edges(&file, &device, 5_990_000)
+        });
+        let differ = native.iter().zip(&chip).filter(|(a, b)| a != b);
+        for (native, chip) in differ.clone().take(5) {
+            println!("native {native:?}\n  chip {chip:?}");
+        }
+        assert_eq!((differ.count(), chip.len()), (0, native.len()), "{name}");
+        let playing: BTreeSet<u8> = native.iter().map(|it| it.channel).collect();
+        assert_eq!(playing.len(), 8);
+        println!("{name}: {} edges are the same", native.len());
+    }
+}
+
+/// Up the whole range of every joint and down again, `way_s` each, at 200 Hz of pulses and
+/// of angles.
+fn sweep(way_s: u32) -> SessionFile {
+    let (up, down) = (f64::from(way_s) + 0.5, f64::from(2 * way_s) + 0.5);
+    let mut text = std::fs::read_to_string(shipped("lift.toml")).unwrap();
+    for (find, replace) in [
+        ("duration_s = 9.0", format!("duration_s = {:.1}", down)),
+        ("frequency_hz = 60.0", "frequency_hz = 200.0".into()),
+        ("width_us = 350", "width_us = 100".into()),
+        ("longest_hold_s = 10", "longest_hold_s = 60".into()),
+        ("rate_hz = 100", "rate_hz = 200".into()),
+        ("at_s = 5.8, held = false", "at_s = 0.4, held = true".into()),
+        ("{ at_s = 6.6, held = true },", String::new()),
+        ("{ at_s = 7.2, held = false },", String::new()),
+    ] {
+        assert!(text.contains(find), "{find}");
+        text = text.replace(find, &replace);
+    }
+    for (nth, offset_us) in (0..8).zip((0..8).map(|n| n * 600)) {
+        let own = format!("offset_us = {} }}", nth * 2_000);
+        assert!(text.contains(&own), "{own}");
+        text = text.replacen(&own, &format!("offset_us = {offset_us} }}"), 1);
+    }
+    let mut from = 0;
+    while let Some(begin) = text[from..].find("angles = [") {
+        let begin = from + begin;
+        let end = begin + text[begin..].find("\n]").unwrap();
+        // The joint's own range stands before its angles.
+        let said = |name: &str| {
+            let at = text[..begin].rfind(name).unwrap() + name.len();
+            text[at..].lines().next().unwrap().trim().to_owned()
+        };
+        let (low, high) = (said("angle_min_deg ="), said("angle_max_deg ="));
+        let angles = format!(
+            "angles = [{{ at_s = 0, deg = {low} }}, {{ at_s = 0.5, deg = {low} }}, \
+             {{ at_s = {up}, deg = {high} }}, {{ at_s = {down}, deg = {low} }}\n]"
+        );
+        text.replace_range(begin..end + 2, &angles);
+        from = begin + 10;
+    }
+    SessionFile::parse("sweep.toml", &text).unwrap()
+}
+
+/// The code of the formula in real numbers: a share of what is above the threshold.
+fn wanted(spec: &ModulationSpec, muscle: &ModulatedSpec, quartic: &QuarticSpec, deg: f64) -> f64 {
+    let (low, high) = (spec.angle_min_mdeg, spec.angle_max_mdeg);
+    let u = (deg * 1e3 - f64::from(low)) / f64::from(high - low);
+    let terms = quartic.0.iter().zip([1.0, 4.0, 6.0, 4.0, 1.0]).zip(0..);
+    let terms = terms.map(|((&b, over), k)| {
+        f64::from(b) / 1e6 * over * f64::powi(u, k) * f64::powi(1.0 - u, 4 - k)
+    });
+    let Form::AboveThreshold { threshold } = muscle.form else {
+        panic!("{muscle:?}");
+    };
+    let (base, threshold) = (f64::from(muscle.base.get()), f64::from(threshold.get()));
+    // Of 40 mA full scale.
+    (threshold + terms.sum::<f64>() * (base - threshold)) * 65_535.0 / 40_000.0
+}
+
+/// Every burst of the sweep against its quartic at the angles that were measured in the
+/// 15 ms before it (three, and the one on its way): how many different angles there were.
+fn check(session: &Session, edges: &[Edge], way_s: u32) -> usize {
+    let way_us = u64::from(way_s) * 1_000_000;
+    // From when the phase is told and amplitudes have risen.
+    let spans = [
+        (1_000_000, 500_000 + way_us),
+        (1_000_000 + way_us, 500_000 + 2 * way_us),
+    ];
+    let mut angles = BTreeSet::new();
+    for SessionJoint { spec, .. } in &session.modulations {
+        let joint = session
+            .modulations
+            .iter()
+            .find(|it| it.spec.joint == spec.joint);
+        let joint = joint.unwrap();
+        for muscle in spec.muscles() {
+            let phases = [(&muscle.lift, spans[0]), (&muscle.drop, spans[1])];
+            for (quartic, (from, to)) in phases {
+                let own = edges.iter().filter(|it| it.channel == muscle.channel);
+                let driven = own.filter(|it| it.state.is_driven() && (from..to).contains(&it.t_us));
+                let Some(quartic) = quartic else {
+                    assert_eq!(driven.count(), 0, "{muscle:?}");
+                    continue;
+                };
+                let bursts: Vec<&Edge> = driven.step_by(2).collect(); // two phases
+                let expected = (to - from) / 5_000;
+                assert!(
+                    bursts.len() as u64 + 2 >= expected,
+                    "{} {expected}",
+                    bursts.len()
+                );
+                for burst in bursts {
+                    let last = burst.t_us / 5_000;
+                    let measured =
+                        (last.saturating_sub(3)..=last).map(|n| joint.angle_at(n * 5_000));
+                    let code = f64::from(burst.dac_code);
+                    let found = measured.into_iter().find(|&centideg| {
+                        let deg = f64::from(centideg) / 100.0;
+                        (code - wanted(spec, muscle, quartic, deg).floor()).abs() <= 1.0
+                    });
+                    let centideg = found.unwrap_or_else(|| panic!("{burst:?} {spec:?}"));
+                    angles.insert((muscle.channel, centideg));
+                }
+            }
+        }
+    }
+    angles.len()
+}
+
+#[test]
+fn at_every_angle_of_a_sweep_the_current_is_its_quartic_s() {
+    for (device, way_s) in [(DeviceName::Native, 12), (DeviceName::Chip, 4)] {
+        let file = sweep(way_s);
+        let begin = std::time::Instant::now();
+        let edges = edges(&file, &device, u64::from(way_s) * 2_000_000 + 500_000);
+        let angles = check(&file.session, &edges, way_s);
+        let (count, took_s) = (edges.len(), begin.elapsed().as_secs_f64());
+        println!("{device}: {angles} angles of eight muscles, {count} edges, {took_s:.1} s");
+        assert!(angles > 3_000, "{angles}");
+    }
+}
