@@ -8,6 +8,7 @@ mod body_field;
 mod body_finger;
 mod body_muscle;
 mod body_network;
+mod body_sagittal;
 mod body_shared;
 mod chip_bench;
 mod chip_cycles;

@@ -6,8 +6,8 @@
 //! (the same with another muscle structure and friction, drawn at random), `elbow`
 //! (and the person who moves it), `hand` (a forearm under many pads), `bench` (limbs
 //! fixed to a force sensor, as a laboratory measures them), `array` (ten electrodes in a
-//! force frame), `arm` (from the shoulder girdle to the hand), `shared` (a muscle that
-//! several electrodes share), `still`.
+//! force frame), `arm` (from the shoulder girdle to the hand), `sagittal` (an arm that
+//! lifts), `shared` (a muscle that several electrodes share), `still`.
 //! Not here: anything of the firmware. A body shares no code with the device it
 //! tests, so it cannot agree with the device's mistakes.
 //! In: pulses as the electrodes saw them, and time in microseconds.
@@ -23,6 +23,7 @@ pub mod hand;
 mod joint;
 pub mod muscle;
 pub mod random_finger;
+pub mod sagittal;
 mod sensor;
 pub mod shared;
 mod still;

@@ -1,0 +1,101 @@
+//! The fibres under a pair of electrodes.
+
+use super::spec::{Electrode, SagittalSpec};
+use crate::body::muscle::{Muscle, Step};
+use crate::body::wearer::{effective_voltage, recruitment};
+use std::collections::VecDeque;
+
+/// Time step, µs; split at pulses.
+pub(super) const TICK_US: u64 = 1000;
+/// Below this force and calcium, both against one, fibres that get no pulse rest.
+const RESTING: f64 = 1e-6;
+/// A pulse later than this after the last finds the fibres free again, µs: no train that
+/// fuses has longer gaps.
+const FREE_US: u64 = 100_000;
+
+/// Fibres in motion.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Fibres {
+    electrode: Electrode,
+    muscle: Muscle,
+    whole: Step,
+    /// When each pulse acts, µs, and the part it gets of what is reached.
+    under_way: VecDeque<(u64, f64)>,
+    last: Option<(u64, f64)>,
+}
+
+impl Fibres {
+    pub fn new(spec: &SagittalSpec, electrode: Electrode) -> Self {
+        Self {
+            electrode,
+            muscle: Muscle::new(spec.dynamics),
+            whole: Step::new(&spec.dynamics, TICK_US as f64 * 1e-6),
+            under_way: VecDeque::new(),
+            last: None,
+        }
+    }
+
+    /// A pulse leaves the stage.
+    pub fn excite(&mut self, spec: &SagittalSpec, at_us: u64, current_ma: f64, width_us: u32) {
+        let own = |ma: f64| effective_voltage(ma, spec.width_us);
+        let part = recruitment(
+            effective_voltage(current_ma, width_us),
+            own(self.electrode.threshold_ma),
+            own(self.electrode.full_ma),
+            spec.curvature,
+        );
+        if part > 0.0 {
+            self.under_way
+                .push_back((at_us + u64::from(spec.delay_us), part));
+        }
+    }
+
+    /// The millisecond from `start_us` on.
+    pub fn pass(&mut self, spec: &SagittalSpec, start_us: u64) {
+        let end_us = start_us + TICK_US;
+        let mut now_us = start_us;
+        while let Some((due_us, part)) = self.under_way.front().copied() {
+            if due_us >= end_us {
+                break;
+            }
+            self.under_way.pop_front();
+            let span_us = due_us.saturating_sub(now_us);
+            if span_us > 0 {
+                self.muscle
+                    .step(&Step::new(&spec.dynamics, span_us as f64 * 1e-6));
+                now_us = due_us;
+            }
+            self.muscle.pulse(part);
+            self.last = Some((due_us, part));
+        }
+        match self.last {
+            None => {}
+            Some(_) if now_us > start_us => {
+                let rest_s = (end_us - now_us) as f64 * 1e-6;
+                self.muscle.step(&Step::new(&spec.dynamics, rest_s));
+            }
+            Some((last_us, _)) => {
+                self.muscle.step(&self.whole);
+                let is_free = end_us - last_us.min(end_us) > FREE_US;
+                if is_free && self.muscle.force() < RESTING {
+                    self.muscle = Muscle::new(spec.dynamics);
+                    self.last = None;
+                }
+            }
+        }
+    }
+
+    /// Force as a part of the whole muscle's, once the train's frequency fuses 0 to the part
+    /// that is reached.
+    pub fn force(&self) -> f64 {
+        self.electrode.reached * self.muscle.force()
+    }
+
+    /// Part of the whole muscle that pulses keep busy at `now_us`.
+    pub fn busy(&self, now_us: u64) -> f64 {
+        let own = self
+            .last
+            .filter(|(last_us, _)| now_us.saturating_sub(*last_us) <= FREE_US);
+        self.electrode.reached * own.map_or(0.0, |(_, part)| part)
+    }
+}

@@ -1,0 +1,166 @@
+//! Moment arms and fibre lengths by angle.
+
+use super::{ELBOW, JOINTS, SHOULDER};
+use crate::body::arm::posture::{Lengths, Posture, Skeleton};
+use crate::body::arm::{Muscle, elbow_arms};
+use crate::body::bench::elbow::force_length;
+
+/// Muscles that turn elbow or shoulder in this plane.
+pub const MUSCLES: usize = 8;
+/// Which, in order; the first four lie under electrodes. The deltoid's middle part, which
+/// mainly abducts, is left out, as are the coracobrachialis and the teres.
+pub const ALL: [Muscle; MUSCLES] = [
+    Muscle::Biceps,
+    Muscle::Triceps,
+    Muscle::DeltoidAnterior,
+    Muscle::DeltoidPosterior,
+    Muscle::Brachialis,
+    Muscle::Brachioradialis,
+    Muscle::PectoralisClavicular,
+    Muscle::Latissimus,
+];
+/// Best fibre lengths, m (Holzbaur 2005; of the biceps and the triceps their heads' by
+/// force).
+const BEST_M: [f64; MUSCLES] = [
+    0.1224, 0.1217, 0.0976, 0.1367, 0.0858, 0.1726, 0.1442, 0.2540,
+];
+/// Angles between which arms are known, degrees: elbow (`elbow_arms`), shoulder (posture).
+/// Beyond them an arm is what it is at the nearer one.
+pub const LIMITS_DEG: [[f64; 2]; JOINTS] = [elbow_arms::RANGE_DEG, [1.0, 120.0]];
+/// Posture in which a spec gives fibre lengths, degrees.
+const REFERENCE_DEG: [f64; JOINTS] = [90.0, 45.0];
+
+/// Arms and shortening of all muscles about one joint, by whole degrees.
+#[derive(Debug, Clone, PartialEq)]
+struct Table {
+    from_deg: f64,
+    /// Arm (flexion positive), m, and how much the muscle is shorter than in the reference
+    /// posture, m.
+    rows: Vec<[[f64; 2]; MUSCLES]>,
+}
+
+impl Table {
+    fn new(joint: usize, arms_m: impl Fn(f64) -> [f64; MUSCLES]) -> Self {
+        let [low, high] = LIMITS_DEG[joint];
+        let degrees = (low as u32..=high as u32).map(f64::from);
+        let mut rows: Vec<[[f64; 2]; MUSCLES]> = degrees
+            .map(|deg| arms_m(deg).map(|arm| [arm, 0.0]))
+            .collect();
+        for next in 1..rows.len() {
+            for muscle in 0..MUSCLES {
+                let [before, shorter] = rows[next - 1][muscle];
+                let mean = 0.5 * (before + rows[next][muscle][0]);
+                rows[next][muscle][1] = shorter + mean * 1_f64.to_radians();
+            }
+        }
+        let at = rows[(REFERENCE_DEG[joint] - low) as usize];
+        for row in &mut rows {
+            for (own, reference) in row.iter_mut().zip(&at) {
+                own[1] -= reference[1];
+            }
+        }
+        Self {
+            from_deg: low,
+            rows,
+        }
+    }
+
+    /// Arms and shortenings at an angle.
+    fn at(&self, deg: f64) -> [[f64; 2]; MUSCLES] {
+        let last = self.rows.len() - 2;
+        let along = (deg - self.from_deg).clamp(0.0, last as f64 + 1.0);
+        let row = (along as usize).min(last);
+        let part = along - row as f64;
+        let (low, high) = (&self.rows[row], &self.rows[row + 1]);
+        std::array::from_fn(|muscle| {
+            [0, 1].map(|n| low[muscle][n] + part * (high[muscle][n] - low[muscle][n]))
+        })
+    }
+}
+
+/// Moment arms and lengths of one person's muscles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Geometry {
+    tables: [Table; JOINTS],
+    fibre_length: f64,
+}
+
+/// All muscles in one posture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Posed {
+    /// Arm of each about elbow and shoulder, m, flexion positive.
+    pub arms_m: [[f64; JOINTS]; MUSCLES],
+    /// What its length makes of its force, 0 to 1.
+    pub by_length: [f64; MUSCLES],
+}
+
+impl Geometry {
+    /// Of bones of these lengths; `fibre_length` as a spec has it.
+    #[must_use]
+    pub fn new(lengths: Lengths, fibre_length: f64) -> Self {
+        let elbow = |deg: f64| {
+            let [biceps, triceps, brachialis, brachioradialis] =
+                elbow_arms::arms_m(deg).unwrap_or_default();
+            [
+                biceps,
+                triceps,
+                0.0,
+                0.0,
+                brachialis,
+                brachioradialis,
+                0.0,
+                0.0,
+            ]
+        };
+        let shoulder = |elevation_deg: f64| {
+            let bones = Skeleton::new(
+                Posture {
+                    plane_deg: 0.0,
+                    elevation_deg,
+                    rotation_deg: 0.0,
+                    elbow_deg: REFERENCE_DEG[ELBOW],
+                },
+                lengths,
+            );
+            // Raising the arm forward turns it about the axis to the right: y is to the left.
+            ALL.map(|muscle| -bones.arms_m(muscle, 0.0)[4])
+        };
+        Self {
+            tables: [Table::new(ELBOW, elbow), Table::new(SHOULDER, shoulder)],
+            fibre_length,
+        }
+    }
+
+    /// All muscles at these flexions of elbow and shoulder, degrees.
+    #[must_use]
+    pub fn at(&self, flexion_deg: [f64; JOINTS]) -> Posed {
+        let elbow = self.tables[ELBOW].at(flexion_deg[ELBOW]);
+        let shoulder = self.tables[SHOULDER].at(flexion_deg[SHOULDER]);
+        let length = |muscle: usize| {
+            let shorter = elbow[muscle][1] + shoulder[muscle][1];
+            self.fibre_length - shorter / BEST_M[muscle]
+        };
+        Posed {
+            arms_m: std::array::from_fn(|muscle| [elbow[muscle][0], shoulder[muscle][0]]),
+            by_length: std::array::from_fn(|muscle| force_length(length(muscle))),
+        }
+    }
+}
+
+impl Posed {
+    /// Torque of each muscle about elbow and shoulder at full activation, N m, of muscles
+    /// `strength` times as strong as their sources have them.
+    #[must_use]
+    pub fn full_nm(&self, strength: f64) -> [[f64; JOINTS]; MUSCLES] {
+        std::array::from_fn(|muscle| {
+            let force = strength * ALL[muscle].force_n() * self.by_length[muscle];
+            self.arms_m[muscle].map(|arm| force * arm)
+        })
+    }
+}
+
+/// Mass of a muscle, kg: force over 0.25 MPa times fibre length times 1,060 kg/m³ (Umberger
+/// 2003).
+pub(super) fn mass_kg(muscle: usize, strength: f64) -> f64 {
+    strength * ALL[muscle].force_n() / 250e3 * BEST_M[muscle] * 1060.0
+}

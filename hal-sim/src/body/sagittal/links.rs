@@ -1,0 +1,156 @@
+//! Two segments about shoulder and elbow in the sagittal plane.
+
+use super::{ELBOW, JOINTS, SHOULDER};
+use crate::body::arm::{FOREARM, HAND, UPPER_ARM};
+
+pub use crate::body::arm::GRAVITY_M_S2;
+
+/// Upper arm, and forearm with hand. Angles of the upper arm and of the forearm are from
+/// hanging down; x points forward, z up, from the shoulder.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Links {
+    /// Shoulder to elbow, m.
+    pub upper_m: f64,
+    /// Elbow to the hand's middle, m.
+    pub fore_m: f64,
+    /// Inertias about shoulder and elbow, the forearm's mass at the elbow in the first, and
+    /// what couples them, kg m².
+    inertia: [f64; 3],
+    /// Moments of weight about shoulder and elbow, N m at a right angle.
+    weight_nm: [f64; 2],
+}
+
+impl Links {
+    /// Of stature and mass, with what is added to elbow and shoulder, kg m².
+    #[must_use]
+    pub fn new(stature_m: f64, mass_kg: f64, added_kg_m2: [f64; JOINTS]) -> Self {
+        let [upper, fore, hand] = [UPPER_ARM, FOREARM, HAND].map(|it| {
+            let [length, mass, centre, gyration] = it;
+            let length_m = length * stature_m;
+            let own = mass * mass_kg;
+            (
+                length_m,
+                own,
+                centre * length_m,
+                own * (gyration * length_m).powi(2),
+            )
+        });
+        let hand_m = fore.0 + hand.2;
+        let first_moment = fore.1 * fore.2 + hand.1 * hand_m;
+        let beyond = fore.1 + hand.1;
+        let elbow = fore.3 + fore.1 * fore.2.powi(2) + hand.3 + hand.1 * hand_m.powi(2);
+        let shoulder = upper.3 + upper.1 * upper.2.powi(2) + beyond * upper.0.powi(2);
+        Self {
+            upper_m: upper.0,
+            fore_m: hand_m,
+            inertia: [
+                shoulder + added_kg_m2[SHOULDER],
+                elbow + added_kg_m2[ELBOW],
+                upper.0 * first_moment,
+            ],
+            weight_nm: [
+                GRAVITY_M_S2 * (upper.1 * upper.2 + beyond * upper.0),
+                GRAVITY_M_S2 * first_moment,
+            ],
+        }
+    }
+
+    /// From shoulder to hand, straight, m.
+    #[must_use]
+    pub fn reach_m(&self) -> f64 {
+        self.upper_m + self.fore_m
+    }
+
+    /// Where the hand is at these flexions of elbow and shoulder, rad: x and z, m.
+    #[must_use]
+    pub fn hand_m(&self, q: [f64; JOINTS]) -> [f64; 2] {
+        let (s, f) = (q[SHOULDER], q[SHOULDER] + q[ELBOW]);
+        [
+            self.upper_m * s.sin() + self.fore_m * f.sin(),
+            -self.upper_m * s.cos() - self.fore_m * f.cos(),
+        ]
+    }
+
+    /// How fast the hand goes, m/s.
+    #[must_use]
+    pub fn hand_rate_m_s(&self, q: [f64; JOINTS], rate: [f64; JOINTS]) -> [f64; 2] {
+        let (s, f) = (q[SHOULDER], q[SHOULDER] + q[ELBOW]);
+        let (ds, df) = (rate[SHOULDER], rate[SHOULDER] + rate[ELBOW]);
+        [
+            self.upper_m * s.cos() * ds + self.fore_m * f.cos() * df,
+            self.upper_m * s.sin() * ds + self.fore_m * f.sin() * df,
+        ]
+    }
+
+    /// Flexions of elbow and shoulder that put the hand there, rad; of a place out of reach
+    /// those with the elbow straight towards it.
+    #[must_use]
+    pub fn flexions(&self, [x, z]: [f64; 2]) -> [f64; JOINTS] {
+        let (a, b) = (self.upper_m, self.fore_m);
+        let bent = (x * x + z * z - a * a - b * b) / (2.0 * a * b);
+        let elbow = bent.clamp(-1.0, 1.0).acos();
+        let shoulder = x.atan2(-z) - (b * elbow.sin()).atan2(a + b * elbow.cos());
+        [elbow, shoulder]
+    }
+
+    /// Torques of elbow and shoulder that move the arm so, with a force (x, z) on the hand,
+    /// N m.
+    #[must_use]
+    pub fn torques_nm(
+        &self,
+        q: [f64; JOINTS],
+        rate: [f64; JOINTS],
+        acceleration: [f64; JOINTS],
+        hand_n: [f64; 2],
+    ) -> [f64; JOINTS] {
+        let (ds, df) = (
+            acceleration[SHOULDER],
+            acceleration[SHOULDER] + acceleration[ELBOW],
+        );
+        let [own_s, own_f, both] = self.mass(q);
+        let [left_s, left_f] = self.left(q, rate, hand_n);
+        let (s, f) = (
+            own_s * ds + both * df - left_s,
+            both * ds + own_f * df - left_f,
+        );
+        [f, s + f]
+    }
+
+    /// What these torques of elbow and shoulder accelerate, rad/s².
+    #[must_use]
+    pub fn accelerations(
+        &self,
+        q: [f64; JOINTS],
+        rate: [f64; JOINTS],
+        torque_nm: [f64; JOINTS],
+        hand_n: [f64; 2],
+    ) -> [f64; JOINTS] {
+        let [own_s, own_f, both] = self.mass(q);
+        let [left_s, left_f] = self.left(q, rate, hand_n);
+        let s = torque_nm[SHOULDER] - torque_nm[ELBOW] + left_s;
+        let f = torque_nm[ELBOW] + left_f;
+        let determinant = own_s * own_f - both * both;
+        let ds = (own_f * s - both * f) / determinant;
+        let df = (own_s * f - both * s) / determinant;
+        [df - ds, ds]
+    }
+
+    /// Inertias of both segments and between them.
+    fn mass(&self, q: [f64; JOINTS]) -> [f64; 3] {
+        let [own_s, own_f, both] = self.inertia;
+        [own_s, own_f, both * q[ELBOW].cos()]
+    }
+
+    /// Moments on both segments of weight, motion and the force on the hand.
+    fn left(&self, q: [f64; JOINTS], rate: [f64; JOINTS], [x, z]: [f64; 2]) -> [f64; 2] {
+        let (s, f) = (q[SHOULDER], q[SHOULDER] + q[ELBOW]);
+        let (ds, df) = (rate[SHOULDER], rate[SHOULDER] + rate[ELBOW]);
+        // sin(s − f) = −sin(elbow).
+        let bent = self.inertia[2] * q[ELBOW].sin();
+        let hand = |length: f64, angle: f64| length * (angle.cos() * x + angle.sin() * z);
+        [
+            bent * df * df - self.weight_nm[0] * s.sin() + hand(self.upper_m, s),
+            -bent * ds * ds - self.weight_nm[1] * f.sin() + hand(self.fore_m, f),
+        ]
+    }
+}

@@ -1,0 +1,225 @@
+//! The arm in time.
+
+use super::fibres::{Fibres, TICK_US};
+use super::geometry::{Geometry, MUSCLES, Posed};
+use super::heat::power_w;
+use super::links::Links;
+use super::spec::{ELECTRODES, InvalidSagittal, SagittalSpec};
+use super::{ALL, JOINTS};
+use crate::body::arm::posture::Lengths;
+use crate::body::arm::{CUFF_PART, FOREARM, UPPER_ARM};
+
+/// Time step, s.
+const TICK_S: f64 = 1e-3;
+/// Inelastic stops of elbow and shoulder, rad.
+const STOPS_RAD: [[f64; 2]; JOINTS] = [[0.0, 2.53], [-0.7, 2.8]];
+
+/// What the person wants of the arm for the next millisecond.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Intent {
+    /// Drive of each muscle, 0 to 1.
+    pub drive: [f64; MUSCLES],
+    /// Where elbow and shoulder are meant to be, rad: what muscles that are driven are stiff
+    /// about (Flash 1987).
+    pub flexions: [f64; JOINTS],
+    /// How fast they are meant to turn, rad/s.
+    pub rates: [f64; JOINTS],
+}
+
+/// An arm in motion. Deterministic: intents, pulses and forces decide everything.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SagittalArm {
+    spec: SagittalSpec,
+    geometry: Geometry,
+    links: Links,
+    posed: Posed,
+    now_us: u64,
+    flexions: [f64; JOINTS],
+    rates: [f64; JOINTS],
+    activation: [f64; MUSCLES],
+    fibres: [Fibres; ELECTRODES],
+    stimulated_nm: [f64; JOINTS],
+    used_j: f64,
+}
+
+impl SagittalArm {
+    /// At rest with these flexions of elbow and shoulder, rad.
+    ///
+    /// # Errors
+    /// E766 names a field that no arm can have.
+    pub fn new(spec: SagittalSpec, flexions: [f64; JOINTS]) -> Result<Self, InvalidSagittal> {
+        spec.validate()?;
+        let geometry = Geometry::new(lengths(spec.stature_m), spec.fibre_length);
+        Ok(Self {
+            links: Links::new(spec.stature_m, spec.mass_kg, spec.added_inertia_kg_m2),
+            posed: geometry.at(flexions.map(f64::to_degrees)),
+            geometry,
+            now_us: 0,
+            flexions,
+            rates: [0.0; JOINTS],
+            activation: [0.0; MUSCLES],
+            fibres: spec.electrodes.map(|it| Fibres::new(&spec, it)),
+            stimulated_nm: [0.0; JOINTS],
+            used_j: 0.0,
+            spec,
+        })
+    }
+
+    /// The same arm, rested, at rest with these flexions: geometry is not made again.
+    pub fn rest(&mut self, flexions: [f64; JOINTS], activation: [f64; MUSCLES]) {
+        self.posed = self.geometry.at(flexions.map(f64::to_degrees));
+        (self.flexions, self.rates) = (flexions, [0.0; JOINTS]);
+        (self.activation, self.now_us, self.used_j) = (activation, 0, 0.0);
+        self.stimulated_nm = [0.0; JOINTS];
+        self.fibres = self.spec.electrodes.map(|it| Fibres::new(&self.spec, it));
+    }
+
+    /// Of electrode `electrode`, 0 to 3, a pulse leaves the stage at `at_us`.
+    pub fn pulse(&mut self, electrode: usize, at_us: u64, current_ma: f64, width_us: u32) {
+        if let Some(fibres) = self.fibres.get_mut(electrode) {
+            fibres.excite(&self.spec, at_us, current_ma, width_us);
+        }
+    }
+
+    /// A millisecond, with this force (x, z) on the hand, N.
+    pub fn step(&mut self, intent: &Intent, hand_n: [f64; 2]) {
+        for fibres in &mut self.fibres {
+            fibres.pass(&self.spec, self.now_us);
+        }
+        let gain = TICK_S / self.spec.activation_s;
+        for (own, drive) in self.activation.iter_mut().zip(&intent.drive) {
+            *own += gain * (drive.clamp(0.0, 1.0) - *own);
+        }
+        let torque = self.torques_nm(intent);
+        let turned = self
+            .links
+            .accelerations(self.flexions, self.rates, torque, hand_n);
+        for joint in 0..JOINTS {
+            self.rates[joint] += TICK_S * turned[joint];
+            self.flexions[joint] += TICK_S * self.rates[joint];
+            let [low, high] = STOPS_RAD[joint];
+            if !(low..=high).contains(&self.flexions[joint]) {
+                self.flexions[joint] = self.flexions[joint].clamp(low, high);
+                self.rates[joint] = 0.0;
+            }
+        }
+        self.now_us += TICK_US;
+        self.posed = self.geometry.at(self.flexions.map(f64::to_degrees));
+    }
+
+    /// Torques about both joints, N m; what is used up is added.
+    fn torques_nm(&mut self, intent: &Intent) -> [f64; JOINTS] {
+        let full_n: [f64; MUSCLES] = std::array::from_fn(|muscle| {
+            self.spec.strength * ALL[muscle].force_n() * self.posed.by_length[muscle]
+        });
+        let (mut torque, mut by_will, mut by_pulses) =
+            ([0.0; JOINTS], [0.0; JOINTS], [0.0; JOINTS]);
+        self.stimulated_nm = [0.0; JOINTS];
+        for muscle in 0..MUSCLES {
+            let fibres = self.fibres.get(muscle);
+            let busy = fibres.map_or(0.0, |it| it.busy(self.now_us));
+            let will = self.activation[muscle] * (1.0 - busy);
+            let pulsed = fibres.map_or(0.0, Fibres::force);
+            let force_n = full_n[muscle] * (will + pulsed);
+            let mut shortening = 0.0;
+            for joint in 0..JOINTS {
+                let arm = self.posed.arms_m[muscle][joint];
+                torque[joint] += force_n * arm;
+                by_will[joint] += (full_n[muscle] * will * arm).abs();
+                by_pulses[joint] += (full_n[muscle] * pulsed * arm).abs();
+                self.stimulated_nm[joint] += full_n[muscle] * pulsed * arm;
+                shortening += arm * self.rates[joint];
+            }
+            let of = (self.spec.strength, self.spec.fast_part);
+            let used = power_w(muscle, of, (will, busy), (force_n, shortening));
+            self.used_j += TICK_S * used;
+        }
+        let stiff = self.spec.stiffness_per_rad;
+        let drag = self.spec.active_damping_s_per_rad;
+        for joint in 0..JOINTS {
+            let off = intent.flexions[joint] - self.flexions[joint];
+            let slip = intent.rates[joint] - self.rates[joint];
+            torque[joint] += by_will[joint] * (stiff * off + drag * slip);
+            let friction = self.spec.damping_nm_s_per_rad[joint] + drag * by_pulses[joint];
+            torque[joint] -= friction * self.rates[joint];
+        }
+        torque
+    }
+
+    /// Flexion of elbow and shoulder, rad.
+    #[must_use]
+    pub const fn flexions(&self) -> [f64; JOINTS] {
+        self.flexions
+    }
+
+    /// Their rates, rad/s.
+    #[must_use]
+    pub const fn rates(&self) -> [f64; JOINTS] {
+        self.rates
+    }
+
+    /// Where the hand is from the shoulder, forward and up, m, and how fast it goes, m/s.
+    #[must_use]
+    pub fn hand(&self) -> ([f64; 2], [f64; 2]) {
+        let at = self.links.hand_m(self.flexions);
+        (at, self.links.hand_rate_m_s(self.flexions, self.rates))
+    }
+
+    /// Torque of stimulated fibres about both joints, N m, flexion positive.
+    #[must_use]
+    pub const fn stimulated_nm(&self) -> [f64; JOINTS] {
+        self.stimulated_nm
+    }
+
+    /// Torque of each muscle about both joints at full activation here, N m.
+    #[must_use]
+    pub fn full_nm(&self) -> [[f64; JOINTS]; MUSCLES] {
+        self.posed.full_nm(self.spec.strength)
+    }
+
+    /// Energy used up since rest, J.
+    #[must_use]
+    pub const fn used_j(&self) -> f64 {
+        self.used_j
+    }
+
+    /// Power that muscles held so would use up, without pulses, W.
+    #[must_use]
+    pub fn held_w(&self, activation: &[f64; MUSCLES]) -> f64 {
+        let of = (self.spec.strength, self.spec.fast_part);
+        let each = activation.iter().enumerate();
+        each.map(|(muscle, it)| power_w(muscle, of, (*it, 0.0), (0.0, 0.0)))
+            .sum()
+    }
+
+    /// Its segments.
+    #[must_use]
+    pub const fn links(&self) -> &Links {
+        &self.links
+    }
+
+    /// Its numbers.
+    #[must_use]
+    pub const fn spec(&self) -> &SagittalSpec {
+        &self.spec
+    }
+}
+
+/// Bones of a stature, as [`crate::body::arm`] has them.
+pub(super) fn lengths(stature_m: f64) -> Lengths {
+    let forearm_m = FOREARM[0] * stature_m;
+    Lengths {
+        shoulder: 1.0,
+        upper_arm_m: UPPER_ARM[0] * stature_m,
+        forearm_m,
+        cuff_m: CUFF_PART * forearm_m,
+    }
+}
+
+impl Geometry {
+    /// Of a stature.
+    #[must_use]
+    pub fn of_stature(stature_m: f64, fibre_length: f64) -> Self {
+        Self::new(lengths(stature_m), fibre_length)
+    }
+}
