@@ -19,6 +19,7 @@ mod session_schema;
 mod session_values;
 mod session_wearer;
 mod statistics;
+mod statistics_normality;
 mod statistics_refused;
 mod wearer_files;
 mod wearers_shipped;

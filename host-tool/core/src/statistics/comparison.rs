@@ -78,20 +78,23 @@ pub fn cohens_d_pooled(first: &[f64], second: &[f64]) -> Result<f64, StatisticsE
     Ok((mean(first) - mean(second)) / (squares / (n - 2) as f64).sqrt())
 }
 
+/// p-values of one family of comparisons, each times how many there are, at most one
+/// (Bonferroni, as Dunn 1961 has it).
+///
+/// # Errors
+/// No p-value, or one outside [0, 1].
+pub fn bonferroni(p: &[f64]) -> Result<Vec<f64>, StatisticsError> {
+    probabilities(p)?;
+    Ok(p.iter().map(|it| (it * p.len() as f64).min(1.0)).collect())
+}
+
 /// p-values of one family of comparisons, adjusted by Holm's step-down method
 /// (Holm 1979), in the order given: each compares with the family's level.
 ///
 /// # Errors
 /// No p-value, or one outside [0, 1].
 pub fn holm(p: &[f64]) -> Result<Vec<f64>, StatisticsError> {
-    enough("p-values", p.len(), 1)?;
-    finite("p-values", p)?;
-    if p.iter().any(|p| !(0.0..=1.0).contains(p)) {
-        return Err(StatisticsError::OutOfRange {
-            what: "a p-value",
-            range: "[0, 1]",
-        });
-    }
+    probabilities(p)?;
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|a, b| p[*a].total_cmp(&p[*b]));
     let mut adjusted = vec![0.0; p.len()];
@@ -101,4 +104,17 @@ pub fn holm(p: &[f64]) -> Result<Vec<f64>, StatisticsError> {
         adjusted[index] = most;
     }
     Ok(adjusted)
+}
+
+/// One p-value or more, all in [0, 1].
+fn probabilities(p: &[f64]) -> Result<(), StatisticsError> {
+    enough("p-values", p.len(), 1)?;
+    finite("p-values", p)?;
+    match p.iter().all(|p| (0.0..=1.0).contains(p)) {
+        true => Ok(()),
+        false => Err(StatisticsError::OutOfRange {
+            what: "a p-value",
+            range: "[0, 1]",
+        }),
+    }
 }

@@ -12,18 +12,20 @@ mod comparison;
 mod detector;
 mod distribution;
 mod interval;
+mod normality;
 mod ranks;
 mod sample;
 mod variance;
 
 pub use alignment::{Alignment, kabsch};
-pub use comparison::{PairedT, cohens_d_paired, cohens_d_pooled, holm, paired_t};
+pub use comparison::{PairedT, bonferroni, cohens_d_paired, cohens_d_pooled, holm, paired_t};
 pub use detector::{Detector, Verdict};
 pub use distribution::{chi_squared_p, fisher_f_p, student_t_p};
 pub use interval::{Interval, Share, bootstrap_bca, quantile_of, share};
+pub use normality::{ShapiroWilk, shapiro_wilk};
 pub use ranks::{Friedman, MannWhitney, Method, Wilcoxon, friedman, mann_whitney, wilcoxon};
 pub use sample::StatisticsError;
 pub use variance::{
-    Corrected, Effect, RepeatedMeasures, TwoWay, TwoWayRepeated, repeated_measures, two_way,
-    two_way_repeated,
+    Corrected, Effect, Mauchly, RepeatedMeasures, TwoWay, TwoWayRepeated, mauchly,
+    repeated_measures, two_way, two_way_repeated,
 };

@@ -1,7 +1,7 @@
 //! Analysis of variance: repeated measures on one and on two factors, and two
 //! factors between trials with replication.
 
-use super::distribution::fisher_f_p;
+use super::distribution::{chi_squared_p, fisher_f_p};
 use super::sample::{StatisticsError, enough, equal, finite, largest, rows, varies};
 
 /// What one source of variation gives.
@@ -27,6 +27,19 @@ pub struct Corrected {
     /// The estimate: 1/df of the effect … 1, one where sphericity holds.
     pub epsilon: f64,
     /// Upper tail of F with the corrected degrees of freedom.
+    pub p: f64,
+}
+
+/// Mauchly's test of sphericity.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Mauchly {
+    /// W in [0, 1], one where contrasts vary alike and apart.
+    pub w: f64,
+    /// What −ln W is scaled to.
+    pub chi_squared: f64,
+    /// Its degrees of freedom.
+    pub df: usize,
+    /// Upper tail, with Anderson's term of second order.
     pub p: f64,
 }
 
@@ -74,6 +87,59 @@ pub fn repeated_measures(subjects: &[Vec<f64>]) -> Result<RepeatedMeasures, Stat
     let magnitude = largest(subjects.iter().flatten());
     let scores: Vec<Vec<f64>> = subjects.iter().map(|row| centred(row)).collect();
     within(&scores, scores[0].len() - 1, 1, magnitude)
+}
+
+/// Mauchly's test of the sphericity that [`repeated_measures`] asks for (Mauchly 1940;
+/// χ² and its second term: Anderson 1958, 10.7.4, in whose second term R's `mauchly.test`
+/// and others have conditions once where he has contrasts: so it is here). Of two conditions there is none to test.
+///
+/// # Errors
+/// As [`repeated_measures`], with three conditions or more and more subjects than
+/// contrasts.
+pub fn mauchly(subjects: &[Vec<f64>]) -> Result<Mauchly, StatisticsError> {
+    rows(["subjects", "conditions"], subjects, 3)?;
+    let p = subjects[0].len() - 1;
+    enough("subjects", subjects.len(), p + 2)?;
+    let magnitude = largest(subjects.iter().flatten());
+    // Helmert's contrasts: each condition against the mean of those before it.
+    let contrast = |row: &Vec<f64>, at: usize| {
+        let before = super::sample::mean(&row[..at]);
+        (row[at] - before) * (at as f64 / (at as f64 + 1.0)).sqrt()
+    };
+    let scores = |at: usize| -> Vec<f64> {
+        let all: Vec<f64> = subjects.iter().map(|row| contrast(row, at)).collect();
+        centred(&all)
+    };
+    let scores: Vec<Vec<f64>> = (1..=p).map(scores).collect();
+    let spread = squares(scores.iter().flatten().copied());
+    varies(
+        "differences between subjects",
+        spread,
+        magnitude,
+        subjects.len(),
+    )?;
+    let product = |i: usize, j: usize| -> f64 {
+        let both = scores[i].iter().zip(&scores[j]);
+        both.map(|(a, b)| a * b).sum::<f64>() / (spread / p as f64)
+    };
+    let w = nalgebra::DMatrix::from_fn(p, p, product)
+        .determinant()
+        .clamp(0.0, 1.0);
+    let (k, n) = (p as f64, subjects.len() as f64 - 1.0);
+    let df = p * (p + 1) / 2 - 1;
+    let rho = 1.0 - (2.0 * k * k + k + 2.0) / (6.0 * k * n);
+    let second =
+        (k + 2.0) * (k - 1.0) * (k - 2.0) * (2.0 * k.powi(3) + 6.0 * k * k + 3.0 * (k + 1.0) + 2.0)
+            / (288.0 * (n * k * rho).powi(2));
+    let chi_squared = -n * rho * w.max(f64::MIN_POSITIVE).ln();
+    let tail = |more: usize| chi_squared_p(chi_squared.max(0.0), (df + more) as f64);
+    let (first, fourth) = (tail(0)?, tail(4)?);
+    Ok(Mauchly {
+        w,
+        chi_squared,
+        df,
+        p: (first + second * (fourth - first)).clamp(0.0, 1.0),
+    })
 }
 
 /// Two-way repeated-measures analysis of variance: `subjects[s][i][j]` is what

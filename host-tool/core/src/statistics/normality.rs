@@ -1,0 +1,97 @@
+//! Whether a sample may be normal.
+
+use super::distribution::{normal_below, normal_quantile};
+use super::sample::{StatisticsError, enough, finite, largest, sum_squares, varies};
+use std::f64::consts::FRAC_1_SQRT_2;
+
+/// Shapiro and Wilk's test.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ShapiroWilk {
+    /// W in (0, 1]: one of a sample that lies as normal order statistics do.
+    pub w: f64,
+    /// Upper tail of what W is transformed to.
+    pub p: f64,
+}
+
+/// Most values: beyond, Royston's approximations were not made.
+const MOST: usize = 5000;
+/// Of the largest and the second largest weight, against 1/√n (Royston 1995).
+const LARGEST: [f64; 6] = [0.0, 0.221157, -0.147981, -2.071190, 4.434685, -2.706056];
+const SECOND: [f64; 6] = [0.0, 0.042981, -0.293762, -1.752461, 5.682633, -3.582633];
+
+/// Shapiro and Wilk's test of normality, of 3 to 5,000 values, with the weights and the
+/// transformation of Royston 1995 (algorithm AS R94).
+///
+/// # Errors
+/// Too few or too many values, values that are not finite or do not vary.
+pub fn shapiro_wilk(sample: &[f64]) -> Result<ShapiroWilk, StatisticsError> {
+    enough("sample", sample.len(), 3)?;
+    if sample.len() > MOST {
+        return Err(StatisticsError::OutOfRange {
+            what: "number of values",
+            range: "3…5000",
+        });
+    }
+    finite("sample", sample)?;
+    let squares = sum_squares(sample);
+    varies("sample", squares, largest(sample), sample.len())?;
+    let mut sorted = sample.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let weights = weights(sample.len());
+    let spans = (0..weights.len()).map(|i| sorted[sorted.len() - 1 - i] - sorted[i]);
+    let span: f64 = weights.iter().zip(spans).map(|(a, span)| a * span).sum();
+    let w = (span * span / squares).min(1.0);
+    let p = upper_tail(w, sample.len());
+    Ok(ShapiroWilk { w, p })
+}
+
+/// Weights of the upper half of the order statistics, the largest first.
+fn weights(n: usize) -> Vec<f64> {
+    if n == 3 {
+        return vec![FRAC_1_SQRT_2];
+    }
+    let score = |i: usize| -normal_quantile((i as f64 + 0.625) / (n as f64 + 0.25));
+    let scores: Vec<f64> = (0..n / 2).map(score).collect();
+    let squares = 2.0 * scores.iter().map(|it| it * it).sum::<f64>();
+    let least = 1.0 / (n as f64).sqrt();
+    let own = |of: &[f64; 6], score: f64| polynomial(of, least) + score / squares.sqrt();
+    let mut weights = vec![own(&LARGEST, scores[0])];
+    if n > 5 {
+        weights.push(own(&SECOND, scores[1]));
+    }
+    let apart = weights.len();
+    let of = |all: &[f64]| 2.0 * all.iter().map(|it| it * it).sum::<f64>();
+    let scale = (squares - of(&scores[..apart])) / (1.0 - of(&weights));
+    weights.extend(scores.iter().skip(apart).map(|it| it / scale.sqrt()));
+    weights
+}
+
+/// P of a W so low or lower.
+fn upper_tail(w: f64, n: usize) -> f64 {
+    if n == 3 {
+        // Exact (Shapiro and Wilk 1965).
+        let tail = w.sqrt().asin() - 0.75_f64.sqrt().asin();
+        return (6.0 / std::f64::consts::PI * tail).clamp(0.0, 1.0);
+    }
+    let short = (1.0 - w).ln();
+    let count = n as f64;
+    let (value, mean, deviation) = if n <= 11 {
+        let bound = 0.459 * count - 2.273;
+        if short >= bound {
+            return 0.0;
+        }
+        let mean = polynomial(&[0.5440, -0.39978, 0.025054, -6.714e-4], count);
+        let deviation = polynomial(&[1.3822, -0.77857, 0.062767, -0.0020322], count);
+        (-(bound - short).ln(), mean, deviation.exp())
+    } else {
+        let x = count.ln();
+        let mean = polynomial(&[-1.5861, -0.31082, -0.083751, 0.0038915], x);
+        let deviation = polynomial(&[-0.4803, -0.082676, 0.0030302], x);
+        (short, mean, deviation.exp())
+    };
+    normal_below((mean - value) / deviation)
+}
+
+fn polynomial(coefficients: &[f64], x: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, a| sum * x + a)
+}
