@@ -3,17 +3,26 @@
 //! Not here: the data (`record`), its pictures (`report`), fits (`identify`).
 //! In: a [`Trial`]. Out: [`Metrics`] of a joint, [`ForceMetrics`], or the [`Hit`]s of a
 //! virtual wall. Every sample counts alike, as in the papers, so samples are expected at
-//! a steady rate.
+//! a steady rate. Of a hand's way: [`Sparc`], [`matching_error`], [`SavitzkyGolay`]; of gas
+//! exchange: [`GasExchange`].
 
 mod contact;
 mod force;
 mod lag;
 mod limit_cycle;
+mod metabolic;
+mod motion_error;
+mod savitzky_golay;
+mod smoothness;
 
 pub use contact::{Hit, hits};
 pub use force::{ForceMetrics, GapMetrics, force_limiting_share, force_metrics, unpredicted};
 pub use lag::lag_s;
 pub use limit_cycle::{LIMIT_CYCLE, limit_cycles};
+pub use metabolic::GasExchange;
+pub use motion_error::MotionError;
+pub use savitzky_golay::SavitzkyGolay;
+pub use smoothness::{Sparc, matching_error};
 
 use crate::record::{Sample, Trial};
 use serde::{Deserialize, Serialize};

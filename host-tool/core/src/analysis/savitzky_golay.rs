@@ -1,0 +1,136 @@
+//! Smoothing by polynomials (Savitzky and Golay 1964), by the frequency it is to end at.
+
+use super::motion_error::MotionError;
+use nalgebra::DMatrix;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
+/// Longest half of a window.
+const LONGEST: usize = 500;
+
+/// A filter of an order and a window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SavitzkyGolay {
+    half: usize,
+    /// A row for each place in the window: what of the window makes its smoothed value.
+    rows: DMatrix<f64>,
+    cutoff_hz: f64,
+}
+
+impl SavitzkyGolay {
+    /// Of polynomials of this order, with the window of an odd number of samples at whose
+    /// middle half of the power is left nearest to `cutoff_hz`. (A cutoff of such a filter
+    /// is its window's and its order's: Schafer 2011.)
+    ///
+    /// # Errors
+    /// E765: no window does.
+    pub fn ending_at(order: usize, cutoff_hz: f64, rate_hz: f64) -> Result<Self, MotionError> {
+        let refused = MotionError::Filter {
+            order,
+            cutoff_hz,
+            rate_hz,
+        };
+        let mut best: Option<Self> = None;
+        for half in order / 2 + 1..=LONGEST {
+            let Some(it) = Self::of(order, half, rate_hz) else {
+                return Err(refused);
+            };
+            let apart = (it.cutoff_hz - cutoff_hz).abs();
+            if best
+                .as_ref()
+                .is_some_and(|best| (best.cutoff_hz - cutoff_hz).abs() < apart)
+            {
+                break;
+            }
+            best = Some(it);
+        }
+        best.filter(|it| it.half < LONGEST).ok_or(refused)
+    }
+
+    fn of(order: usize, half: usize, rate_hz: f64) -> Option<Self> {
+        let window = 2 * half + 1;
+        let place = |row: usize| (row as f64 - half as f64) / half as f64;
+        let powers = DMatrix::from_fn(window, order + 1, |row, power| {
+            place(row).powi(power as i32)
+        });
+        let orthonormal = powers.qr().q();
+        let rows = &orthonormal * orthonormal.transpose();
+        let gain = |hz: f64| -> f64 {
+            let turned =
+                |n: usize| rows[(half, n)] * (TAU * hz / rate_hz * (n as f64 - half as f64)).cos();
+            (0..window).map(turned).sum()
+        };
+        let steps = 2000;
+        let at = |n: i32| 0.5 * rate_hz * f64::from(n) / f64::from(steps);
+        let cutoff_hz = (1..=steps).map(at).find(|hz| gain(*hz) <= FRAC_1_SQRT_2)?;
+        Some(Self {
+            half,
+            rows,
+            cutoff_hz,
+        })
+    }
+
+    /// Where half of the power is left, Hz.
+    #[must_use]
+    pub const fn cutoff_hz(&self) -> f64 {
+        self.cutoff_hz
+    }
+
+    /// Samples that make one.
+    #[must_use]
+    pub const fn window(&self) -> usize {
+        2 * self.half + 1
+    }
+
+    /// Smoothed; at both ends by the polynomial of the first and the last window.
+    ///
+    /// # Errors
+    /// E764: fewer samples than a window has.
+    pub fn smooth(&self, samples: &[f64]) -> Result<Vec<f64>, MotionError> {
+        let window = self.window();
+        if samples.len() < window {
+            return Err(MotionError::Short {
+                samples: samples.len(),
+                window,
+            });
+        }
+        let last = samples.len() - window;
+        let at = |n: usize| {
+            let from = n.saturating_sub(self.half).min(last);
+            let own = &samples[from..from + window];
+            let row = self.rows.row(n - from);
+            own.iter()
+                .zip(row.iter())
+                .map(|(x, weight)| x * weight)
+                .sum()
+        };
+        Ok((0..samples.len()).map(at).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cubic is left as it is, ends and all; a sine at the cutoff keeps half its power.
+    #[test]
+    fn cubics_stay_and_the_cutoff_is_where_it_says() {
+        let filter = SavitzkyGolay::ending_at(3, 10.0, 200.0).unwrap();
+        assert!(
+            (filter.cutoff_hz() - 10.0).abs() < 0.4,
+            "{}",
+            filter.cutoff_hz()
+        );
+        let cubic = |n: i32| (f64::from(n) - 40.0).powi(3) * 1e-3 + f64::from(n);
+        let cubic: Vec<f64> = (0..100).map(cubic).collect();
+        for (found, meant) in filter.smooth(&cubic).unwrap().iter().zip(&cubic) {
+            assert!((found - meant).abs() < 1e-9, "{found} {meant}");
+        }
+        let hz = filter.cutoff_hz();
+        let sine: Vec<f64> = (0..401)
+            .map(|n| (TAU * hz * f64::from(n - 200) / 200.0).cos())
+            .collect();
+        let kept = filter.smooth(&sine).unwrap()[200];
+        assert!((kept - FRAC_1_SQRT_2).abs() < 0.01, "{kept}");
+        assert!(filter.smooth(&sine[..5]).is_err());
+    }
+}
