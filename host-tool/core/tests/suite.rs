@@ -3,6 +3,7 @@
 mod calibration;
 mod choice;
 mod identify;
+mod limb_activation;
 mod limb_geometry;
 mod limb_least_squares;
 mod link_native;

@@ -1,0 +1,141 @@
+//! Static optimisation: the least activations that give wanted torques.
+
+use nalgebra::{SMatrix, SVector};
+
+/// Rounds before a torque is taken to be out of reach.
+const MOST_ROUNDS: usize = 500;
+/// Torque that may be missed, as a part of the wanted (and of 1 N·m).
+const MISSED: f64 = 1e-11;
+
+/// No activations give the wanted torques.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "E761 no activations between their least and 1 give the torques {wanted_nm:?} N·m about these \
+     joints (nearest by {missed_nm:.3} N·m): take a lighter object, a slower lift or less \
+     co-contraction"
+)]
+pub struct OutOfReach {
+    /// About each joint.
+    pub wanted_nm: Vec<f64>,
+    /// Size of what was missed last.
+    pub missed_nm: f64,
+}
+
+/// Muscles about `J` joints in one posture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Muscles<const J: usize> {
+    /// Torque of each about each joint at full activation, N·m: force by length and speed
+    /// times moment arm.
+    pub full_nm: Vec<[f64; J]>,
+    /// Least activation of each, 0 to 1.
+    pub least: Vec<f64>,
+}
+
+impl<const J: usize> Muscles<J> {
+    /// The same with antagonists at work: a muscle that turns a joint against the wanted
+    /// torque has at least `share` (0 to 1) of the activation that all which turn it the
+    /// wanted way would have in common.
+    #[must_use]
+    pub fn co_contracting(mut self, share: f64, wanted_nm: [f64; J]) -> Self {
+        for joint in 0..J {
+            let along = |of: &[f64; J]| of[joint] * wanted_nm[joint].signum();
+            let agonists: f64 = self.full_nm.iter().map(|it| along(it).max(0.0)).sum();
+            if agonists <= 0.0 {
+                continue;
+            }
+            let effort = (wanted_nm[joint].abs() / agonists).min(1.0);
+            // A muscle counts against a joint by how much of its torque is there.
+            for (of, least) in self.full_nm.iter().zip(&mut self.least) {
+                let size = of.iter().map(|it| it.abs()).sum::<f64>();
+                if along(of) < 0.0 {
+                    let part = -along(of) / size;
+                    *least = least.max((share * effort * part).min(1.0));
+                }
+            }
+        }
+        self
+    }
+
+    /// The activations k of least Σ k² with Σ k·`full_nm` = `wanted_nm` and each between its
+    /// least and 1 (Buatier de Mongeot, equations 1 and 2; Crowninshield and Brand 1981).
+    ///
+    /// The dual has `J` unknowns λ and k = clamp(`full_nm`·λ); it is climbed by Newton's
+    /// steps over the muscles between their bounds or, where those do not climb, by steps
+    /// over all, which always do.
+    ///
+    /// # Errors
+    /// [`OutOfReach`].
+    pub fn activations(&self, wanted_nm: [f64; J]) -> Result<Vec<f64>, OutOfReach> {
+        let rows: Vec<SVector<f64, J>> = self.full_nm.iter().map(|it| (*it).into()).collect();
+        let wanted = SVector::from(wanted_nm);
+        let mut dual = SVector::<f64, J>::zeros();
+        let all = rows.iter().map(|row| row * row.transpose());
+        let all: SMatrix<f64, J, J> = all.sum();
+        let mut missed = f64::INFINITY;
+        for _ in 0..MOST_ROUNDS {
+            let left = wanted - self.given(&rows, &dual);
+            missed = left.norm();
+            if missed <= MISSED * (1.0 + wanted.norm()) {
+                let each = rows.iter().zip(&self.least);
+                return Ok(each
+                    .map(|(row, least)| clamped(row.dot(&dual), *least))
+                    .collect());
+            }
+            let Some(next) = self.climbed(&rows, &wanted, (&dual, &left), &all) else {
+                break;
+            };
+            dual = next;
+        }
+        Err(OutOfReach {
+            wanted_nm: wanted_nm.to_vec(),
+            missed_nm: missed,
+        })
+    }
+
+    /// The dual after a step.
+    fn climbed(
+        &self,
+        rows: &[SVector<f64, J>],
+        wanted: &SVector<f64, J>,
+        (dual, left): (&SVector<f64, J>, &SVector<f64, J>),
+        all: &SMatrix<f64, J, J>,
+    ) -> Option<SVector<f64, J>> {
+        let each = rows.iter().zip(&self.least);
+        let is_free = |(row, least): &(&SVector<f64, J>, &f64)| {
+            let drive = row.dot(dual);
+            drive > **least && drive < 1.0
+        };
+        let free = each.filter(is_free).map(|(row, _)| row * row.transpose());
+        let free: SMatrix<f64, J, J> = free.sum();
+        let newton = free.cholesky().map(|factor| dual + factor.solve(left));
+        let height = |dual: &SVector<f64, J>| self.height(rows, wanted, dual);
+        let before = height(dual);
+        let climbs = |it: &SVector<f64, J>| height(it) > before;
+        let newton = newton.filter(|it| it.iter().all(|it| it.is_finite()) && climbs(it));
+        newton.or_else(|| Some(dual + all.cholesky()?.solve(left)))
+    }
+
+    fn given(&self, rows: &[SVector<f64, J>], dual: &SVector<f64, J>) -> SVector<f64, J> {
+        let each = rows.iter().zip(&self.least);
+        each.map(|(row, least)| row * clamped(row.dot(dual), *least))
+            .sum()
+    }
+
+    /// The dual's value.
+    fn height(
+        &self,
+        rows: &[SVector<f64, J>],
+        wanted: &SVector<f64, J>,
+        dual: &SVector<f64, J>,
+    ) -> f64 {
+        let cost = |(row, least): (&SVector<f64, J>, &f64)| {
+            let (drive, held) = (row.dot(dual), clamped(row.dot(dual), *least));
+            held * (drive - 0.5 * held)
+        };
+        wanted.dot(dual) - rows.iter().zip(&self.least).map(cost).sum::<f64>()
+    }
+}
+
+fn clamped(drive: f64, least: f64) -> f64 {
+    drive.max(least).min(1.0)
+}

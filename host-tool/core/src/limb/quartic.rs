@@ -1,0 +1,106 @@
+//! An activation as a polynomial of its joint's angle.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Terms of the polynomial.
+pub const TERMS: usize = 5;
+
+/// A quartic over a range of angles, and how far it is from what it was made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quartic {
+    /// First and last angle it was made of, degrees.
+    pub range_deg: [f64; 2],
+    /// Of u⁰ to u⁴, u being −1 at the first angle and 1 at the last.
+    pub coefficients: [f64; TERMS],
+    /// Root mean square of what is left.
+    pub rms: f64,
+    /// The most that is left.
+    pub most: f64,
+}
+
+/// No quartic goes through these.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("E762 a quartic needs five angles that differ or more, and finite values; there are {0}")]
+pub struct NoQuartic(pub usize);
+
+impl Quartic {
+    /// Nothing at any angle.
+    pub const NONE: Self = Self {
+        range_deg: [0.0, 1.0],
+        coefficients: [0.0; TERMS],
+        rms: 0.0,
+        most: 0.0,
+    };
+
+    /// Least squares through `points`, degrees and values (equation 3 of Buatier de Mongeot,
+    /// in a variable that keeps its digits).
+    ///
+    /// # Errors
+    /// E762.
+    pub fn fitted(points: &[(f64, f64)]) -> Result<Self, NoQuartic> {
+        let refused = NoQuartic(points.len());
+        let finite = |it: &(f64, f64)| it.0.is_finite() && it.1.is_finite();
+        if points.len() < TERMS || !points.iter().all(finite) {
+            return Err(refused);
+        }
+        let angles = || points.iter().map(|it| it.0);
+        let range_deg = [
+            angles().fold(f64::INFINITY, f64::min),
+            angles().fold(f64::NEG_INFINITY, f64::max),
+        ];
+        if range_deg[1] - range_deg[0] < 1e-6 {
+            return Err(refused);
+        }
+        let powers = DMatrix::from_fn(points.len(), TERMS, |row, power| {
+            scaled(range_deg, points[row].0).powi(power as i32)
+        });
+        let values = DVector::from_iterator(points.len(), points.iter().map(|it| it.1));
+        let solved = powers
+            .svd(true, true)
+            .solve(&values, 1e-10)
+            .map_err(|_| refused)?;
+        let mut found = Self {
+            range_deg,
+            coefficients: std::array::from_fn(|power| solved[power]),
+            ..Self::NONE
+        };
+        let left = |(deg, value): &(f64, f64)| (found.at(*deg) - value).abs();
+        let left: Vec<f64> = points.iter().map(left).collect();
+        let squares: f64 = left.iter().map(|it| it * it).sum();
+        found.rms = (squares / points.len() as f64).sqrt();
+        found.most = left.into_iter().fold(0.0, f64::max);
+        Ok(found)
+    }
+
+    /// Its value at an angle; beyond its range that at the range's end.
+    #[must_use]
+    pub fn at(&self, deg: f64) -> f64 {
+        let u = scaled(self.range_deg, deg).clamp(-1.0, 1.0);
+        self.coefficients
+            .iter()
+            .rev()
+            .fold(0.0, |sum, a| sum * u + a)
+    }
+
+    /// The same as powers of the angle in degrees, a₀ to a₄: equation 3 as it is printed.
+    #[must_use]
+    pub fn per_degree(&self) -> [f64; TERMS] {
+        let [low, high] = self.range_deg;
+        let (slope, offset) = (2.0 / (high - low), -(high + low) / (high - low));
+        let mut sum = [0.0; TERMS];
+        for coefficient in self.coefficients.iter().rev() {
+            // sum ← sum·(slope·q + offset) + coefficient
+            let before = sum;
+            for (power, it) in sum.iter_mut().enumerate() {
+                let lower = if power == 0 { 0.0 } else { before[power - 1] };
+                *it = before[power] * offset + lower * slope;
+            }
+            sum[0] += coefficient;
+        }
+        sum
+    }
+}
+
+fn scaled([low, high]: [f64; 2], deg: f64) -> f64 {
+    (2.0 * deg - low - high) / (high - low)
+}
