@@ -3,7 +3,7 @@
 Run by hand where a case is added; tests read the committed values only. In a virtual
 environment, from the repository's root:
 
-    pip install numpy==2.5.1 scipy==1.17.1 pingouin==0.7.0
+    pip install numpy==2.4.6 scipy==1.17.1 pingouin==0.7.0
     python tests/golden/make_normality.py > tests/golden/normality.json
 
 Apart from make_statistics.py, whose draws must not move. SciPy takes normal quantiles of
