@@ -1,0 +1,265 @@
+//! What a device is told of a wearer: activation by angle, intensities.
+
+use super::declaration::{Condition, Form, HEIGHTS, Scale, Study};
+use super::device::{ARMS, CHANNELS};
+use super::error::LiftError;
+use super::way::{Timing, Way, places};
+use firmware::haptics::{Form as DeviceForm, ModulatedSpec, ModulationSpec, QuarticSpec};
+use firmware::limb::LINES;
+use firmware::units::Amplitude;
+use hal_sim::body::sagittal::{ELBOW, ELECTRODES, Geometry, JOINTS, Links, SHOULDER};
+use host_core::limb::{Bounded, Muscles, Quartic, TERMS};
+use nalgebra::{SMatrix, SVector};
+use serde::Serialize;
+
+/// Which joint a stimulated muscle's function is of: biceps, triceps, deltoids.
+const JOINT_OF: [usize; ELECTRODES] = [ELBOW, ELBOW, SHOULDER, SHOULDER];
+/// Below this a largest activation is none.
+const LEAST_PEAK: f64 = 1e-3;
+/// One, as a device has it.
+const MILLION: f64 = 1e6;
+/// Binomial coefficients of four.
+const CHOICES: [f64; TERMS] = [1.0, 4.0, 6.0, 4.0, 1.0];
+/// A point of the way every so many steps is enough.
+const EVERY: usize = 4;
+
+/// Activation of a muscle by the angle of its joint.
+#[derive(Clone, Debug, Serialize)]
+pub struct Curve {
+    /// What static optimisation gives along the ways of the three heights: angle in degrees,
+    /// and k.
+    pub points: Vec<[f64; 2]>,
+    /// The largest k.
+    pub peak: f64,
+    /// The least-squares quartic's a₀ to a₄ per degree (equation 3), of k over its scale.
+    pub per_degree: [f64; TERMS],
+    /// What is left of it: root mean square, and the most.
+    pub left: [f64; 2],
+    /// As a device has it over its joint's range, millionths; none of a muscle that is not
+    /// active.
+    pub bernstein: Option<[i32; TERMS]>,
+    /// What is left of that: root mean square, and the most.
+    pub left_on_device: [f64; 2],
+}
+
+/// What static optimisation makes of the declared way.
+#[derive(Clone, Debug, Serialize)]
+pub struct Curves {
+    /// Range of elbow and shoulder that the device is told, degrees.
+    pub range_deg: [[f64; 2]; JOINTS],
+    /// Of biceps, triceps, anterior and posterior deltoid: the flexors while the elbow
+    /// lifts, the extensors while it drops.
+    pub muscles: [Curve; ELECTRODES],
+}
+
+/// Activations of the stimulated muscles at each point of the ways, split where the elbow
+/// turns from flexing to extending.
+struct Solved {
+    /// Angle and k, by muscle.
+    points: [Vec<(f64, f64)>; ELECTRODES],
+    range_deg: [[f64; 2]; JOINTS],
+}
+
+fn solved(study: &Study, stature_m: f64, mass_kg: f64) -> Result<Solved, LiftError> {
+    let model = &study.model;
+    let links = Links::new(stature_m, mass_kg, study.scene.added_inertia_kg_m2);
+    let geometry = Geometry::of_stature(stature_m, 1.0);
+    let timing = Timing {
+        lift_s: model.lift_s,
+        drop_s: model.drop_s,
+        overlap: model.overlap,
+    };
+    let mut points: [Vec<(f64, f64)>; ELECTRODES] = Default::default();
+    let mut range_deg = [[f64::INFINITY, f64::NEG_INFINITY]; JOINTS];
+    for height in 0..HEIGHTS {
+        let way = Way::new(&links, places(study, links.reach_m(), height), timing);
+        for n in (0..way.len()).step_by(EVERY) {
+            let flexions_deg = way.flexions[n].map(f64::to_degrees);
+            let wanted = way.torques_nm(&links, n, model.object_kg);
+            let muscles = Muscles {
+                full_nm: geometry.at(flexions_deg).full_nm(1.0).to_vec(),
+                least: vec![0.0; hal_sim::body::sagittal::MUSCLES],
+            };
+            let muscles = muscles.co_contracting(model.co_contraction, wanted);
+            let k = muscles.activations(wanted)?;
+            let lifts = way.rates[n][ELBOW] > 0.0;
+            for muscle in 0..ELECTRODES {
+                // The even ones flex, in the lift; the odd ones extend, in the drop.
+                if lifts == muscle.is_multiple_of(2) {
+                    points[muscle].push((flexions_deg[JOINT_OF[muscle]], k[muscle]));
+                }
+            }
+            for (range, deg) in range_deg.iter_mut().zip(flexions_deg) {
+                *range = [range[0].min(deg), range[1].max(deg)];
+            }
+        }
+    }
+    let margin = model.margin_deg;
+    let range_deg = range_deg.map(|[low, high]| [(low - margin).floor(), (high + margin).ceil()]);
+    Ok(Solved { points, range_deg })
+}
+
+/// Functions of the four muscles for a wearer of this stature and mass.
+///
+/// # Errors
+/// E761: the way needs more than the muscles have; E762.
+pub fn curves(study: &Study, stature_m: f64, mass_kg: f64) -> Result<Curves, LiftError> {
+    let solved = solved(study, stature_m, mass_kg)?;
+    let curve = |muscle: usize| -> Result<Curve, LiftError> {
+        let points = &solved.points[muscle];
+        let peak = points.iter().map(|it| it.1).fold(0.0, f64::max);
+        let scale = match study.model.scale {
+            Scale::Peak if peak > LEAST_PEAK => 1.0 / peak,
+            Scale::Peak => 0.0,
+            Scale::Raw => 1.0,
+        };
+        let scaled: Vec<(f64, f64)> = points.iter().map(|it| (it.0, scale * it.1)).collect();
+        let fitted = Quartic::fitted(&scaled)?;
+        let range = solved.range_deg[JOINT_OF[muscle]];
+        let device = on_device(&fitted, &scaled, range)?;
+        Ok(Curve {
+            points: points.iter().map(|it| [it.0, it.1]).collect(),
+            peak,
+            per_degree: fitted.per_degree(),
+            left: [fitted.rms, fitted.most],
+            left_on_device: left(&device, range, &scaled),
+            bernstein: (peak > LEAST_PEAK).then_some(device),
+        })
+    };
+    Ok(Curves {
+        range_deg: solved.range_deg,
+        muscles: [curve(0)?, curve(1)?, curve(2)?, curve(3)?],
+    })
+}
+
+/// The quartic whose Bernstein coefficients over `range` are between 0 and 1, so that it is
+/// itself, nearest to the points and, in the margins, to what the fit has at its ends.
+fn on_device(
+    fitted: &Quartic,
+    points: &[(f64, f64)],
+    range: [f64; 2],
+) -> Result<[i32; TERMS], LiftError> {
+    let [low, high] = fitted.range_deg;
+    let margin =
+        |from: f64, to: f64| (0..=10).map(move |n| from + 0.1 * f64::from(n) * (to - from));
+    let beyond = margin(range[0], low).chain(margin(high, range[1]));
+    let beyond = beyond.map(|deg| (deg, fitted.at(deg).clamp(0.0, 1.0), 0.1));
+    let all = points
+        .iter()
+        .map(|(deg, value)| (*deg, *value, 1.0))
+        .chain(beyond);
+    // Room for ten unknowns; five stay at 0.
+    let mut curvature = SMatrix::<f64, LINES, LINES>::zeros();
+    let mut slope = SVector::<f64, LINES>::zeros();
+    let mut upper = SVector::<f64, LINES>::zeros();
+    for (deg, value, weight) in all {
+        let basis = basis(range, deg);
+        for i in 0..TERMS {
+            slope[i] += weight * basis[i] * value;
+            for j in 0..TERMS {
+                curvature[(i, j)] += weight * basis[i] * basis[j];
+            }
+        }
+    }
+    for i in 0..curvature.nrows() {
+        curvature[(i, i)] += 1e-9;
+        upper[i] = if i < TERMS { 1.0 } else { 0.0 };
+    }
+    let problem = Bounded {
+        curvature,
+        slope,
+        upper,
+    };
+    let solved = problem
+        .solve()
+        .map_err(|e| LiftError::Declaration(e.to_string()))?;
+    Ok(std::array::from_fn(|i| {
+        (MILLION * solved[i]).round() as i32
+    }))
+}
+
+/// Bernstein's polynomials at an angle of a range.
+fn basis([low, high]: [f64; 2], deg: f64) -> [f64; TERMS] {
+    let u = ((deg - low) / (high - low)).clamp(0.0, 1.0);
+    let last = TERMS as i32 - 1;
+    std::array::from_fn(|k| CHOICES[k] * u.powi(k as i32) * (1.0 - u).powi(last - k as i32))
+}
+
+/// Root mean square and most of what such a quartic misses.
+fn left(bernstein: &[i32; TERMS], range: [f64; 2], points: &[(f64, f64)]) -> [f64; 2] {
+    let at = |deg: f64| -> f64 {
+        let each = basis(range, deg).into_iter().zip(bernstein);
+        each.map(|(weight, own)| weight * f64::from(*own) / MILLION)
+            .sum()
+    };
+    let off = points.iter().map(|(deg, value)| (at(*deg) - value).abs());
+    let off: Vec<f64> = off.collect();
+    let squares: f64 = off.iter().map(|it| it * it).sum();
+    [
+        (squares / off.len() as f64).sqrt(),
+        off.iter().copied().fold(0.0, f64::max),
+    ]
+}
+
+/// What calibration found of a channel, mA.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Told {
+    /// Felt first.
+    pub felt_ma: f64,
+    /// Tolerated.
+    pub most_ma: f64,
+}
+
+/// The four joints as the device is told of them: left elbow and shoulder, right elbow and
+/// shoulder; nothing is stimulated in [`Condition::None`].
+#[must_use]
+pub fn specs(
+    study: &Study,
+    curves: &Curves,
+    condition: Condition,
+    channels: &[Told; CHANNELS],
+) -> [ModulationSpec; ARMS * JOINTS] {
+    let model = &study.model;
+    let quartic = |muscle: usize| curves.muscles[muscle].bernstein.map(QuarticSpec);
+    let muscle = |channel: usize, lift: Option<usize>, drop: Option<usize>| {
+        let micro = |ma: f64| Amplitude::new((1e3 * ma).round() as u32);
+        let told = channels[channel];
+        ModulatedSpec {
+            channel: channel as u8,
+            base: micro(told.most_ma),
+            form: match model.form {
+                Form::Scaled => DeviceForm::Scaled,
+                Form::AboveThreshold => DeviceForm::AboveThreshold {
+                    threshold: micro(told.felt_ma),
+                },
+            },
+            lift: lift.and_then(quartic),
+            drop: drop.and_then(quartic),
+        }
+    };
+    std::array::from_fn(|place| {
+        let (arm, joint) = (place / JOINTS, place % JOINTS);
+        let [low, high] = curves.range_deg[joint].map(|deg| (1e3 * deg).round() as i32);
+        let flexor = arm * ELECTRODES + joint * 2;
+        // The functions of this joint: its flexor's while lifting, its extensor's while
+        // dropping.
+        let (up, down) = (Some(joint * 2), Some(joint * 2 + 1));
+        let (of_flexor, of_extensor) = match condition {
+            Condition::None => ((None, None), (None, None)),
+            Condition::Assist => ((up, None), (None, down)),
+            Condition::Resist => ((None, down), (up, None)),
+        };
+        ModulationSpec {
+            joint: place as u8,
+            phase_joint: (arm * JOINTS + ELBOW) as u8,
+            dead_band_centideg_per_s: (100.0 * model.dead_band_deg_s).round() as u16,
+            cutoff_mhz: (1e3 * model.cutoff_hz).round() as u32,
+            angle_min_mdeg: low,
+            angle_max_mdeg: high,
+            stale_after_ms: 50,
+            longest_hold_ms: (1e3 * model.longest_hold_s).round() as u32,
+            flexor: muscle(flexor, of_flexor.0, of_flexor.1),
+            extensor: muscle(flexor + 1, of_extensor.0, of_extensor.1),
+        }
+    })
+}

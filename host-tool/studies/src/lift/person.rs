@@ -1,0 +1,196 @@
+//! Who lifts: everything of them that the declaration draws.
+
+use super::calibration::Told;
+use super::declaration::{HEIGHTS, Study};
+use super::device::CHANNELS;
+use super::error::LiftError;
+use super::scene::ObjectSpec;
+use super::way::Timing;
+use hal_sim::body::muscle::SUBJECTS;
+use hal_sim::body::sagittal::{ELECTRODES, Electrode, JOINTS, SagittalSpec};
+use hal_sim::random;
+
+/// How a person moves by will.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Will {
+    /// Of the movement.
+    pub timing: Timing,
+    /// From its end to the release, s.
+    pub settle_s: f64,
+    /// By how much the object's weight is misjudged at first, as a part.
+    pub judged_load: f64,
+    /// Age of what is felt and seen, s.
+    pub delay_s: f64,
+    /// Torque per error, N m/rad, and per its rate over that, s.
+    pub feedback: [f64; 2],
+    /// Part of a lift's feedback that is known beforehand in the next.
+    pub learning: f64,
+    /// Antagonists against agonists.
+    pub co_contraction: f64,
+    /// Standard deviation of a drive as a part of it, and its time constant, s.
+    pub noise: [f64; 2],
+    /// Standard deviation of where a target is believed: of a day and of a lift, m.
+    pub aim_m: [f64; 2],
+}
+
+/// A person.
+#[derive(Clone, Debug)]
+pub struct Person {
+    /// What was drawn, in the order of the declaration's ranges.
+    pub values: Vec<f64>,
+    /// Their arms: the left, then the right one.
+    pub arms: [SagittalSpec; 2],
+    /// How they move.
+    pub will: Will,
+    /// What they lift.
+    pub object: ObjectSpec,
+    /// What calibration finds of each channel.
+    pub told: [Told; CHANNELS],
+    /// Of the encoders, degrees.
+    pub encoder_deg: f64,
+    /// Of everything random that they do.
+    pub seed: u64,
+    /// Whether targets are believed at the same place in all conditions.
+    pub one_day: bool,
+}
+
+/// Streams of a person beside that of the ranges.
+const CHANNELS_STREAM: u64 = 1;
+const AIM_STREAM: u64 = 2;
+
+/// Numbers of person `index` of a seed, one for each range.
+#[must_use]
+pub fn drawn(study: &Study, seed: u64, index: u64) -> Vec<f64> {
+    let stream = random::word(seed, index);
+    let ranges = study.ranges.iter().enumerate();
+    ranges
+        .map(|(place, range)| range.at(random::unit(stream, place as u64)))
+        .collect()
+}
+
+/// Numbers in the middle of every range.
+#[must_use]
+pub fn middle(study: &Study) -> Vec<f64> {
+    study.ranges.iter().map(|range| range.at(0.5)).collect()
+}
+
+/// Values by the names of their ranges.
+struct Values<'a> {
+    study: &'a Study,
+    values: &'a [f64],
+}
+
+impl Values<'_> {
+    fn get(&self, field: &str) -> Result<f64, LiftError> {
+        let place = self.study.ranges.iter().position(|it| it.field == field);
+        let value = place.and_then(|place| self.values.get(place).copied());
+        value.ok_or_else(|| LiftError::Declaration(format!("no range for `{field}`")))
+    }
+}
+
+impl Person {
+    /// Of these numbers.
+    ///
+    /// # Errors
+    /// E760: a range is missing.
+    pub fn new(study: &Study, values: Vec<f64>, seed: u64) -> Result<Self, LiftError> {
+        let of = Values {
+            study,
+            values: &values,
+        };
+        let pulsed = channels(&of, seed)?;
+        let arm = |at: usize| -> Result<SagittalSpec, LiftError> {
+            let electrodes: [Electrode; ELECTRODES] =
+                std::array::from_fn(|n| pulsed[at * ELECTRODES + n].0);
+            spec(&of, electrodes)
+        };
+        Ok(Self {
+            arms: [arm(0)?, arm(1)?],
+            will: will(&of)?,
+            object: ObjectSpec {
+                mass_kg: of.get("object_kg")?,
+                stiffness_n_per_m: of.get("impedance_n_per_m")?,
+                damping: of.get("impedance_damping")?,
+            },
+            told: pulsed.map(|it| it.1),
+            encoder_deg: of.get("encoder_noise_deg")?,
+            seed,
+            one_day: false,
+            values,
+        })
+    }
+
+    /// Where they believe targets to be, against where those are, on a day: m for each
+    /// height, forward and up.
+    #[must_use]
+    pub fn aim_of_day_m(&self, day: u64) -> [[f64; 2]; HEIGHTS] {
+        let day = if self.one_day { 0 } else { day };
+        let stream = random::word(random::word(self.seed, AIM_STREAM), day);
+        let off = |n: u64| self.will.aim_m[0] * random::standard_normal(stream, n);
+        std::array::from_fn(|height| [0, 1].map(|axis| off(2 * height as u64 + axis)))
+    }
+}
+
+/// Electrodes, and what calibration finds of them.
+fn channels(of: &Values, seed: u64) -> Result<[(Electrode, Told); CHANNELS], LiftError> {
+    let stream = random::word(seed, CHANNELS_STREAM);
+    let (threshold, apart) = (of.get("threshold_ma")?, of.get("channels_apart")?);
+    let (felt, full) = (of.get("felt")?, of.get("full")?);
+    let (tolerated, reached) = (of.get("tolerated")?, of.get("reached")?);
+    Ok(std::array::from_fn(|channel| {
+        let own = (apart * random::standard_normal(stream, channel as u64)).exp();
+        let threshold_ma = own * threshold;
+        let full_ma = threshold_ma * full;
+        let electrode = Electrode {
+            threshold_ma,
+            full_ma,
+            reached,
+        };
+        let told = Told {
+            felt_ma: felt * threshold_ma,
+            most_ma: threshold_ma + tolerated * (full_ma - threshold_ma),
+        };
+        (electrode, told)
+    }))
+}
+
+fn spec(of: &Values, electrodes: [Electrode; ELECTRODES]) -> Result<SagittalSpec, LiftError> {
+    let subject = (of.get("subject")? as usize).min(SUBJECTS.len() - 1);
+    let hz = f64::from(of.study.protocol.frequency_hz);
+    let friction = of.get("friction_nm_s")?;
+    Ok(SagittalSpec {
+        stature_m: of.get("stature_m")?,
+        mass_kg: of.get("mass_kg")?,
+        strength: of.get("strength")?,
+        fibre_length: of.get("fibre_length")?,
+        added_inertia_kg_m2: of.study.scene.added_inertia_kg_m2,
+        damping_nm_s_per_rad: [friction; JOINTS],
+        stiffness_per_rad: of.get("stiffness_per_rad")?,
+        active_damping_s_per_rad: of.get("active_damping_s_per_rad")?,
+        activation_s: of.get("activation_s")?,
+        width_us: of.study.protocol.width_us,
+        curvature: of.get("curvature")?,
+        delay_us: (1e3 * of.get("delay_ms")?).round() as u32,
+        dynamics: SUBJECTS[subject].normalised_at(hz),
+        electrodes,
+        fast_part: of.get("fast_part")?,
+    })
+}
+
+fn will(of: &Values) -> Result<Will, LiftError> {
+    Ok(Will {
+        timing: Timing {
+            lift_s: of.get("lift_s")?,
+            drop_s: of.get("drop_s")?,
+            overlap: of.get("overlap")?,
+        },
+        settle_s: of.get("settle_s")?,
+        judged_load: of.get("judged_load")?,
+        delay_s: of.get("feedback_delay_s")?,
+        feedback: [of.get("feedback_nm_per_rad")?, of.get("feedback_s")?],
+        learning: of.get("learning")?,
+        co_contraction: of.get("co_contraction")?,
+        noise: [of.get("drive_noise")?, of.get("drive_noise_s")?],
+        aim_m: [of.get("aim_bias_m")?, of.get("aim_scatter_m")?],
+    })
+}

@@ -1,0 +1,68 @@
+//! The virtual object between both hands: god-objects on it, an impedance to each hand.
+
+use super::device::ARMS;
+use hal_sim::body::sagittal::GRAVITY_M_S2;
+
+/// How the object and its springs are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObjectSpec {
+    /// kg.
+    pub mass_kg: f64,
+    /// Of the spring from each hand to its god-object, N/m.
+    pub stiffness_n_per_m: f64,
+    /// Damping of the same, as a part of the critical one of the object on both springs.
+    pub damping: f64,
+}
+
+/// The object in motion. Each hand's god-object is where it took hold: on the object, whose
+/// sides it does not slide along.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Object {
+    spec: ObjectSpec,
+    damping_n_s_per_m: f64,
+    at_m: [f64; 2],
+    rate_m_s: [f64; 2],
+    table_m: f64,
+}
+
+impl Object {
+    /// On the table, in both hands.
+    #[must_use]
+    pub fn grasped(spec: ObjectSpec, at_m: [f64; 2]) -> Self {
+        let both = ARMS as f64 * spec.stiffness_n_per_m;
+        let critical = 2.0 * (both * spec.mass_kg).sqrt();
+        Self {
+            spec,
+            damping_n_s_per_m: spec.damping * critical / ARMS as f64,
+            at_m,
+            rate_m_s: [0.0; 2],
+            table_m: at_m[1],
+        }
+    }
+
+    /// Force of the impedance on a hand there, N.
+    #[must_use]
+    pub fn force_n(&self, (at_m, rate_m_s): ([f64; 2], [f64; 2])) -> [f64; 2] {
+        std::array::from_fn(|axis| {
+            self.spec.stiffness_n_per_m * (self.at_m[axis] - at_m[axis])
+                + self.damping_n_s_per_m * (self.rate_m_s[axis] - rate_m_s[axis])
+        })
+    }
+
+    /// The object goes on by `h_s` under what it does to the hands; the table carries it.
+    pub fn step(&mut self, h_s: f64, hands: &[([f64; 2], [f64; 2]); ARMS]) {
+        let mut force = [0.0, -self.spec.mass_kg * GRAVITY_M_S2];
+        for hand in hands {
+            let own = self.force_n(*hand);
+            force[0] -= own[0];
+            force[1] -= own[1];
+        }
+        for axis in 0..2 {
+            self.rate_m_s[axis] += h_s * force[axis] / self.spec.mass_kg;
+            self.at_m[axis] += h_s * self.rate_m_s[axis];
+        }
+        if self.at_m[1] < self.table_m {
+            (self.at_m[1], self.rate_m_s[1]) = (self.table_m, 0.0);
+        }
+    }
+}
