@@ -1,0 +1,137 @@
+//! What a person does of their own will: what they know beforehand, late feedback, and
+//! muscles that share the torque between them.
+
+use super::person::Will;
+use super::way::{RATE_HZ, Way};
+use hal_sim::body::sagittal::{Intent, JOINTS, Links, MUSCLES};
+use hal_sim::random;
+use host_core::limb::Muscles;
+
+/// Parts of a movement over which feedback is remembered.
+const PARTS: usize = 24;
+
+/// What was learnt of a movement: torque that feedback had to add, by part, N m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Learnt([[f64; JOINTS]; PARTS]);
+
+impl Learnt {
+    /// Nothing yet.
+    pub const NOTHING: Self = Self([[0.0; JOINTS]; PARTS]);
+}
+
+/// One arm under control, over one lift.
+#[derive(Clone, Debug)]
+pub struct Control {
+    will: Will,
+    object_kg: f64,
+    late: usize,
+    seen: Vec<([f64; JOINTS], [f64; JOINTS])>,
+    noise: [f64; MUSCLES],
+    deviates: u64,
+    seed: u64,
+    drive: [f64; MUSCLES],
+    felt: [([f64; JOINTS], u32); PARTS],
+    weak: u64,
+}
+
+impl Control {
+    /// At the start of a lift; `seed` decides the noise of its drives.
+    #[must_use]
+    pub fn new(will: Will, object_kg: f64, seed: u64) -> Self {
+        Self {
+            late: (will.delay_s * RATE_HZ).round() as usize,
+            object_kg: object_kg * (1.0 + will.judged_load),
+            will,
+            seen: Vec::new(),
+            noise: std::array::from_fn(|n| random::standard_normal(seed, n as u64)),
+            deviates: MUSCLES as u64,
+            seed,
+            drive: [0.0; MUSCLES],
+            felt: [([0.0; JOINTS], 0); PARTS],
+            weak: 0,
+        }
+    }
+
+    /// How often no drives gave what was wanted.
+    #[must_use]
+    pub const fn weak(&self) -> u64 {
+        self.weak
+    }
+
+    /// Step `n` of the movement: what is wanted until the next, of an arm that is in `state`
+    /// (flexions, rates) and whose muscles have these torques at full activation.
+    pub fn step(
+        &mut self,
+        (way, links, learnt): (&Way, &Links, &Learnt),
+        n: usize,
+        state: ([f64; JOINTS], [f64; JOINTS]),
+        full_nm: &[[f64; JOINTS]; MUSCLES],
+    ) -> Intent {
+        self.seen.push(state);
+        let known = way.torques_nm(links, n, self.object_kg);
+        let back = self.feedback(way, n);
+        let part = (n * PARTS / way.len()).min(PARTS - 1);
+        let wanted = std::array::from_fn(|joint| {
+            self.felt[part].0[joint] += back[joint];
+            known[joint] + learnt.0[part][joint] + back[joint]
+        });
+        self.felt[part].1 += 1;
+        let muscles = Muscles {
+            full_nm: full_nm.to_vec(),
+            least: vec![0.0; MUSCLES],
+        };
+        match muscles
+            .co_contracting(self.will.co_contraction, wanted)
+            .activations(wanted)
+        {
+            Ok(found) => self.drive = std::array::from_fn(|muscle| found[muscle]),
+            // As strong as before: more cannot be asked of these muscles here.
+            Err(_) => self.weak += 1,
+        }
+        let at = way.step(n);
+        let still = n >= way.len();
+        Intent {
+            drive: self.noisy(),
+            flexions: way.flexions[at],
+            rates: if still { [0.0; JOINTS] } else { way.rates[at] },
+        }
+    }
+
+    /// Torque for what was off a while ago.
+    fn feedback(&self, way: &Way, n: usize) -> [f64; JOINTS] {
+        let Some(then) = n.checked_sub(self.late) else {
+            return [0.0; JOINTS];
+        };
+        let (flexions, rates) = self.seen[then];
+        let at = way.step(then);
+        let [gain, per_rate_s] = self.will.feedback;
+        std::array::from_fn(|joint| {
+            let off = way.flexions[at][joint] - flexions[joint];
+            let slip = way.rates[at][joint] - rates[joint];
+            gain * (off + per_rate_s * slip)
+        })
+    }
+
+    /// Drives with noise that grows with them.
+    fn noisy(&mut self) -> [f64; MUSCLES] {
+        let [size, time_s] = self.will.noise;
+        let kept = (-1.0 / (RATE_HZ * time_s)).exp();
+        let fresh = (1.0 - kept * kept).sqrt();
+        let from = self.deviates;
+        self.deviates += MUSCLES as u64;
+        std::array::from_fn(|muscle| {
+            let deviate = random::standard_normal(self.seed, from + muscle as u64);
+            self.noise[muscle] = kept * self.noise[muscle] + fresh * deviate;
+            self.drive[muscle] * (1.0 + size * self.noise[muscle])
+        })
+    }
+
+    /// What is known beforehand the next time.
+    pub fn learn(&self, learnt: &mut Learnt) {
+        for (known, (sum, count)) in learnt.0.iter_mut().zip(&self.felt) {
+            for (known, sum) in known.iter_mut().zip(sum) {
+                *known += self.will.learning * sum / f64::from((*count).max(1));
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! The device's own modulation at work on the angles of four joints: the fast way, without
+//! the rest of the device.
+
+use super::calibration::{Curves, Told, specs};
+use super::declaration::{Condition, Study};
+use super::error::LiftError;
+use firmware::haptics::{Modulation, MotionPhase, PhaseState};
+use firmware::units::{Amplitude, Angle};
+use hal_sim::body::sagittal::{ELECTRODES, JOINTS};
+
+/// Arms.
+pub const ARMS: usize = 2;
+/// Channels: four on each arm.
+pub const CHANNELS: usize = ARMS * ELECTRODES;
+
+/// Four joints, and the phase of each arm.
+#[derive(Clone, Debug)]
+pub struct Device {
+    joints: [Modulation; ARMS * JOINTS],
+    phases: [PhaseState; ARMS],
+}
+
+impl Device {
+    /// For a condition of a wearer.
+    ///
+    /// # Errors
+    /// E767: the device refuses a joint.
+    pub fn new(
+        study: &Study,
+        curves: &Curves,
+        condition: Condition,
+        channels: &[Told; CHANNELS],
+    ) -> Result<Self, LiftError> {
+        let all = specs(study, curves, condition, channels);
+        let [a, b, c, d] = all
+            .map(|spec| Modulation::new(&spec).map_err(|why| LiftError::refused(spec.joint, why)));
+        Ok(Self {
+            joints: [a?, b?, c?, d?],
+            phases: Default::default(),
+        })
+    }
+
+    /// Nothing has moved yet.
+    pub fn reset(&mut self) {
+        self.phases = Default::default();
+    }
+
+    /// A millisecond, with the elbows' angles, degrees.
+    pub fn tick(&mut self, elbows_deg: [f64; ARMS]) {
+        for (arm, deg) in elbows_deg.into_iter().enumerate() {
+            let detector = self.joints[arm * JOINTS].detector();
+            detector.step(&mut self.phases[arm], angle(deg));
+        }
+    }
+
+    /// Phase of an arm.
+    #[must_use]
+    pub fn phase(&self, arm: usize) -> Option<MotionPhase> {
+        self.phases[arm].phase()
+    }
+
+    /// What every channel has at these angles of elbow and shoulder of both arms, degrees.
+    #[must_use]
+    pub fn amplitudes(&self, degrees: [[f64; JOINTS]; ARMS]) -> [Amplitude; CHANNELS] {
+        let mut all = [Amplitude::ZERO; CHANNELS];
+        for (place, joint) in self.joints.iter().enumerate() {
+            let (arm, own) = (place / JOINTS, place % JOINTS);
+            let phase = self.phases[arm].phase();
+            for (channel, amplitude) in joint.amplitudes(angle(degrees[arm][own]), phase) {
+                all[usize::from(channel)] = amplitude;
+            }
+        }
+        all
+    }
+}
+
+/// An angle as a host measures it: in millidegrees.
+fn angle(deg: f64) -> Angle {
+    Angle::from_millideg((1e3 * deg).round() as i32)
+}

@@ -1,0 +1,310 @@
+//! One lift, from the grasp to the release: body, device, scene and person together.
+
+use super::control::{Control, Learnt};
+use super::declaration::Study;
+use super::device::{ARMS, CHANNELS, Device};
+use super::error::LiftError;
+use super::person::Person;
+use super::scene::Object;
+use super::way::{RATE_HZ, Way, places};
+use firmware::haptics::MotionPhase;
+use firmware::units::Amplitude;
+use hal_sim::body::sagittal::{
+    ELBOW, ELECTRODES, Intent, JOINTS, Links, MUSCLES, SHOULDER, SagittalArm,
+};
+use hal_sim::random;
+use host_core::analysis::{SavitzkyGolay, Sparc, matching_error};
+
+/// Milliseconds of a step of the person, the object and the record.
+const STEP_MS: usize = 5;
+/// Encoders tell hundredths of a degree.
+const ENCODER_DEG: f64 = 0.01;
+/// Streams of a lift.
+const AIM: u64 = 0;
+const ENCODER: u64 = 1;
+const DRIVE: u64 = 2;
+
+/// What a lift came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lifted {
+    /// Distance of hands from targets at the release, m, mean of both.
+    pub error_m: f64,
+    /// SPARC of the hands' speed, mean of both.
+    pub sparc: f64,
+    /// Energy that the muscles of both arms used up, J.
+    pub used_j: f64,
+    /// How long it took, s.
+    pub duration_s: f64,
+    /// Time in the phase of lifting and of dropping, s, mean of both arms.
+    pub phases_s: [f64; 2],
+    /// Largest torque of stimulated fibres about elbow and shoulder, N m, of any arm.
+    pub stimulated_nm: [f64; JOINTS],
+    /// Steps at which no drives gave the torque that was wanted.
+    pub weak: u64,
+}
+
+/// A lift that is kept: 200 times a second.
+#[derive(Clone, Debug, Default)]
+pub struct Trace {
+    /// Both hands, m from the shoulder.
+    pub hands_m: Vec<[[f64; 2]; ARMS]>,
+    /// What the encoders told, elbow and shoulder of both arms, degrees, each millisecond.
+    pub encoders_deg: Vec<[[f64; JOINTS]; ARMS]>,
+    /// Pulses: when, µs from the grasp, and each channel's amplitude.
+    pub pulses: Vec<(u64, [Amplitude; CHANNELS])>,
+}
+
+/// One person's arms, used for lift after lift.
+#[derive(Clone, Debug)]
+pub struct Worker<'a> {
+    study: &'a Study,
+    person: &'a Person,
+    arms: [SagittalArm; ARMS],
+    links: Links,
+    held: [f64; MUSCLES],
+    filter: SavitzkyGolay,
+}
+
+impl<'a> Worker<'a> {
+    /// Arms of a person.
+    ///
+    /// # Errors
+    /// An arm or a filter that cannot be.
+    pub fn new(study: &'a Study, person: &'a Person) -> Result<Self, LiftError> {
+        let judged = &study.judged;
+        let [left, right] = person.arms.clone();
+        let (left, right) = (
+            SagittalArm::new(left, [1.0; 2])?,
+            SagittalArm::new(right, [1.0; 2])?,
+        );
+        let links = *left.links();
+        Ok(Self {
+            study,
+            person,
+            arms: [left, right],
+            links,
+            held: [0.0; MUSCLES],
+            filter: SavitzkyGolay::ending_at(
+                judged.filter_order,
+                judged.filter_hz,
+                f64::from(judged.rate_hz),
+            )?,
+        })
+    }
+
+    /// From shoulder to hand, straight, m.
+    #[must_use]
+    pub fn reach_m(&self) -> f64 {
+        self.links.reach_m()
+    }
+
+    /// The movement that is meant, `off_m` beside the true target.
+    #[must_use]
+    pub fn way(&self, height: usize, off_m: [f64; 2]) -> Way {
+        let mut places = places(self.study, self.links.reach_m(), height);
+        for axis in 0..2 {
+            places[2][axis] += off_m[axis];
+        }
+        Way::new(&self.links, places, self.person.will.timing)
+    }
+
+    /// A lift to a height. `seed` decides all that is random in it, `day_m` where the target
+    /// is believed to be today, `learnt` is what each arm knows of this movement and is
+    /// changed.
+    ///
+    /// # Errors
+    /// A movement that cannot be judged.
+    pub fn lift(
+        &mut self,
+        device: &mut Device,
+        (height, seed): (usize, u64),
+        day_m: [f64; 2],
+        learnt: &mut [Learnt; ARMS],
+        mut trace: Option<&mut Trace>,
+    ) -> Result<Lifted, LiftError> {
+        let will = self.person.will;
+        let aim = random::word(seed, AIM);
+        let off =
+            |axis: usize| day_m[axis] + will.aim_m[1] * random::standard_normal(aim, axis as u64);
+        let way = self.way(height, [off(0), off(1)]);
+        let start = way.flexions[0];
+        self.begin(&way);
+        device.reset();
+        let mut object = Object::grasped(self.person.object, self.links.hand_m(start));
+        let drive = |arm: u64| random::word(random::word(seed, DRIVE), arm);
+        let mut controls =
+            [0, 1].map(|arm| Control::new(will, self.person.object.mass_kg, drive(arm)));
+        let encoder = random::word(seed, ENCODER);
+        let steps = way.len() + (will.settle_s * RATE_HZ).round() as usize;
+        let mut record = Record::default();
+        let mut due_us = 0;
+        for n in 0..steps {
+            let hands = [0, 1].map(|arm| self.arms[arm].hand());
+            if n > 0 {
+                object.step(1.0 / RATE_HZ, &hands);
+            }
+            let intents: [Intent; ARMS] = std::array::from_fn(|arm| {
+                let own = &self.arms[arm];
+                let state = (own.flexions(), own.rates());
+                controls[arm].step((&way, &self.links, &learnt[arm]), n, state, &own.full_nm())
+            });
+            record.note(&hands, device);
+            for tick in n * STEP_MS..(n + 1) * STEP_MS {
+                let elbows = [0, 1].map(|arm| self.encoder(encoder, tick, (arm, ELBOW)));
+                device.tick(elbows);
+                let now_us = 1000 * tick as u64;
+                if now_us >= due_us {
+                    let shoulder = |arm| self.encoder(encoder, tick, (arm, SHOULDER));
+                    let amplitudes =
+                        device.amplitudes([0, 1].map(|arm| [elbows[arm], shoulder(arm)]));
+                    self.pulse(now_us, &amplitudes);
+                    if let Some(trace) = trace.as_deref_mut() {
+                        trace.pulses.push((now_us, amplitudes));
+                    }
+                    due_us += self.study.period_us();
+                }
+                if let Some(trace) = trace.as_deref_mut() {
+                    let shoulder = |arm| self.encoder(encoder, tick, (arm, SHOULDER));
+                    trace
+                        .encoders_deg
+                        .push([0, 1].map(|arm| [elbows[arm], shoulder(arm)]));
+                }
+                for (arm, intent) in self.arms.iter_mut().zip(&intents) {
+                    let force = object.force_n(arm.hand());
+                    arm.step(intent, force);
+                    let pulled = arm.stimulated_nm();
+                    for joint in 0..JOINTS {
+                        record.stimulated_nm[joint] =
+                            record.stimulated_nm[joint].max(pulled[joint].abs());
+                    }
+                }
+            }
+        }
+        for (control, learnt) in controls.iter().zip(learnt) {
+            control.learn(learnt);
+        }
+        if let Some(trace) = trace {
+            trace.hands_m.clone_from(&record.hands_m);
+        }
+        let weak = controls.iter().map(Control::weak).sum();
+        self.judged(&record, height, weak)
+    }
+
+    /// Arms at rest on the table, holding their own weight.
+    fn begin(&mut self, way: &Way) {
+        let start = way.flexions[0];
+        let weight = self
+            .links
+            .torques_nm(start, [0.0; JOINTS], [0.0; JOINTS], [0.0; 2]);
+        for arm in &mut self.arms {
+            arm.rest(start, self.held);
+            let muscles = host_core::limb::Muscles {
+                full_nm: arm.full_nm().to_vec(),
+                least: vec![0.0; MUSCLES],
+            };
+            // A start that cannot be held begins without.
+            if let Ok(found) = muscles.activations(weight) {
+                arm.rest(start, std::array::from_fn(|muscle| found[muscle]));
+            }
+        }
+    }
+
+    /// What an encoder tells at a tick, degrees.
+    fn encoder(&self, seed: u64, tick: usize, (arm, joint): (usize, usize)) -> f64 {
+        let place = (tick * ARMS + arm) * JOINTS + joint;
+        let noise = self.person.encoder_deg * random::standard_normal(seed, place as u64);
+        let deg = self.arms[arm].flexions()[joint].to_degrees() + noise;
+        (deg / ENCODER_DEG).round() * ENCODER_DEG
+    }
+
+    fn pulse(&mut self, at_us: u64, amplitudes: &[Amplitude; CHANNELS]) {
+        let width_us = self.study.protocol.width_us;
+        for (channel, amplitude) in amplitudes.iter().enumerate() {
+            let current_ma = 1e-3 * f64::from(amplitude.get());
+            if current_ma > 0.0 {
+                let arm = &mut self.arms[channel / ELECTRODES];
+                arm.pulse(channel % ELECTRODES, at_us, current_ma, width_us);
+            }
+        }
+    }
+
+    fn judged(&self, record: &Record, height: usize, weak: u64) -> Result<Lifted, LiftError> {
+        let [_, _, target] = places(self.study, self.links.reach_m(), height);
+        let released = [0, 1].map(|arm| (self.arms[arm].hand().0, target));
+        let rate_hz = f64::from(self.study.judged.rate_hz);
+        let mut sparc = 0.0;
+        for arm in 0..ARMS {
+            let axis = |axis: usize| -> Result<Vec<f64>, LiftError> {
+                let at: Vec<f64> = record.hands_m.iter().map(|it| it[arm][axis]).collect();
+                Ok(self.filter.smooth(&at)?)
+            };
+            let (x, z) = (axis(0)?, axis(1)?);
+            let speed = |n: usize| (x[n + 1] - x[n]).hypot(z[n + 1] - z[n]) * rate_hz;
+            let speed: Vec<f64> = (0..x.len() - 1).map(speed).collect();
+            sparc += Sparc::USUAL.of(&speed, rate_hz)? / ARMS as f64;
+        }
+        Ok(Lifted {
+            error_m: matching_error(&released).unwrap_or(f64::NAN),
+            sparc,
+            used_j: self.arms.iter().map(SagittalArm::used_j).sum(),
+            duration_s: record.hands_m.len() as f64 / RATE_HZ,
+            phases_s: record
+                .phases
+                .map(|it| f64::from(it) / (RATE_HZ * ARMS as f64)),
+            stimulated_nm: record.stimulated_nm,
+            weak,
+        })
+    }
+
+    /// Energy that going back to the table with empty hands takes, J, both arms, and its
+    /// time, s: muscles hold each posture of the way back.
+    #[must_use]
+    pub fn back(&mut self, height: usize) -> (f64, f64) {
+        let return_s = self.study.way.return_s;
+        let [start, _, target] = places(self.study, self.links.reach_m(), height);
+        let steps = 20;
+        let mut used_w = 0.0;
+        for n in 0..steps {
+            let part = (f64::from(n) + 0.5) / f64::from(steps);
+            let at = [0, 1].map(|axis| target[axis] + part * (start[axis] - target[axis]));
+            let flexions = self.links.flexions(at);
+            let weight = self
+                .links
+                .torques_nm(flexions, [0.0; JOINTS], [0.0; JOINTS], [0.0; 2]);
+            for arm in &mut self.arms {
+                arm.rest(flexions, self.held);
+                let muscles = host_core::limb::Muscles {
+                    full_nm: arm.full_nm().to_vec(),
+                    least: vec![0.0; MUSCLES],
+                };
+                let muscles = muscles.co_contracting(self.person.will.co_contraction, weight);
+                if let Ok(found) = muscles.activations(weight) {
+                    let found = std::array::from_fn(|muscle| found[muscle]);
+                    used_w += arm.held_w(&found) / f64::from(steps);
+                }
+            }
+        }
+        (used_w * return_s, return_s)
+    }
+}
+
+/// What is kept of a lift while it goes on.
+#[derive(Default)]
+struct Record {
+    hands_m: Vec<[[f64; 2]; ARMS]>,
+    phases: [u32; 2],
+    stimulated_nm: [f64; JOINTS],
+}
+
+impl Record {
+    fn note(&mut self, hands: &[([f64; 2], [f64; 2]); ARMS], device: &Device) {
+        self.hands_m.push(hands.map(|it| it.0));
+        for arm in 0..ARMS {
+            match device.phase(arm) {
+                Some(MotionPhase::Lift) => self.phases[0] += 1,
+                Some(MotionPhase::Drop) => self.phases[1] += 1,
+                None => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! Where the hands are meant to be, from the table to the target.
+
+use super::declaration::Study;
+use hal_sim::body::sagittal::{JOINTS, Links};
+
+/// Steps a second.
+pub(super) const RATE_HZ: f64 = 200.0;
+
+/// How a movement is timed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timing {
+    /// To above the target, s.
+    pub lift_s: f64,
+    /// From there, s.
+    pub drop_s: f64,
+    /// Part of the lift in which the drop has begun.
+    pub overlap: f64,
+}
+
+/// A movement, step by step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Way {
+    /// Flexions of elbow and shoulder, rad.
+    pub flexions: Vec<[f64; JOINTS]>,
+    /// Their rates, rad/s.
+    pub rates: Vec<[f64; JOINTS]>,
+    /// Their accelerations, rad/s².
+    pub accelerations: Vec<[f64; JOINTS]>,
+    /// The hand, m.
+    pub hand_m: Vec<[f64; 2]>,
+    /// Of the hand, upward, m/s².
+    pub hand_m_s2: Vec<[f64; 2]>,
+}
+
+/// The course from 0 to 1 with the least jerk (Flash & Hogan 1985) and its second
+/// derivative, for u from 0 to 1.
+fn least_jerk(u: f64) -> [f64; 2] {
+    let u = u.clamp(0.0, 1.0);
+    [
+        u * u * u * (10.0 + u * (6.0 * u - 15.0)),
+        u * (60.0 + u * (120.0 * u - 180.0)),
+    ]
+}
+
+/// Places that a person of this reach goes to for a height, m: start, above, target.
+#[must_use]
+pub(super) fn places(study: &Study, reach_m: f64, height: usize) -> [[f64; 2]; 3] {
+    let way = &study.way;
+    let z = way.heights[height].z;
+    let all = [way.start, [way.over_x, z + way.over_z], [way.target_x, z]];
+    all.map(|it| it.map(|part| part * reach_m))
+}
+
+impl Way {
+    /// Two movements of least jerk, the second beginning before the first has ended.
+    #[must_use]
+    pub fn new(links: &Links, [start, over, end]: [[f64; 2]; 3], timing: Timing) -> Self {
+        let begins_s = timing.lift_s * (1.0 - timing.overlap);
+        let duration_s = (begins_s + timing.drop_s).max(timing.lift_s);
+        let steps = (duration_s * RATE_HZ).ceil() as usize;
+        let at = |n: usize| {
+            let t = n as f64 / RATE_HZ;
+            let [up, up2] = least_jerk(t / timing.lift_s);
+            let [down, down2] = least_jerk((t - begins_s) / timing.drop_s);
+            let axis = |axis: usize| {
+                let (first, second) = (over[axis] - start[axis], end[axis] - over[axis]);
+                let at = start[axis] + first * up + second * down;
+                let turned =
+                    first * up2 / timing.lift_s.powi(2) + second * down2 / timing.drop_s.powi(2);
+                (at, turned)
+            };
+            [axis(0), axis(1)]
+        };
+        let all: Vec<_> = (0..=steps).map(at).collect();
+        let hand_m: Vec<[f64; 2]> = all.iter().map(|it| it.map(|it| it.0)).collect();
+        Self::through(
+            links,
+            hand_m,
+            all.iter().map(|it| it.map(|it| it.1)).collect(),
+        )
+    }
+
+    /// A hand's way as its joints turn.
+    fn through(links: &Links, hand_m: Vec<[f64; 2]>, hand_m_s2: Vec<[f64; 2]>) -> Self {
+        let flexions: Vec<_> = hand_m.iter().map(|it| links.flexions(*it)).collect();
+        let last = flexions.len() - 1;
+        let slope = |of: &[[f64; JOINTS]], n: usize| -> [f64; JOINTS] {
+            let (from, to) = (n.saturating_sub(1), (n + 1).min(last));
+            let h = (to - from) as f64 / RATE_HZ;
+            std::array::from_fn(|joint| (of[to][joint] - of[from][joint]) / h)
+        };
+        let rates: Vec<_> = (0..=last).map(|n| slope(&flexions, n)).collect();
+        let accelerations = (0..=last).map(|n| slope(&rates, n)).collect();
+        Self {
+            flexions,
+            rates,
+            accelerations,
+            hand_m,
+            hand_m_s2,
+        }
+    }
+
+    /// Steps.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.flexions.len()
+    }
+
+    /// Never.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.flexions.is_empty()
+    }
+
+    /// The last step at or before `n`.
+    #[must_use]
+    pub fn step(&self, n: usize) -> usize {
+        n.min(self.len() - 1)
+    }
+
+    /// Torques of elbow and shoulder at step `n`, half of `object_kg` on the hand, N m.
+    #[must_use]
+    pub fn torques_nm(&self, links: &Links, n: usize, object_kg: f64) -> [f64; JOINTS] {
+        let n = self.step(n);
+        let half = 0.5 * object_kg;
+        let [x, z] = self.hand_m_s2[n];
+        let hand_n = [
+            -half * x,
+            -half * (z + hal_sim::body::sagittal::GRAVITY_M_S2),
+        ];
+        links.torques_nm(
+            self.flexions[n],
+            self.rates[n],
+            self.accelerations[n],
+            hand_n,
+        )
+    }
+}
