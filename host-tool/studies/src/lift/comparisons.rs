@@ -1,0 +1,258 @@
+//! What is asked, of persons and of studies.
+
+use super::declaration::{Claim, Condition, Metric, Side, Study};
+use super::participant::Participant;
+use super::replication::Replication;
+use super::tests::PAIRS;
+use crate::laboratory::{Row, Share};
+
+/// A side of a comparison for one person.
+#[must_use]
+pub fn value(study: &Study, person: &Participant, metric: Metric, side: &Side) -> Option<f64> {
+    let height = side.height.as_ref().and_then(|name| study.height(name));
+    Some(person.of(side.condition)?.value(metric, height))
+}
+
+/// Whether a claim holds of one person.
+#[must_use]
+pub fn holds(study: &Study, person: &Participant, claim: &Claim) -> Option<bool> {
+    let side = |side| value(study, person, claim.metric, side);
+    let (lower, higher) = (side(&claim.lower)?, side(&claim.higher)?);
+    (lower.is_finite() && higher.is_finite()).then_some(lower < higher)
+}
+
+fn people(all: &[Replication]) -> impl Iterator<Item = &Participant> {
+    all.iter().flat_map(|it| &it.people)
+}
+
+fn mean(study: &Study, own: &Replication, metric: Metric, side: &Side) -> f64 {
+    let each: Vec<f64> = (own.people.iter())
+        .filter_map(|it| value(study, it, metric, side))
+        .collect();
+    each.iter().sum::<f64>() / each.len() as f64
+}
+
+/// p, times three, of a claim's two conditions in a study; none of what is not between
+/// conditions.
+fn p(own: &Replication, claim: &Claim) -> Option<f64> {
+    let place = |side: &Side| Condition::ALL.iter().position(|it| *it == side.condition);
+    let (a, b) = (place(&claim.lower)?, place(&claim.higher)?);
+    let pair = PAIRS
+        .iter()
+        .position(|pair| *pair == [a.min(b), a.max(b)])?;
+    let is = |it: &&super::tests::Tested| it.metric == claim.metric && it.height.is_none();
+    Some(own.tests.iter().find(is)?.pairs[pair][1])
+}
+
+/// Shares of persons and of studies in which each claim holds, and of studies in which its
+/// difference is significant, whichever its sign.
+#[must_use]
+pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
+    let mut shares = Vec::new();
+    for claim in &study.claims {
+        let known: Vec<bool> = people(all)
+            .filter_map(|it| holds(study, it, claim))
+            .collect();
+        let counted = |known: &[bool]| {
+            let holds = known.iter().filter(|it| **it).count();
+            (holds as u64, known.len() as u64)
+        };
+        let named = |more: &str, says: &str| (format!("{}{more}", claim.id), says.to_owned());
+        let (id, says) = named("", &format!("{} (persons)", claim.says));
+        shares.push(Share::counted(id, says, claim.paper, counted(&known)));
+        let sides = |own: &Replication| {
+            let mean = |side| mean(study, own, claim.metric, side);
+            mean(&claim.lower) < mean(&claim.higher)
+        };
+        let known: Vec<bool> = all.iter().map(sides).collect();
+        let (id, says) = named("/studies", &format!("{} (means of studies)", claim.says));
+        shares.push(Share::counted(id, says, claim.paper, counted(&known)));
+        let known: Vec<bool> = (all.iter().filter_map(|it| p(it, claim)))
+            .map(|p| p < study.protocol.level)
+            .collect();
+        if !known.is_empty() {
+            let (id, says) = named(
+                "/significant",
+                &format!("{}, or less: significantly", claim.says),
+            );
+            shares.push(Share::counted(id, says, claim.significant, counted(&known)));
+        }
+    }
+    shares
+}
+
+/// Every mean and difference of figure 4, over studies.
+#[must_use]
+pub(super) fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for (metric, height) in super::replication::families() {
+        let name = height.map(|it| study.way.heights[it].name.clone());
+        for condition in Condition::ALL {
+            let side = Side {
+                condition,
+                height: name.clone(),
+            };
+            let (quantity, unit) = metric.named();
+            let at = name
+                .as_deref()
+                .map_or_else(String::new, |it| format!(", {it}"));
+            let printed = study
+                .printed
+                .iter()
+                .find(|it| it.metric == metric && it.condition == condition && it.height == name);
+            let printed = printed.map(|it| it.mean);
+            let values = all.iter().map(|it| mean(study, it, metric, &side));
+            let id = format!(
+                "{}/{}{}",
+                condition.name(),
+                quantity.replace(' ', "-"),
+                at.replace(", ", "/")
+            );
+            let quantity = format!("{}: {quantity}{at}", condition.name());
+            rows.push(Row::of(id, quantity, unit, printed, values.collect()));
+        }
+    }
+    rows.extend(changes(study, all));
+    rows.extend(about_the_proxy(study, all));
+    rows.extend(of_stimulation(all));
+    rows
+}
+
+/// Changes of the metabolic proxy in percent, as the text prints them and as its means give
+/// them.
+fn changes(study: &Study, all: &[Replication]) -> [Row; 5] {
+    use Condition::{Assist, None, Resist};
+    let power = |own: &Replication, condition| {
+        let side = Side {
+            condition,
+            height: Option::None,
+        };
+        mean(study, own, Metric::Power, &side)
+    };
+    let printed = |condition| {
+        let mut all = study.printed.iter();
+        let own = all.find(|it| it.metric == Metric::Power && it.condition == condition);
+        own.map_or(f64::NAN, |it| it.mean)
+    };
+    let row = |id: &str, quantity: &str, paper: f64, of: &dyn Fn(&Replication) -> f64| {
+        let values = all.iter().map(of).collect();
+        Row::of(id.to_owned(), quantity.to_owned(), "%", Some(paper), values)
+    };
+    let change = |from, to, over| {
+        move |own: &Replication| 100.0 * (power(own, to) - power(own, from)) / power(own, over)
+    };
+    let meant = |from, to, over| 100.0 * (printed(to) - printed(from)) / printed(over);
+    [
+        row(
+            "resist/of-resist",
+            "resist less none, of resist (text)",
+            35.73,
+            &change(None, Resist, Resist),
+        ),
+        row(
+            "resist/of-none",
+            "resist less none, of none (its means)",
+            meant(None, Resist, None),
+            &change(None, Resist, None),
+        ),
+        row(
+            "assist/text",
+            "assist less none, of assist (text)",
+            20.5,
+            &change(None, Assist, Assist),
+        ),
+        row(
+            "assist/of-assist",
+            "assist less none, of assist (its means)",
+            meant(None, Assist, Assist),
+            &change(None, Assist, Assist),
+        ),
+        row(
+            "assist/of-none",
+            "assist less none, of none (its means)",
+            meant(None, Assist, None),
+            &change(None, Assist, None),
+        ),
+    ]
+}
+
+/// What part of equation 5 the proxy could stand for.
+fn about_the_proxy(study: &Study, all: &[Replication]) -> Vec<Row> {
+    let rows = Condition::ALL.into_iter().filter_map(|condition| {
+        let mut printed = study.printed.iter();
+        let printed = printed.find(|it| it.metric == Metric::Power && it.condition == condition)?;
+        let side = Side {
+            condition,
+            height: None,
+        };
+        let part =
+            |own: &Replication| 100.0 * mean(study, own, Metric::Power, &side) / printed.mean;
+        let quantity = format!("{}: proxy over equation 5 as printed", condition.name());
+        let values = all.iter().map(part).collect();
+        Some(Row::of(
+            format!("{}/proxy-part", condition.name()),
+            quantity,
+            "%",
+            None,
+            values,
+        ))
+    });
+    rows.collect()
+}
+
+/// What stimulation does in both modes.
+fn of_stimulation(all: &[Replication]) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for condition in [Condition::Resist, Condition::Assist] {
+        let own = || people(all).filter_map(move |it| it.of(condition));
+        let name = condition.name();
+        let row = |id: &str, quantity: &str, unit: &str, paper, values: Vec<f64>| {
+            Row::of(
+                format!("{name}/{id}"),
+                format!("{name}: {quantity}"),
+                unit,
+                paper,
+                values,
+            )
+        };
+        rows.push(row(
+            "lifting",
+            "time lifting",
+            "s",
+            Some(1.74),
+            own().map(|it| it.phases_s[0]).collect(),
+        ));
+        rows.push(row(
+            "dropping",
+            "time dropping",
+            "s",
+            Some(1.74),
+            own().map(|it| it.phases_s[1]).collect(),
+        ));
+        rows.push(row(
+            "elbow",
+            "most of stimulation, elbow",
+            "N·m",
+            None,
+            own().map(|it| it.stimulated_nm[0]).collect(),
+        ));
+        rows.push(row(
+            "shoulder",
+            "most of stimulation, shoulder",
+            "N·m",
+            None,
+            own().map(|it| it.stimulated_nm[1]).collect(),
+        ));
+    }
+    let weak = people(all)
+        .flat_map(|it| &it.conditions)
+        .map(|it| 100.0 * it.weak);
+    rows.push(Row::of(
+        "weak".to_owned(),
+        "steps without drives for what is wanted".to_owned(),
+        "%",
+        None,
+        weak.collect(),
+    ));
+    rows
+}

@@ -1,0 +1,169 @@
+//! One person through all conditions.
+
+use super::calibration::{Curves, curves};
+use super::control::Learnt;
+use super::declaration::{Condition, HEIGHTS, Metric, Study};
+use super::device::{ARMS, Device};
+use super::error::LiftError;
+use super::lift::{Lifted, Worker};
+use super::person::Person;
+use hal_sim::random;
+use serde::Serialize;
+
+/// What one condition of a person came to: means over the lifts of the sets that are judged.
+#[derive(Clone, Debug, Serialize)]
+pub struct Found {
+    /// Which.
+    pub condition: Condition,
+    /// Metabolic proxy, W/kg.
+    pub power_w_per_kg: f64,
+    /// Matching error at each height, m.
+    pub error_m: [f64; HEIGHTS],
+    /// SPARC at each height.
+    pub sparc: [f64; HEIGHTS],
+    /// Time of lifting and of dropping of a lift, s.
+    pub phases_s: [f64; 2],
+    /// Largest torque of stimulated fibres about elbow and shoulder, N m.
+    pub stimulated_nm: [f64; 2],
+    /// Share of the steps at which no drives gave what was wanted.
+    pub weak: f64,
+}
+
+impl Found {
+    /// A metric at a height, or its mean over all; power has none.
+    #[must_use]
+    pub fn value(&self, metric: Metric, height: Option<usize>) -> f64 {
+        let of = |all: &[f64; HEIGHTS]| match height {
+            Some(height) => all[height],
+            None => all.iter().sum::<f64>() / HEIGHTS as f64,
+        };
+        match metric {
+            Metric::Power => self.power_w_per_kg,
+            Metric::Error => of(&self.error_m),
+            Metric::Smoothness => of(&self.sparc),
+        }
+    }
+}
+
+/// What a person came to.
+#[derive(Clone, Debug, Serialize)]
+pub struct Participant {
+    /// Drawn numbers, in the order of the ranges.
+    pub values: Vec<f64>,
+    /// In the order of [`Condition::ALL`].
+    pub conditions: Vec<Found>,
+    /// What the device was told.
+    pub curves: Curves,
+}
+
+impl Participant {
+    /// Of a condition.
+    #[must_use]
+    pub fn of(&self, condition: Condition) -> Option<&Found> {
+        self.conditions.iter().find(|it| it.condition == condition)
+    }
+}
+
+/// A person through all conditions, each of so many target sets, the first of which is not
+/// judged. The same noise in each condition; targets are believed elsewhere every day.
+///
+/// # Errors
+/// A device that refuses what it is told, a lift that cannot be judged.
+pub fn participant(
+    study: &Study,
+    person: &Person,
+    target_sets: usize,
+) -> Result<Participant, LiftError> {
+    let spec = &person.arms[0];
+    let curves = curves(study, spec.stature_m, spec.mass_kg)?;
+    let mut worker = Worker::new(study, person)?;
+    let one = |condition| {
+        condition_of(
+            study,
+            person,
+            (&mut worker, &curves),
+            condition,
+            target_sets,
+        )
+    };
+    let conditions = Condition::ALL.into_iter().map(one);
+    let conditions = conditions.collect::<Result<Vec<Found>, LiftError>>()?;
+    Ok(Participant {
+        values: person.values.clone(),
+        conditions,
+        curves,
+    })
+}
+
+/// Seed of lift `nth` of a person: of its aim, its drives and its encoders.
+#[must_use]
+pub(super) const fn seed_of(person: &Person, nth: usize) -> u64 {
+    random::word(random::word(person.seed, 3), nth as u64)
+}
+
+/// The height of repetition `nth` of a set: each in turn.
+#[must_use]
+pub(super) const fn height_of(nth: usize) -> usize {
+    nth % HEIGHTS
+}
+
+fn condition_of(
+    study: &Study,
+    person: &Person,
+    (worker, curves): (&mut Worker, &Curves),
+    condition: Condition,
+    target_sets: usize,
+) -> Result<Found, LiftError> {
+    let mut device = Device::new(study, curves, condition, &person.told)?;
+    let mut learnt = [[Learnt::NOTHING; ARMS]; HEIGHTS];
+    let day = person.aim_of_day_m(condition as u64);
+    let mut sums = [(Lifted::default(), 0.0); HEIGHTS];
+    let (mut stimulated_nm, mut weak, mut steps) = ([0.0_f64; 2], 0, 0.0);
+    let lifts = study.protocol.repetitions;
+    for nth in 0..target_sets * lifts {
+        let height = height_of(nth);
+        let seed = seed_of(person, nth);
+        let found = worker.lift(
+            &mut device,
+            (height, seed),
+            day[height],
+            &mut learnt[height],
+            None,
+        )?;
+        if nth < lifts {
+            continue;
+        }
+        let (sum, count) = &mut sums[height];
+        *count += 1.0;
+        sum.error_m += found.error_m;
+        sum.sparc += found.sparc;
+        sum.used_j += found.used_j;
+        sum.duration_s += found.duration_s;
+        for phase in 0..2 {
+            sum.phases_s[phase] += found.phases_s[phase];
+            stimulated_nm[phase] = stimulated_nm[phase].max(found.stimulated_nm[phase]);
+        }
+        weak += found.weak;
+        steps += found.duration_s * super::way::RATE_HZ * ARMS as f64;
+    }
+    let (mut used_j, mut time_s, mut all) = (0.0, 0.0, 0.0);
+    let mut phases_s = [0.0; 2];
+    for (height, (sum, count)) in sums.iter().enumerate() {
+        let (back_j, back_s) = worker.back(height);
+        used_j += sum.used_j + count * back_j;
+        time_s += sum.duration_s + count * back_s;
+        all += count;
+        for (own, sum) in phases_s.iter_mut().zip(sum.phases_s) {
+            *own += sum;
+        }
+    }
+    Ok(Found {
+        condition,
+        power_w_per_kg: used_j / time_s / person.arms[0].mass_kg,
+        error_m: sums.map(|(sum, count)| sum.error_m / count),
+        sparc: sums.map(|(sum, count)| sum.sparc / count),
+        phases_s: phases_s.map(|it| it / all),
+        stimulated_nm,
+        weak: weak as f64 / steps,
+    })
+}

@@ -1,0 +1,67 @@
+//! One study of eight persons.
+
+use super::declaration::{HEIGHTS, Metric, Study};
+use super::error::LiftError;
+use super::participant::{Participant, participant};
+use super::person::{Person, drawn};
+use super::tests::{Tested, tested};
+use hal_sim::random;
+use serde::Serialize;
+
+/// Stream of persons' own seeds.
+const PERSONS: u64 = 0x11F7;
+
+/// A study.
+#[derive(Clone, Debug, Serialize)]
+pub struct Replication {
+    /// Persons.
+    pub people: Vec<Participant>,
+    /// Tests: power, then error and smoothness at each height, then their means.
+    pub tests: Vec<Tested>,
+}
+
+/// What is tested.
+#[must_use]
+pub(super) fn families() -> Vec<(Metric, Option<usize>)> {
+    let by_height = |metric| (0..HEIGHTS).map(move |height| (metric, Some(height)));
+    let mut all = vec![(Metric::Power, None)];
+    for metric in [Metric::Error, Metric::Smoothness] {
+        all.extend(by_height(metric));
+        all.push((metric, None));
+    }
+    all
+}
+
+/// Person `nth` of study `index` of a seed.
+///
+/// # Errors
+/// E760: a range is missing.
+pub(super) fn person(
+    study: &Study,
+    seed: u64,
+    (index, nth): (u64, usize),
+) -> Result<Person, LiftError> {
+    let number = index * study.protocol.persons as u64 + nth as u64;
+    let own = random::word(random::word(seed, PERSONS), number);
+    Person::new(study, drawn(study, seed, number), own)
+}
+
+/// Study `index` of a seed.
+///
+/// # Errors
+/// A person who cannot be, a device that refuses, a sample that cannot be tested.
+pub fn replication(study: &Study, seed: u64, index: u64) -> Result<Replication, LiftError> {
+    let one = |nth| {
+        let person = person(study, seed, (index, nth))?;
+        participant(study, &person, study.protocol.target_sets)
+    };
+    let people = (0..study.protocol.persons).map(one);
+    let people = people.collect::<Result<Vec<_>, LiftError>>()?;
+    let level = study.protocol.level;
+    let test = |family| tested(&people, family, level);
+    let tests = families()
+        .into_iter()
+        .map(test)
+        .collect::<Result<_, LiftError>>()?;
+    Ok(Replication { people, tests })
+}

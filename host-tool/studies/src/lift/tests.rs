@@ -1,0 +1,95 @@
+//! The paper's tests, made of one study.
+
+use super::declaration::{Condition, Metric};
+use super::error::LiftError;
+use super::participant::Participant;
+use host_core::statistics::{
+    StatisticsError, bonferroni, mauchly, paired_t, repeated_measures, shapiro_wilk,
+};
+use serde::Serialize;
+
+/// Pairs of conditions, by their places in [`Condition::ALL`].
+pub const PAIRS: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
+
+/// What the tests of a metric say.
+#[derive(Clone, Debug, Serialize)]
+pub struct Tested {
+    /// Of what.
+    pub metric: Metric,
+    /// At which height; the mean of all without.
+    pub height: Option<usize>,
+    /// Mean and standard error of each condition.
+    pub means: [[f64; 2]; 3],
+    /// Shapiro and Wilk's p of each condition.
+    pub normal_p: [f64; 3],
+    /// Mauchly's p.
+    pub sphericity_p: f64,
+    /// F of the condition, and its p: corrected by Greenhouse and Geisser where sphericity
+    /// fails.
+    pub anova: [f64; 2],
+    /// Greenhouse and Geisser's ε.
+    pub epsilon: f64,
+    /// Paired t and p, times three, of each of [`PAIRS`].
+    pub pairs: [[f64; 2]; 3],
+}
+
+/// Tests of a metric of these persons, `level` deciding whether sphericity fails.
+///
+/// # Errors
+/// E768: they do not vary, or are too few.
+pub fn tested(
+    people: &[Participant],
+    (metric, height): (Metric, Option<usize>),
+    level: f64,
+) -> Result<Tested, LiftError> {
+    let fails = |why: StatisticsError| LiftError::Statistics(metric.named().0.to_owned(), why);
+    let of = |at: usize| -> Vec<f64> {
+        let own = people.iter().filter_map(|it| it.of(Condition::ALL[at]));
+        own.map(|it| it.value(metric, height)).collect()
+    };
+    let columns = [of(0), of(1), of(2)];
+    let rows: Vec<Vec<f64>> = (0..people.len())
+        .map(|person| columns.iter().map(|column| column[person]).collect())
+        .collect();
+    let repeated = repeated_measures(&rows).map_err(fails)?;
+    let sphericity_p = mauchly(&rows).map_err(fails)?.p;
+    let corrected = repeated.greenhouse_geisser;
+    let p = if sphericity_p < level {
+        corrected.p
+    } else {
+        repeated.effect.p
+    };
+    let (mut normal_p, mut means) = ([0.0; 3], [[0.0; 2]; 3]);
+    for (at, column) in columns.iter().enumerate() {
+        normal_p[at] = shapiro_wilk(column).map_err(fails)?.p;
+        means[at] = mean_and_error(column);
+    }
+    let mut pairs = [[0.0; 2]; 3];
+    for (own, [a, b]) in pairs.iter_mut().zip(PAIRS) {
+        let found = paired_t(&columns[a], &columns[b]).map_err(fails)?;
+        *own = [found.t, found.p];
+    }
+    let adjusted = bonferroni(&pairs.map(|it| it[1])).map_err(fails)?;
+    for (own, p) in pairs.iter_mut().zip(adjusted) {
+        own[1] = p;
+    }
+    Ok(Tested {
+        metric,
+        height,
+        means,
+        normal_p,
+        sphericity_p,
+        anova: [repeated.effect.f, p],
+        epsilon: corrected.epsilon,
+        pairs,
+    })
+}
+
+/// Mean and standard error.
+#[must_use]
+pub(super) fn mean_and_error(of: &[f64]) -> [f64; 2] {
+    let n = of.len() as f64;
+    let mean = of.iter().sum::<f64>() / n;
+    let squares: f64 = of.iter().map(|it| (it - mean).powi(2)).sum();
+    [mean, (squares / (n - 1.0) / n).sqrt()]
+}
