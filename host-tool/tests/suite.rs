@@ -27,6 +27,7 @@ mod images;
 mod interruptions;
 #[cfg(unix)]
 mod lee_cli;
+mod lift_cli;
 mod live_frame;
 mod live_lines;
 #[cfg(unix)]

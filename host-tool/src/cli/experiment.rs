@@ -26,7 +26,7 @@ use studies::laboratory::{
 #[derive(Args, Debug)]
 pub struct ExperimentArgs {
     /// hamana-1 to hamana-4, hamana-posture, hamana-hold, open-trains, lee, sierotowicz,
-    /// distributed, electrode-choice, harris-ramps, harris-wall or one of its sequels
+    /// distributed, electrode-choice, buatier, harris-ramps, harris-wall or one of its sequels
     /// (-decides, -gentle, -why, -yields),
     /// or the file of a declaration
     pub(super) name: String,

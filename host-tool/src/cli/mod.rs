@@ -18,6 +18,7 @@ mod faults;
 mod hamana;
 mod interrupt;
 mod lee;
+mod lift;
 mod monitor;
 mod muscle;
 mod new;
@@ -214,6 +215,7 @@ pub fn main() -> ExitCode {
         Command::Experiment(args) if electrodes::is_meant(args) => electrodes::main(args, output),
         Command::Experiment(args) if endpoint::is_meant(args) => endpoint::main(args, output),
         Command::Experiment(args) if lee::is_meant(args) => lee::main(args, output),
+        Command::Experiment(args) if lift::is_meant(args) => lift::main(args, output),
         Command::Experiment(args) if ramps::is_meant(args) => ramps::main(args, output),
         Command::Experiment(args) if distributed::is_meant(args) => distributed::main(args, output),
         Command::Experiment(args) if hamana::is_meant(args) => hamana::main(args, output),

@@ -6,7 +6,8 @@
 //! `laboratory` is what protocols share; `experiments` are the papers' protocols,
 //! `endpoint` that of a wanted force at the hand, `electrodes`
 //! which of them serve it, `lee` that which identifies a muscle,
-//! `ramps` Harris' characterization; `faults` are campaigns of what breaks; `figures` draw
+//! `ramps` Harris' characterization, `lift` stimulation that follows lifting arms;
+//! `faults` are campaigns of what breaks; `figures` draw
 //! them. `subjects` are whom muscle models are compared on.
 
 pub mod accuracy;
@@ -21,6 +22,7 @@ pub mod hands;
 pub mod laboratory;
 pub mod ladder;
 pub mod lee;
+pub mod lift;
 pub mod limb;
 pub mod ramps;
 pub mod stability;

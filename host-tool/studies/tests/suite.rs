@@ -12,6 +12,7 @@ mod faults;
 mod laboratory;
 mod ladder_judge;
 mod lee;
+mod lift;
 mod limit_cycle;
 mod put_out;
 mod ramps;

@@ -1,0 +1,197 @@
+//! Which of the assumptions decides a claim: each changed alone.
+
+use super::comparisons::holds;
+use super::declaration::{Form, Scale, Study};
+use super::error::LiftError;
+use super::participant::{Participant, participant};
+use super::person::{Person, middle};
+use crate::laboratory::{Grid, Sheet};
+use hal_sim::random;
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Stream of the persons in the middle.
+const STREAM: u64 = 0xDEC1;
+
+/// One change, and what every claim then is.
+#[derive(Clone, Debug, Serialize)]
+pub struct Changed {
+    /// What is otherwise.
+    pub named: String,
+    /// In how many persons each claim holds, in the declaration's order.
+    pub holds: Vec<usize>,
+    /// Of how many.
+    pub of: usize,
+}
+
+/// What decides.
+#[derive(Clone, Debug, Serialize)]
+pub struct Decides {
+    /// Nothing changed.
+    pub middle: Changed,
+    /// Each range at its low and its high end.
+    pub ends: Vec<[Changed; 2]>,
+    /// The model otherwise.
+    pub models: Vec<Changed>,
+}
+
+/// The model otherwise than declared, by name.
+fn models(study: &Study) -> Vec<(&'static str, Study)> {
+    let with = |change: &dyn Fn(&mut Study)| {
+        let mut other = study.clone();
+        change(&mut other);
+        other
+    };
+    vec![
+        (
+            "C = k itself (raw)",
+            with(&|it| it.model.scale = Scale::Raw),
+        ),
+        (
+            "I = C·I₀ (scaled)",
+            with(&|it| it.model.form = Form::Scaled),
+        ),
+        (
+            "both: equation 4 of k itself",
+            with(&|it| (it.model.scale, it.model.form) = (Scale::Raw, Form::Scaled)),
+        ),
+        (
+            "no co-contraction in the model",
+            with(&|it| it.model.co_contraction = 0.0),
+        ),
+    ]
+}
+
+/// What every claim is with each assumption changed alone.
+///
+/// # Errors
+/// As [`participant`].
+pub fn deciding(study: &Study, seed: u64) -> Result<Decides, LiftError> {
+    let nominal = middle(study);
+    let mut cases = vec![("nothing changed".to_owned(), study.clone(), nominal.clone())];
+    for (place, range) in study.ranges.iter().enumerate() {
+        for end in [0.0, 1.0] {
+            let mut values = nominal.clone();
+            values[place] = range.at(end);
+            let named = format!("{} {}", range.field, short(values[place]));
+            cases.push((named, study.clone(), values));
+        }
+    }
+    let others = models(study).into_iter();
+    cases.extend(others.map(|(name, other)| (name.to_owned(), other, nominal.clone())));
+    let one =
+        |(named, study, values): &(String, Study, Vec<f64>)| changed(study, (named, values), seed);
+    let all: Result<Vec<Changed>, LiftError> = cases.par_iter().map(one).collect();
+    let mut all = all?.into_iter();
+    let nothing = || LiftError::Declaration("nothing to change".to_owned());
+    let middle = all.next().ok_or_else(nothing)?;
+    let mut ends = Vec::new();
+    for _ in &study.ranges {
+        let (low, high) = (
+            all.next().ok_or_else(nothing)?,
+            all.next().ok_or_else(nothing)?,
+        );
+        ends.push([low, high]);
+    }
+    Ok(Decides {
+        middle,
+        ends,
+        models: all.collect(),
+    })
+}
+
+fn changed(
+    study: &Study,
+    (named, values): (&str, &[f64]),
+    seed: u64,
+) -> Result<Changed, LiftError> {
+    let one = |nth: usize| -> Result<Participant, LiftError> {
+        let own = random::word(random::word(seed, STREAM), nth as u64);
+        let mut person = Person::new(study, values.to_vec(), own)?;
+        person.one_day = true;
+        participant(study, &person, study.deciding.target_sets)
+    };
+    let people = (0..study.deciding.persons).map(one);
+    let people = people.collect::<Result<Vec<_>, LiftError>>()?;
+    let count = |claim| {
+        let of = |it: &&Participant| holds(study, it, claim) == Some(true);
+        people.iter().filter(of).count()
+    };
+    Ok(Changed {
+        named: named.to_owned(),
+        holds: study.claims.iter().map(count).collect(),
+        of: people.len(),
+    })
+}
+
+fn short(value: f64) -> String {
+    let digits = if value.abs() < 1.0 { 3 } else { 1 };
+    format!("{value:.digits$}")
+}
+
+impl Changed {
+    /// Whether claim `at` holds in all, in none, or in some.
+    fn verdict(&self, at: usize) -> &'static str {
+        match self.holds.get(at) {
+            Some(0) => "no",
+            Some(all) if *all == self.of => "yes",
+            _ => "some",
+        }
+    }
+}
+
+impl Decides {
+    /// Names of what decides claim `at`: ranges of which it holds in all persons at one end
+    /// and in none at the other, models with which it is the opposite of what it is with
+    /// nothing changed.
+    #[must_use]
+    pub fn of(&self, at: usize) -> Vec<&str> {
+        let opposite = |a: &str, b: &str| matches!((a, b), ("yes", "no") | ("no", "yes"));
+        let ends = self
+            .ends
+            .iter()
+            .filter(|[low, high]| opposite(low.verdict(at), high.verdict(at)));
+        let ends = ends.filter_map(|[low, _]| low.named.split(' ').next());
+        let models = self.models.iter();
+        let models = models.filter(|it| opposite(it.verdict(at), self.middle.verdict(at)));
+        ends.chain(models.map(|it| &*it.named)).collect()
+    }
+
+    /// All of it as a table.
+    pub(super) fn sheet(&self, study: &Study) -> Sheet {
+        let mut heads = vec!["changed alone".to_owned()];
+        heads.extend(study.claims.iter().map(|it| it.id.clone()));
+        let row = |it: &Changed| {
+            let cells = (0..study.claims.len()).map(|at| it.verdict(at).to_owned());
+            std::iter::once(it.named.clone()).chain(cells).collect()
+        };
+        let all = std::iter::once(&self.middle).chain(self.ends.iter().flatten());
+        let rows = all.chain(&self.models).map(row).collect();
+        let caption = "A person in the middle of every range, targets believed at the same place \
+                       in all conditions; each range at both ends, the model otherwise. Yes or no: \
+                       the claim holds in all or none of the persons, who differ in noise alone.";
+        let title = "which assumption decides";
+        Sheet::table("Ours", title, caption.to_owned(), Grid { heads, rows })
+    }
+
+    /// What decides each claim, in words.
+    pub(super) fn notes(&self, study: &Study) -> Vec<String> {
+        let claims = study.claims.iter().enumerate();
+        let note = |(at, claim): (usize, &super::declaration::Claim)| {
+            let decides = self.of(at);
+            let middle = self.middle.verdict(at);
+            match decides.is_empty() {
+                true => format!(
+                    "{}: {middle} in the middle; no assumption alone turns it over.",
+                    claim.says
+                ),
+                false => format!(
+                    "{}: {middle} in the middle; decided by {}.",
+                    claim.says,
+                    decides.join(", ")
+                ),
+            }
+        };
+        claims.map(note).collect()
+    }
+}

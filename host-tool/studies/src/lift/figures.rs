@@ -1,0 +1,316 @@
+//! Figures 3 and 4, and the tables beside them.
+
+use super::calibration::{Curves, curves};
+use super::control::Learnt;
+use super::declaration::{Condition, HEIGHTS, Metric, Study};
+use super::device::{ARMS, Device};
+use super::error::LiftError;
+use super::lift::{Trace, Worker};
+use super::participant::{height_of, seed_of};
+use super::person::{Person, middle};
+use super::replication::{Replication, families};
+use super::tests::{PAIRS, Tested, mean_and_error};
+use super::way::{RATE_HZ, places};
+use crate::laboratory::{Along, Bar, Curve, Grid, Plot, Plots, Sheet};
+use host_core::statistics::quantile_of;
+
+/// Names of the stimulated muscles.
+const MUSCLES: [&str; 4] = [
+    "biceps",
+    "triceps",
+    "deltoid, anterior",
+    "deltoid, posterior",
+];
+/// Seconds of figure 3.
+const SHOWN_S: f64 = 30.0;
+/// A point of a drawn line every so many steps.
+const EVERY: usize = 10;
+
+/// Hands of one person over the first 30 s of the second target set of each condition.
+pub(super) fn hands(study: &Study, person: &Person) -> Result<Sheet, LiftError> {
+    let own = &person.arms[0];
+    let curves = curves(study, own.stature_m, own.mass_kg)?;
+    let mut plots = Vec::new();
+    let mut paths = Vec::new();
+    for condition in Condition::ALL {
+        let (held, back) = course(study, person, (&curves, condition))?;
+        let over = |axis: usize| {
+            let held = held
+                .iter()
+                .map(move |lift| Curve::line(0, lift.iter().map(|it| [it.0, it.1[axis]])));
+            let back = back
+                .iter()
+                .map(move |it| Curve::line(1, it.iter().map(|it| [it.0, it.1[axis]])));
+            held.chain(back).collect()
+        };
+        plots.push(Plot {
+            title: condition.name().to_owned(),
+            x: Along::even("time (s)", [0.0, SHOWN_S]),
+            y: Along::even("height of the right hand (m)", [-0.5, 0.4]),
+            curves: over(1),
+            ..Plot::default()
+        });
+        let path = held
+            .iter()
+            .map(|lift| Curve::line(0, lift.iter().map(|it| it.1)));
+        paths.push(Plot {
+            title: condition.name().to_owned(),
+            x: Along::even("forward (m)", [0.3, 0.7]),
+            y: Along::even("up (m)", [-0.5, 0.4]),
+            curves: path.collect(),
+            ..Plot::default()
+        });
+    }
+    plots.extend(paths);
+    let series = [
+        "object held, stimulated unless none",
+        "back to the table, as meant",
+    ];
+    Ok(Sheet::figure(
+        "Figure 3",
+        "the hand in the sagittal plane over 30 s",
+        "Right hand of the first person drawn, from the shoulder, in the second target set of each \
+         condition, simulated. Above over time, below its path. The paper's figure is a picture of \
+         another person."
+            .to_owned(),
+        Plots {
+            beside: Condition::ALL.len(),
+            series: series.map(str::to_owned).to_vec(),
+            plots,
+        },
+    ))
+}
+
+/// Times with places.
+type Line = Vec<(f64, [f64; 2])>;
+
+/// Lifts of the second target set, and the ways back.
+fn course(
+    study: &Study,
+    person: &Person,
+    (curves, condition): (&Curves, Condition),
+) -> Result<(Vec<Line>, Vec<Line>), LiftError> {
+    let mut worker = Worker::new(study, person)?;
+    let mut device = Device::new(study, curves, condition, &person.told)?;
+    let day = person.aim_of_day_m(condition as u64);
+    let mut learnt = [[Learnt::NOTHING; ARMS]; HEIGHTS];
+    let (mut held, mut back, mut t) = (Vec::new(), Vec::new(), 0.0);
+    let lifts = study.protocol.repetitions;
+    for nth in 0..2 * lifts {
+        let (height, mut trace) = (height_of(nth), Trace::default());
+        let of = (height, seed_of(person, nth));
+        worker.lift(
+            &mut device,
+            of,
+            day[height],
+            &mut learnt[height],
+            Some(&mut trace),
+        )?;
+        if nth < lifts || t > SHOWN_S {
+            continue;
+        }
+        let step = |(n, hands): (usize, &[[f64; 2]; ARMS])| (t + n as f64 / RATE_HZ, hands[1]);
+        let line: Line = trace
+            .hands_m
+            .iter()
+            .enumerate()
+            .step_by(EVERY)
+            .map(step)
+            .collect();
+        let Some(&(end_s, end_m)) = line.last() else {
+            continue;
+        };
+        t = end_s + study.way.return_s;
+        let [start, ..] = places(study, worker.reach_m(), height);
+        back.push(vec![(end_s, end_m), (t, start)]);
+        held.push(line);
+    }
+    Ok((held, back))
+}
+
+/// k and C of a wearer in the middle.
+pub(super) fn activations(study: &Study) -> Result<[Sheet; 2], LiftError> {
+    let nominal = Person::new(study, middle(study), 0)?;
+    let own = &nominal.arms[0];
+    let found = curves(study, own.stature_m, own.mass_kg)?;
+    let plots = found.muscles.iter().enumerate().map(|(muscle, curve)| {
+        let joint = ["elbow flexion (°)", "shoulder flexion (°)"][muscle / 2];
+        let range = found.range_deg[muscle / 2];
+        let at = |deg: f64| {
+            let own = curve.per_degree.iter().rev();
+            curve.peak * own.fold(0.0, |sum, a| sum * deg + a)
+        };
+        let angles = curve.points.iter().map(|it| it[0]);
+        let (low, high) = angles.fold((f64::MAX, f64::MIN), |(low, high), deg| {
+            (low.min(deg), high.max(deg))
+        });
+        let line = (0..=40).map(|n| low + (high - low) * f64::from(n) / 40.0);
+        let dots = Curve {
+            marked: true,
+            ..Curve::line(0, curve.points.iter().step_by(3).copied())
+        };
+        Plot {
+            title: format!("{}, {}", MUSCLES[muscle], ["lift", "drop"][muscle % 2]),
+            x: Along::even(joint, range),
+            y: Along::even("k", [0.0, 1.2 * curve.peak.max(0.01)]),
+            curves: vec![dots, Curve::line(1, line.map(|deg| [deg, at(deg)]))],
+            ..Plot::default()
+        }
+    });
+    let series = ["static optimisation, three heights", "quartic"];
+    let caption = "Along the declared way, muscles as the sources have them, a wearer in the \
+                   middle. The paper's curves are a picture and their coefficients unpublished.";
+    let figure = Sheet::figure(
+        "Figure 3, right",
+        "activation by angle",
+        caption.to_owned(),
+        Plots {
+            beside: 2,
+            series: series.map(str::to_owned).to_vec(),
+            plots: plots.collect(),
+        },
+    );
+    Ok([figure, quartics(&found)])
+}
+
+/// Equation 3 with what is left.
+fn quartics(found: &Curves) -> Sheet {
+    let heads = [
+        "muscle", "peak k", "a0", "a1", "a2", "a3", "a4", "left", "most", "device",
+    ];
+    let rows = found.muscles.iter().zip(MUSCLES).map(|(curve, name)| {
+        let mut row = vec![name.to_owned(), format!("{:.4}", curve.peak)];
+        row.extend(curve.per_degree.iter().map(|it| format!("{it:.3e}")));
+        row.extend(curve.left.iter().map(|it| format!("{it:.3}")));
+        row.push(format!("{:.3}", curve.left_on_device[0]));
+        row
+    });
+    let caption = "C = k over its peak: a0 to a4 per degree by least squares, what is left of it \
+                   (root mean square and most), and of what the device has, whose C stays between \
+                   0 and 1.";
+    let grid = Grid {
+        heads: heads.map(str::to_owned).to_vec(),
+        rows: rows.collect(),
+    };
+    Sheet::table("Equation 3", "quartics of C", caption.to_owned(), grid)
+}
+
+/// Bars of figure 4: means over all persons, with the 5th to 95th percentile of the studies'.
+pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
+    let values = |condition: Condition, metric: Metric, height: Option<usize>| {
+        let mut means: Vec<f64> = all
+            .iter()
+            .map(|own| {
+                let each: Vec<f64> = (own.people.iter())
+                    .filter_map(|it| Some(it.of(condition)?.value(metric, height)))
+                    .collect();
+                mean_and_error(&each)[0]
+            })
+            .collect();
+        means.sort_by(f64::total_cmp);
+        let middle = means.iter().sum::<f64>() / means.len().max(1) as f64;
+        (
+            middle,
+            [quantile_of(&means, 0.05), quantile_of(&means, 0.95)],
+        )
+    };
+    let plot = |metric: Metric, heights: Vec<Option<usize>>, ends: [f64; 2]| {
+        let (mut bars, mut paper) = (Vec::new(), Vec::new());
+        for (place, height) in heights.iter().enumerate() {
+            for (series, condition) in Condition::ALL.into_iter().enumerate() {
+                let left = place as f64 - 0.4 + 0.27 * series as f64;
+                let (value, range) = values(condition, metric, *height);
+                let name = height.map(|it| &study.way.heights[it].name);
+                bars.push(Bar {
+                    series,
+                    x: [left, left + 0.24],
+                    value,
+                    range: Some(range),
+                });
+                let printed = study.printed.iter().find(|it| {
+                    (it.metric, it.condition, it.height.as_ref()) == (metric, condition, name)
+                });
+                paper.extend(printed.map(|it| [left + 0.12, it.mean]));
+            }
+        }
+        let (name, unit) = metric.named();
+        let names = heights
+            .iter()
+            .map(|it| it.map_or_else(String::new, |it| study.way.heights[it].name.clone()));
+        let unit = if unit.is_empty() {
+            String::new()
+        } else {
+            format!(" ({unit})")
+        };
+        Plot {
+            title: name.to_owned(),
+            x: Along::of("", names),
+            y: Along::even(&format!("{name}{unit}"), ends),
+            bars,
+            paper,
+            ..Plot::default()
+        }
+    };
+    let heights: Vec<Option<usize>> = (0..HEIGHTS).map(Some).collect();
+    Sheet::figure(
+        "Figure 4",
+        "metabolic proxy, matching error, smoothness",
+        "Means over all persons with the 5th to 95th percentile of the studies' means, simulated; \
+         marks are what the paper prints of people. The proxy stands for muscles' heat alone, not \
+         for equation 5, which needs gas exchange."
+            .to_owned(),
+        Plots {
+            beside: 3,
+            series: Condition::ALL.map(|it| it.name().to_owned()).to_vec(),
+            plots: vec![
+                plot(Metric::Power, vec![None], [0.0, 1.6]),
+                plot(Metric::Error, heights.clone(), [0.0, 0.12]),
+                plot(Metric::Smoothness, heights, [-4.5, 0.0]),
+            ],
+        },
+    )
+}
+
+/// What the paper's tests say, over studies.
+pub(super) fn tests(study: &Study, all: &[Replication]) -> Sheet {
+    let level = study.protocol.level;
+    let rows = families()
+        .into_iter()
+        .enumerate()
+        .map(|(at, (metric, height))| {
+            let own: Vec<&Tested> = all.iter().filter_map(|it| it.tests.get(at)).collect();
+            let share = |is: &dyn Fn(&Tested) -> bool| {
+                let count = own.iter().filter(|it| is(it)).count();
+                format!("{count}/{}", own.len())
+            };
+            let at = height.map_or("all", |it| &*study.way.heights[it].name);
+            let mut row = vec![format!("{}, {at}", metric.named().0)];
+            row.push(share(&|it| it.normal_p.iter().any(|p| *p < level)));
+            row.push(share(&|it| it.sphericity_p < level));
+            row.push(share(&|it| it.anova[1] < level));
+            row.extend((0..PAIRS.len()).map(|pair| share(&|it| it.pairs[pair][1] < level)));
+            row
+        });
+    let heads = [
+        "studies with p < 0.05",
+        "Shapiro-Wilk",
+        "Mauchly",
+        "rANOVA",
+        "none-resist",
+        "none-assist",
+        "resist-assist",
+    ];
+    let grid = Grid {
+        heads: heads.map(str::to_owned).to_vec(),
+        rows: rows.collect(),
+    };
+    let caption = "Of each study of eight: Shapiro and Wilk's test of any condition, Mauchly's, the \
+                   repeated-measures analysis of variance (by Greenhouse and Geisser where \
+                   sphericity fails), paired t with Bonferroni's correction.";
+    Sheet::table(
+        "Section IV.D",
+        "the paper's tests",
+        caption.to_owned(),
+        grid,
+    )
+}

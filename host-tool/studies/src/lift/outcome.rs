@@ -1,0 +1,84 @@
+//! What all studies come to, as `result.json` and its page have it.
+
+use super::comparisons::{rows, shares};
+use super::deciding::Decides;
+use super::declaration::{DECLARED, Study};
+use super::error::LiftError;
+use super::figures::{activations, bars, hands, tests};
+use super::replication::{Replication, person};
+use crate::laboratory::{Declared, Outcome};
+use host_core::record::sha256;
+
+/// What a command calls it.
+pub const NAME: &str = "buatier";
+/// What is said of every result.
+const SIMULATED: &str =
+    "Simulated: drawn persons of mostly assumed parameters; no evidence about people.";
+const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile: of the \
+                       studies' means, or of persons where stimulation is described.";
+const PROXY: &str = "Metabolic proxy: heat of activation and maintenance and heat and work of \
+                     shortening of sixteen arm muscles (Bhargava 2004), over the time of lifts and \
+                     ways back and the body's mass. VO2 and VCO2 cannot be simulated, so equation 5 \
+                     has no number here; heart, breathing and trunk are missing.";
+const PRINTED: &str = "The paper prints assist +20.5 %, where its means give 23.9 % of assist and \
+                       31 % of none; its +35.73 % of resist is relative to resist (55 % of none). \
+                       Means of none for errors and smoothness are a picture.";
+const MODEL: &str = "The paper prints no quartics, no scale of k, no I0, no masses, no heights, no \
+                     filter order and no thresholds of SPARC: all assumed. Without co-contraction \
+                     static optimisation leaves the triceps idle, as nothing pulls the arm up.";
+
+/// What the command knows of the run.
+#[derive(Clone, Debug)]
+pub struct Told {
+    /// Of the draws.
+    pub seed: u64,
+    /// Studies asked for.
+    pub draws: u64,
+    /// What a terminal takes to have it again.
+    pub command: String,
+    /// What is missing, for people.
+    pub cut_short: Option<String>,
+}
+
+/// All of it.
+///
+/// # Errors
+/// A person who cannot be shown.
+pub fn outcome(
+    study: &Study,
+    all: &[Replication],
+    decides: Option<&Decides>,
+    told: Told,
+) -> Result<Outcome, LiftError> {
+    let mut sheets = vec![hands(study, &person(study, told.seed, (0, 0))?)?];
+    sheets.extend(activations(study)?);
+    if !all.is_empty() {
+        sheets.push(bars(study, all));
+        sheets.push(tests(study, all));
+    }
+    sheets.extend(decides.map(|it| it.sheet(study)));
+    let said = [SIMULATED, MEANING, PROXY, PRINTED, MODEL].map(str::to_owned);
+    let decided = decides.map(|it| it.notes(study)).unwrap_or_default();
+    Ok(Outcome {
+        name: NAME.to_owned(),
+        title: study.title.clone(),
+        seed: told.seed,
+        simulated: Some(true),
+        cut_short: told.cut_short,
+        declared: Declared {
+            asked: NAME.to_owned(),
+            command: Some(told.command),
+            device: None,
+            sha256: [("study.toml".to_owned(), sha256(DECLARED.as_bytes()))].into(),
+            source: study.source.clone(),
+            draws: told.draws,
+            as_declared: (told.seed, told.draws) == (study.seed, study.studies),
+        },
+        conditions: Vec::new(),
+        rows: rows(study, all),
+        shares: shares(study, all),
+        decides: Vec::new(),
+        sheets,
+        notes: said.into_iter().chain(decided).collect(),
+    })
+}

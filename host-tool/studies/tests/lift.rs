@@ -1,0 +1,206 @@
+//! Lifts with stimulation that follows the joints: what a device is told and does, the
+//! virtual object, a lift without noise, what is refused.
+
+use firmware::haptics::MotionPhase;
+use studies::lift::{
+    Condition, Device, LiftError, Participant, Person, Study, ToldToDevice, Trace, Worker, curves,
+    drawn, holds, middle, participant,
+};
+
+/// A person in the middle of all ranges, but for these.
+fn person(study: &Study, changed: &[(&str, f64)]) -> Person {
+    let mut values = middle(study);
+    for (field, value) in changed {
+        let place = study.ranges.iter().position(|it| it.field == *field);
+        values[place.unwrap()] = *value;
+    }
+    Person::new(study, values, 5).unwrap()
+}
+
+const TOLD: ToldToDevice = ToldToDevice {
+    felt_ma: 6.0,
+    most_ma: 20.0,
+};
+
+/// The device's own amplitudes against the formula of its coefficients, at every 0.1° of
+/// both joints in both phases; which channels pulse tells assist from resist.
+#[test]
+fn the_device_stimulates_what_the_condition_says() {
+    let study = Study::declared().unwrap();
+    let found = curves(&study, 1.66, 57.7).unwrap();
+    let mut worst = 0.0_f64;
+    for condition in Condition::ALL {
+        let mut device = Device::new(&study, &found, condition, &[TOLD; 8]).unwrap();
+        assert_eq!(
+            device.amplitudes([[60.0, 40.0]; 2]).map(|it| it.get()),
+            [0; 8]
+        );
+        for (rate, phase) in [(0.05, MotionPhase::Lift), (-0.05, MotionPhase::Drop)] {
+            let mut deg = 60.0;
+            for _ in 0..400 {
+                device.tick([deg; 2]);
+                deg += rate;
+            }
+            assert_eq!(device.phase(0), Some(phase));
+            let lifts = phase == MotionPhase::Lift;
+            for tenth in 0..1_300 {
+                let at = f64::from(tenth) * 0.1;
+                let amplitudes = device.amplitudes([[at; 2]; 2]);
+                for (channel, amplitude) in amplitudes.iter().enumerate() {
+                    let own = channel % 4;
+                    // Even ones flex. Assist: flexors while lifting; resist: extensors.
+                    let is_on = match condition {
+                        Condition::None => false,
+                        Condition::Assist => lifts == own.is_multiple_of(2),
+                        Condition::Resist => lifts != own.is_multiple_of(2),
+                    };
+                    let function = own / 2 * 2 + usize::from(!lifts);
+                    let [low, high] = found.range_deg[own / 2];
+                    let u = ((at - low) / (high - low)).clamp(0.0, 1.0);
+                    let b = found.muscles[function]
+                        .bernstein
+                        .unwrap()
+                        .map(|it| 1e-6 * f64::from(it));
+                    let v = 1.0 - u;
+                    let c = b[0] * v.powi(4)
+                        + 4.0 * b[1] * u * v.powi(3)
+                        + 6.0 * b[2] * u * u * v * v
+                        + 4.0 * b[3] * u.powi(3) * v
+                        + b[4] * u.powi(4);
+                    let meant = if is_on { 6.0 + c * 14.0 } else { 0.0 };
+                    let found = 1e-3 * f64::from(amplitude.get());
+                    worst = worst.max((found - meant).abs());
+                }
+            }
+        }
+    }
+    println!("farthest from the formula: {:.3} µA", 1e3 * worst);
+    assert!(worst < 1.5e-3, "{worst} mA");
+}
+
+/// Without co-contraction static optimisation leaves the triceps idle: nothing pulls up.
+#[test]
+fn the_triceps_rests_without_co_contraction() {
+    let mut study = Study::declared().unwrap();
+    study.model.co_contraction = 0.0;
+    let found = curves(&study, 1.66, 57.7).unwrap();
+    assert!(found.muscles[0].peak > 0.02, "{}", found.muscles[0].peak);
+    assert!(found.muscles[1].peak < 1e-3, "{}", found.muscles[1].peak);
+    assert!(found.muscles[1].bernstein.is_none());
+}
+
+/// Without noise, bias or misjudged load a person who has practised puts the object where it
+/// belongs; the same seed makes the same lift.
+#[test]
+fn a_lift_without_noise_ends_at_the_target() {
+    let study = Study::declared().unwrap();
+    let calm = [
+        ("drive_noise", 0.0),
+        ("aim_bias_m", 0.0),
+        ("aim_scatter_m", 0.0),
+        ("judged_load", 0.0),
+    ];
+    let person = person(&study, &calm);
+    let found = participant(&study, &person, 2).unwrap();
+    let none = found.of(Condition::None).unwrap();
+    println!("{none:?}");
+    for error_m in none.error_m {
+        assert!(error_m < 0.02, "{error_m}");
+    }
+    assert_eq!(none.stimulated_nm, [0.0; 2]);
+    let resist = found.of(Condition::Resist).unwrap();
+    assert!(resist.stimulated_nm[0] > 0.2, "{resist:?}");
+    let again = participant(&study, &person, 2).unwrap();
+    assert_eq!(again.of(Condition::Resist).unwrap().error_m, resist.error_m);
+}
+
+/// Pulses come at 60 Hz from the grasp on, none of them before a phase is known.
+#[test]
+fn pulses_come_sixty_times_a_second() {
+    let study = Study::declared().unwrap();
+    let person = person(&study, &[]);
+    let found = curves(&study, 1.66, 57.7).unwrap();
+    let mut device = Device::new(&study, &found, Condition::Assist, &person.told).unwrap();
+    let mut worker = Worker::new(&study, &person).unwrap();
+    let mut trace = Trace::default();
+    let lifted = worker
+        .lift(
+            &mut device,
+            (0, 9),
+            [0.0; 2],
+            &mut learnt(),
+            Some(&mut trace),
+        )
+        .unwrap();
+    let pulses = trace.pulses.len() as f64;
+    assert!(
+        (pulses / lifted.duration_s - 60.0).abs() < 0.5,
+        "{pulses} {}",
+        lifted.duration_s
+    );
+    let (_, first) = trace.pulses[0];
+    assert_eq!(first.map(|it| it.get()), [0; 8]);
+    let most = trace
+        .pulses
+        .iter()
+        .flat_map(|it| it.1)
+        .map(|it| it.get())
+        .max();
+    assert!(most.unwrap() > 1000, "{most:?}");
+}
+
+fn learnt() -> [studies::lift::Learnt; 2] {
+    [studies::lift::Learnt::NOTHING; 2]
+}
+
+/// By hand: of three persons the first costs less in none, the second more.
+#[test]
+fn claims_are_judged_by_their_sides() {
+    let study = Study::declared().unwrap();
+    let person = person(&study, &[]);
+    let found = participant(&study, &person, 2).unwrap();
+    let with = |none: f64, resist: f64| -> Participant {
+        let mut it = found.clone();
+        for own in &mut it.conditions {
+            match own.condition {
+                Condition::None => own.power_w_per_kg = none,
+                Condition::Resist => own.power_w_per_kg = resist,
+                Condition::Assist => {}
+            }
+        }
+        it
+    };
+    let claim = study
+        .claims
+        .iter()
+        .find(|it| it.id == "resist-costs-more")
+        .unwrap();
+    assert_eq!(holds(&study, &with(0.6, 0.7), claim), Some(true));
+    assert_eq!(holds(&study, &with(0.7, 0.6), claim), Some(false));
+    assert_eq!(holds(&study, &with(f64::NAN, 0.6), claim), None);
+}
+
+#[test]
+fn all_mistakes_of_a_declaration_are_told_at_once() {
+    let text = studies::lift::DECLARED
+        .replace("object_kg = 1.5", "object_kg = -1.5")
+        .replace("repetitions = 9 ", "repetitions = 8 ")
+        .replace("height = \"low\"", "height = \"lowest\"");
+    let refused = Study::read(&text).unwrap_err();
+    assert!(matches!(refused, LiftError::Declaration(_)));
+    let told = refused.to_string();
+    for part in ["E760", "model.object_kg", "repetitions is 8", "`lowest`"] {
+        assert!(told.contains(part), "{told}");
+    }
+}
+
+/// The first drawn persons are the same whoever else is drawn, and within their ranges.
+#[test]
+fn draws_lie_within_their_ranges() {
+    let study = Study::declared().unwrap();
+    for index in 0..200 {
+        for (value, range) in drawn(&study, 3, index).iter().zip(&study.ranges) {
+            assert!((range.low..=range.high).contains(value), "{}", range.field);
+        }
+    }
+}

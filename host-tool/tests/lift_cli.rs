@@ -1,0 +1,44 @@
+//! `flexor experiment buatier`: what it tells, writes and refuses.
+
+use crate::program::{folder, ran};
+use serde_json::Value;
+
+const ONE: [&str; 4] = ["experiment", "buatier", "--draws", "1"];
+
+#[test]
+fn a_study_of_lifts_is_told_and_written() {
+    let folder = folder("buatier");
+    let (exit, told, _) = ran(
+        &folder,
+        &[&["--json"], &ONE[..], &["--out", "one"]].concat(),
+    );
+    assert_eq!(exit, Some(0), "{told}");
+    let told: Value = serde_json::from_str(&told).unwrap();
+    let result = &told["result"];
+    assert_eq!(result["simulated"], true);
+    assert_eq!(result["declared"]["as_declared"], false);
+    // Eight persons, then one study.
+    assert_eq!(result["shares"][0]["of"], 8, "{result}");
+    assert_eq!(result["shares"][1]["of"], 1, "{result}");
+    for file in ["result.json", "result.html", "studies.jsonl"] {
+        assert!(folder.join("one").join(file).exists(), "{file}");
+    }
+    // A quick look does not ask which assumption decides.
+    assert!(!folder.join("one/deciding.json").exists());
+    let (exit, people, _) = ran(&folder, &["report", "one"]);
+    assert_eq!(exit, Some(0), "{people}");
+}
+
+#[test]
+fn what_cannot_be_asked_is_wrong_use() {
+    let folder = folder("buatier_refused");
+    for (args, why) in [
+        (&["--draws", "0"][..], "allowed is 1 to"),
+        (&["--wearer", "P"], "draws its persons"),
+        (&["--device", "chip"], "without the rest of it"),
+    ] {
+        let (exit, _, told) = ran(&folder, &[&ONE[..2], args].concat());
+        assert_eq!(exit, Some(2), "{told}");
+        assert!(told.contains(why), "{told}");
+    }
+}
