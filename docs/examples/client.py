@@ -128,7 +128,7 @@ def unframe(data):
 REQUESTS = (
     "Hello KeepAlive Status Clear Wearer Channel Groups Sync Muscle Joint Arm "
     "Start Stop Acknowledge Amplitudes Angle Measurement Subscribe Wall "
-    "ForceControl Force Rung SimulateTrigger StoreStages Pulses"
+    "ForceControl Force Rung SimulateTrigger StoreStages Pulses Limb Line Wrench"
 ).split()
 SHAPES = (
     "BiphasicCathodicFirst BiphasicAnodicFirst MonophasicCathodic "
@@ -206,6 +206,37 @@ CAUSES = (
 ).split()
 
 
+STATES = "Boot Idle Armed Stimulating Stopping Fault".split()
+
+
+def telemetry(r):
+    """What a device tells of itself, by the names of protocol.md."""
+
+    def force():
+        sample = {"target_mn": r.option(r.varint), "period_us": r.option(r.varint)}
+        gap = lambda: {"below_mn": r.varint(), "above_mn": r.varint()}
+        return {**sample, "gap": r.option(gap)}
+
+    def wrench():
+        target = [r.zigzag() for _ in range(3)]
+        return {"target_mn": target, "made_permille": r.varint()}
+
+    each = lambda: r.option(r.varint)
+    return {
+        "at": r.varint(),
+        "target_centideg": r.option(r.zigzag),
+        "measured_centideg": r.option(r.zigzag),
+        "effort_milli": r.option(r.zigzag),
+        "limiting": r.bool(),
+        "amplitudes": r.vec(each),
+        "widths_us": r.vec(each),
+        "forces_mn": r.vec(each),
+        "force_control": r.vec(force),
+        "wrench": r.option(wrench),
+        "state": STATES[r.varint()],
+    }
+
+
 def from_device(message):
     """(variant, content); answers this client does not need keep no content."""
     r = Reader(message)
@@ -236,7 +267,9 @@ def from_device(message):
             cycle = {"swing_centideg": r.varint(), "period_ms": r.varint(), "gain_milli": r.varint()}
             return "Event", {"at": at, "event": {"LimitCycle": cycle}}
         return "Event", {"at": at, "event": ["Faulted", "Recovered"][event - 2]}
-    return ["Status", "Telemetry"][kind == 5], {}
+    if kind == 5:
+        return "Telemetry", telemetry(r)
+    return "Status", {}
 
 
 # --- a device ---
@@ -282,11 +315,12 @@ class Device:
         except ValueError:
             return self.receive(timeout_s)  # a spoilt frame: skip it
 
-    def configure(self, name, channel, **content):
-        """Puts a channel's part into the setup, and notes it."""
-        request = {name: {"channel": channel, **content}}
+    def configure(self, name, **content):
+        """Puts a part into the setup, a channel's or its own, and notes it."""
+        request = {name: content}
         self.ask(request)
-        self.parts[REQUESTS.index(name), channel] = encoded(request)
+        place = REQUESTS.index(name), content.get("channel", 0)
+        self.parts[place] = encoded(request)
 
     def ask(self, request, timeout_s=0.5):
         """Sends a request and waits for its answer."""
@@ -320,7 +354,7 @@ def stimulate(place):
     }
     stage = {"Current": {"full_scale_ua": 100_000}}
     spec = {"train": train, "stage": stage, "limit": 20_000, "area_mm2": 800}
-    device.configure("Channel", 0, spec=spec)
+    device.configure("Channel", channel=0, spec=spec)
     device.ask({"Arm": {"setup": setup_sum(device.parts)}})
     device.ask("Start")
     print("stimulating")
@@ -355,7 +389,7 @@ def selftest():
             ((kind, content),) = message.items()
             got_kind, got = from_device(postcard)
             assert got_kind == kind, vector["name"]
-            if kind in ("Ack", "Refused"):
+            if kind in ("Ack", "Refused", "Telemetry"):
                 assert got == content, vector["name"]
             decoded += 1
     print(f"{encoded} requests encoded, {decoded} responses recognized")
