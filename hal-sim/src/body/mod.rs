@@ -86,6 +86,11 @@ pub trait Body: Send {
     fn posture_deg(&self) -> Option<[f64; 9]> {
         None
     }
+    /// True force of an arm's hand on what holds it, beside its weight, N: backward, to the
+    /// right, upward. Nothing of a body that has no arm, and of one that nothing holds.
+    fn hand_n(&self) -> Option<[f64; 3]> {
+        None
+    }
     /// What the laboratory's own instrument reads now, N: of a limb that is fixed to a force
     /// sensor ([`bench`]). It is no part of the device; nothing without one.
     fn instrument_n(&self) -> Option<f64> {

@@ -9,7 +9,7 @@ use super::posture::{Skeleton, TURNS, Turns};
 use super::spec::{ArmSpec, FOREARM, GIRDLE_KG, HAND, InvalidArm, SEGMENTS, UPPER_ARM};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-type Square = SMatrix<f64, TURNS, TURNS>;
+pub(super) type Square = SMatrix<f64, TURNS, TURNS>;
 /// From torques about turns to what the cuff feels.
 pub type ToWrench = SMatrix<f64, 6, TURNS>;
 
@@ -102,11 +102,11 @@ pub(super) fn weight_n(spec: &ArmSpec) -> f64 {
     super::sensors::GRAVITY_M_S2 * mass
 }
 
-/// The cuff's answer to torques.
+/// The cuff's answer to torques: what it feels, and how far each turn gives way, rad/N m.
 ///
 /// # Errors
 /// Nothing resists some turn.
-pub(super) fn held(spec: &ArmSpec, skeleton: &Skeleton) -> Result<ToWrench, InvalidArm> {
+pub(super) fn held(spec: &ArmSpec, skeleton: &Skeleton) -> Result<(ToWrench, Square), InvalidArm> {
     let moves = skeleton.cuff_jacobian();
     let [along, about] = spec.hold.cuff;
     let cuff =
@@ -114,7 +114,7 @@ pub(super) fn held(spec: &ArmSpec, skeleton: &Skeleton) -> Result<ToWrench, Inva
     let tissue = Square::from_diagonal(&spec.hold.passive_nm_per_rad.into());
     let whole = tissue + moves.transpose() * cuff * moves;
     let inverse = whole.try_inverse().ok_or(InvalidArm::Loose)?;
-    Ok(cuff * moves * inverse)
+    Ok((cuff * moves * inverse, inverse))
 }
 
 /// The free arm, in steps of `h` seconds (implicit Euler: stable for any stiffness).
@@ -175,8 +175,8 @@ impl Free {
         self.turning[segment] * self.rates
     }
 
-    /// How far the elbow has flexed from the posture, rad.
-    pub fn flexed_rad(&self) -> f64 {
-        self.turns[6]
+    /// How far each has turned from the posture, rad.
+    pub const fn turns(&self) -> &Turns {
+        &self.turns
     }
 }

@@ -2,7 +2,7 @@
 //! posture (Sierotowicz 2023): what a current in each makes of force at the hand.
 //!
 //! Lives here: `elbow_arms` (published moment arms), `anatomy` (muscles, attachments,
-//! neighbours), `posture` (bones, joints, lines of action), `driven` (recruitment, calcium,
+//! neighbours), `posture` (bones, joints, lines of action), `angles` (how it is held), `driven` (recruitment, calcium,
 //! tiredness), `mechanics` (held in the cuff, or free), `sensors` (force, IMUs), `moving`
 //! (all in time, a [`super::Body`]), `spec` and `draw` (who wears it). Not here: how a
 //! device or a study thinks an arm works: another model, in another room. In: pulses. Out:
@@ -10,6 +10,7 @@
 //! whether it is sourced or assumed.
 
 pub mod anatomy;
+mod angles;
 mod draw;
 mod driven;
 pub mod elbow_arms;

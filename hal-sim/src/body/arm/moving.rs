@@ -1,13 +1,15 @@
 //! The arm in time: pulses in, force at the cuff or turning segments out.
 
 use super::anatomy::{ALL, ELECTRODES, MUSCLES, Muscle};
+use super::angles::{about, angles_deg};
 use super::driven::{Driven, part};
-use super::mechanics::{self, Free, ToWrench};
+use super::mechanics::{self, Free, Square, ToWrench};
 use super::posture::{Skeleton, Turns};
 use super::sensors::{ForceSensor, Imu, MountedImu};
 use super::spec::{ArmSpec, InvalidArm, SEGMENTS};
 use crate::body::{Body, CHANNELS, Load, Pulse};
 use crate::random;
+use nalgebra::Vector3;
 
 /// Step of force and motion, µs.
 const TICK_US: u64 = 1000;
@@ -30,6 +32,10 @@ pub struct Arm {
     arms_m: [Turns; MUSCLES],
     muscles: [Driven; MUSCLES],
     to_wrench: ToWrench,
+    /// How far turns give way in the cuff, rad/N m.
+    gives: Square,
+    /// What muscles pull with, N m, over the last millisecond.
+    torques: Turns,
     free: Free,
     held: Held,
     voluntary: [f64; 6],
@@ -59,8 +65,11 @@ impl Arm {
             let seed = random::word(stream(2), segment as u64);
             MountedImu::new(spec.imu, spec.imu_faults[segment], &frames[segment], seed)
         });
+        let (to_wrench, gives) = mechanics::held(&spec, &skeleton)?;
         Ok(Self {
-            to_wrench: mechanics::held(&spec, &skeleton)?,
+            to_wrench,
+            gives,
+            torques: Turns::zeros(),
             free: Free::new(&spec, &skeleton, TICK_S)?,
             held: Held::InCuff,
             voluntary: [0.0; 6],
@@ -147,6 +156,14 @@ impl Arm {
             .map(|it| it.freshness(&self.spec, now_us))
     }
 
+    /// How far each turn has given way, rad.
+    fn turns(&self) -> Turns {
+        match self.held {
+            Held::InCuff => self.gives * self.torques,
+            Held::Freely => *self.free.turns(),
+        }
+    }
+
     fn step(&mut self) {
         let end_us = (self.tick + 1) * TICK_US;
         let mut torques = Turns::zeros();
@@ -158,6 +175,7 @@ impl Arm {
                 torques += force * arms;
             }
         }
+        self.torques = torques;
         match self.held {
             Held::InCuff => {
                 let felt = self.to_wrench * torques;
@@ -205,15 +223,24 @@ impl Body for Arm {
 
     /// Elbow flexion, degrees.
     fn angle_deg(&self) -> f64 {
-        match self.held {
-            Held::InCuff => self.spec.posture.elbow_deg,
-            Held::Freely => self.spec.posture.elbow_deg + self.free.flexed_rad().to_degrees(),
-        }
+        self.spec.posture.elbow_deg + self.turns()[6].to_degrees()
     }
 
     /// Elbow flexion as it is: what is sensed of an arm are forces and turning rates.
     fn sensed_deg(&self) -> f64 {
         self.angle_deg()
+    }
+
+    /// The declared posture, and what cuff or joints give way.
+    fn posture_deg(&self) -> Option<[f64; 9]> {
+        let turns = self.turns();
+        Some(angles_deg(&self.spec.posture, &self.skeleton, &turns))
+    }
+
+    fn hand_n(&self) -> Option<[f64; 3]> {
+        let [x, y, z, ..] = self.wrench;
+        let force = about(Vector3::new(x, y, z)).into();
+        (self.held == Held::InCuff).then_some(force)
     }
 
     fn loads(&self) -> &[Load; CHANNELS] {

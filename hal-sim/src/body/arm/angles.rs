@@ -1,0 +1,46 @@
+//! How the arm is held, as nine angles: what sensors on four segments would tell.
+//!
+//! Axes here are x backward, y to the right, z upward, half a turn about the vertical from
+//! the body's own. With all angles zero the arm hangs and every segment's axes are these;
+//! the girdle's are where it is at rest.
+
+use super::posture::{Posture, Skeleton, Turns};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+/// Backward, to the right and upward from forward, to the left and upward, and back.
+pub(super) fn about(it: Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(-it.x, -it.y, it.z)
+}
+
+/// Degrees of the posture and of how far each turn has given way (rad, small), axis after
+/// axis: protraction z, elevation x, roll y of the sternoclavicular joint; flexion y,
+/// abduction x, internal rotation z of the glenohumeral joint; flexion y, bending sideways
+/// x, pronation z of the elbow.
+pub(super) fn angles_deg(posture: &Posture, bones: &Skeleton, turns: &Turns) -> [f64; 9] {
+    let turn = |from: usize| about(turns.fixed_rows::<3>(from).into());
+    let girdle = Rotation3::new(turn(0)).into_inner();
+    let axes = [
+        -bones.hinge.cross(&bones.upper_arm),
+        bones.hinge,
+        -bones.upper_arm,
+    ]
+    .map(about);
+    let upper_arm = Rotation3::new(turn(0) + turn(3)) * Matrix3::from_columns(&axes);
+    let shoulder = girdle.transpose() * upper_arm;
+    // First and third axis from what the middle one leaves of them.
+    let sternal = [
+        (-girdle[(0, 1)]).atan2(girdle[(1, 1)]),
+        girdle[(2, 1)].clamp(-1.0, 1.0).asin(),
+        (-girdle[(2, 0)]).atan2(girdle[(2, 2)]),
+    ];
+    let glenohumeral = [
+        shoulder[(0, 2)].atan2(shoulder[(2, 2)]),
+        (-shoulder[(1, 2)]).clamp(-1.0, 1.0).asin(),
+        shoulder[(1, 0)].atan2(shoulder[(1, 1)]),
+    ];
+    let [a, b, c] = sternal.map(f64::to_degrees);
+    let [d, e, f] = glenohumeral.map(f64::to_degrees);
+    let elbow = posture.elbow_deg + turns[6].to_degrees();
+    // Turning about the forearm, towards the hand, supinates.
+    [a, b, c, d, e, f, elbow, 0.0, -turns[7].to_degrees()]
+}
