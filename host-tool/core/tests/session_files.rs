@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use firmware::control::{LawSpec, SensorSource};
-use firmware::link::Event;
+use firmware::link::{Event, Request};
 use firmware::pulse::Partner;
 use firmware::safety::State;
 use firmware::units::{Amplitude, Micros};
 use host_core::link::{Client, Incoming, Port, SimulatedPort};
-use host_core::session::{Course, LawName, Problem, Session, Setpoint};
+use host_core::run::body_of;
+use host_core::session::{Course, LawName, Problem, Session, SessionLimb, Setpoint};
 
 use crate::link_native::native_world;
 
@@ -57,6 +58,23 @@ fn turns(session: &Session) -> u64 {
         .max(10)
 }
 
+/// Tells the angles of the session's arm at rest, if they are measured.
+fn measure(client: &mut Client<SimulatedPort>, session: &Session) {
+    if session.limb.as_ref().is_some_and(SessionLimb::is_measured) {
+        let body = body_of(session, 1).unwrap();
+        let at = Micros::new(client.port().world.now_us() as u32);
+        for (joint, deg) in (0u8..).zip(body.posture_deg().unwrap()) {
+            let centideg = (deg * 100.0).round() as i16;
+            let measured = Request::Measurement {
+                joint,
+                centideg,
+                at,
+            };
+            client.request(measured).unwrap();
+        }
+    }
+}
+
 /// Configures, arms and runs a device for a quarter of a second, or for two bursts
 /// at the slowest rate. How many bursts got an amplitude.
 fn play(session: &Session) -> usize {
@@ -76,10 +94,12 @@ fn play(session: &Session) -> usize {
     }
     client.arm().unwrap();
     assert_eq!(client.status().unwrap().state, State::Armed);
+    measure(&mut client, session);
     client.start().unwrap();
     let armed = client.port().world.recorder.trace.dac.len();
     for index in 0..turns(session) {
         let due_us = session.setpoints.due_us(index);
+        measure(&mut client, session);
         client
             .request(session.setpoints.at(due_us).request(None))
             .unwrap();

@@ -11,6 +11,7 @@ mod report_page;
 mod report_truth;
 mod run_cut_short;
 mod run_rungs;
+mod session_arm;
 mod session_endpoint;
 mod session_errors;
 mod session_files;

@@ -40,6 +40,11 @@ pub trait Port {
     fn posture_deg(&mut self) -> Option<[f64; AXES]> {
         self.world().and_then(|world| world.body.posture_deg())
     }
+    /// True force of a simulated wearer's hand on what holds it, N: backward, to the right,
+    /// upward.
+    fn hand_n(&mut self) -> Option<[f64; 3]> {
+        self.world().and_then(|world| world.body.hand_n())
+    }
 }
 
 impl<P: Port + ?Sized> Port for Box<P> {

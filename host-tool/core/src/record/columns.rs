@@ -60,7 +60,7 @@ const fn column(
 
 /// The columns of `samples.csv`, in their order.
 #[rustfmt::skip]
-pub const SAMPLES: [Column; 21] = [
+pub const SAMPLES: [Column; 24] = [
     column(Each::Table, "t_s", "s", "time since the start of the trains", "device clock, 1 µs"),
     column(Each::Table, "target_deg", "°", "wanted joint angle, or where the wall stands; empty before the first setpoint and without joint or wall", "device: the setpoint it follows, held or extrapolated"),
     column(Each::Table, "measured_deg", "°", "joint angle; empty before the first measurement and without joint or wall", "the session's sensor, as the device took it"),
@@ -79,6 +79,9 @@ pub const SAMPLES: [Column; 21] = [
     column(Each::Arm, "hand_y_n", "N", "the same, to the right", "device: the setpoint it follows"),
     column(Each::Arm, "hand_z_n", "N", "the same, upward", "device: the setpoint it follows"),
     column(Each::Arm, "hand_made", "", "part of that force that can be made as the arm is held, the least since the row before: 1 is all, and given; less is not given at all", "device: recruitment"),
+    column(Each::Arm, "hand_fx_n", "N", "force at the hand, backward: what the arm pushes the cuff near its wrist with beside its weight; empty unless a simulated arm in a cuff runs in this program", "simulated body: its truth, without its force sensor's noise; no measurement"),
+    column(Each::Arm, "hand_fy_n", "N", "the same, to the right", "simulated body, likewise"),
+    column(Each::Arm, "hand_fz_n", "N", "the same, upward", "simulated body, likewise"),
     column(Each::Lift, "held", "0, 1, 2", "1 while an object is held, 0 while not, 2 if it was for too long and is to be released; empty before the start", "device: the setpoint it follows"),
     column(Each::Joint, "angle", "°", "angle of the joint; empty without a fresh one that can be believed", "the host, as the device took it"),
     column(Each::Joint, "phase", "1, -1", "1 since its elbow flexed last, -1 since it extended; empty before it moves", "device: sign of the elbow's velocity"),

@@ -363,6 +363,10 @@ pub struct Sample {
     /// What part of it can be made: 1 is all, and given; less is not given at all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hand_made: Option<f64>,
+    /// True force at the hand of a simulated body that is held there, N, likewise; empty of
+    /// any other.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hand_true_n: Vec<Option<f64>>,
     /// Whether an object is held, 1; 0 if not, 2 if the device let go. None where no joint
     /// is modulated.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -17,6 +17,10 @@ const FIXED: [&str; 7] = [
     "state",
 ];
 
+/// Columns of the wanted force at the hand, and of the true one.
+const HAND: [&str; 3] = ["hand_x_n", "hand_y_n", "hand_z_n"];
+const HAND_TRUE: [&str; 3] = ["hand_fx_n", "hand_fy_n", "hand_fz_n"];
+
 /// Appends the header of `samples.csv`.
 pub(super) fn push_sample_header(text: &mut Vec<u8>, channels: &[ChannelInfo]) {
     text.extend_from_slice(columns::header(&columns::SAMPLES, channels).as_bytes());
@@ -60,6 +64,9 @@ pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[Chann
             push_field(text, sample.hand_n.get(column).copied().flatten());
         }
         push_field(text, sample.hand_made);
+        for column in 0..3 {
+            push_field(text, sample.hand_true_n.get(column).copied().flatten());
+        }
     }
     let joints = columns::joints(channels).count();
     if joints > 0 {
@@ -125,8 +132,6 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
         "rate_",
         "below_",
         "above_",
-        "hand_",
-        "held",
         "angle_",
         "phase_",
     ]
@@ -139,13 +144,14 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
         rates,
         below,
         above,
-        mut hand,
-        mut held,
         angles,
         phases,
     ] = lists;
-    let made = hand.pop(); // the last of the arm's
-    let held = held.pop();
+    // Where an arm is driven; true forces are younger than the rest.
+    let column = |name: &str| rows.header.iter().position(|it| it == name);
+    let [hand, truly] = [HAND, HAND_TRUE].map(|names| names.into_iter().filter_map(column));
+    let (hand, truly): (Vec<_>, Vec<_>) = (hand.collect(), truly.collect());
+    let (made, held) = (column("hand_made"), column("held"));
     let fixed = FIXED.map(|name| rows.column(name));
     let [t, target, measured, truth, effort, limiting, state] = fixed;
     let (t, target, measured) = (t?, target?, measured?);
@@ -173,13 +179,19 @@ pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
             held: held.map_or(Ok(None), |held| row.optional(held))?,
             joint_deg: list(&angles)?,
             phase: list(&phases)?,
-            hand_n: match list(&hand)? {
-                none if none.iter().all(Option::is_none) => Vec::new(),
-                force => force,
-            },
+            hand_n: known(list(&hand)?),
             hand_made: made.map_or(Ok(None), |made| row.optional(made))?,
+            hand_true_n: known(list(&truly)?),
         })
     })
+}
+
+/// A force, or nothing where none of it is known.
+fn known(force: Vec<Option<f64>>) -> Vec<Option<f64>> {
+    match force.iter().all(Option::is_none) {
+        true => Vec::new(),
+        false => force,
+    }
 }
 
 /// Reads `edges.csv`; errors as [`read_samples`].

@@ -9,6 +9,7 @@
 mod bars;
 mod compare;
 mod edges;
+mod hand;
 mod lanes;
 mod limb;
 mod overview;

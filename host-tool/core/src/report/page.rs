@@ -4,7 +4,7 @@ use super::tables::{
     counter_table, degrees, electrode_table, event_table, force_notes, force_remarks, force_table,
     hits_table, metrics_table, models_in_words, newtons, paper_table, seconds,
 };
-use super::{Report, bars, edges, lanes, trajectory};
+use super::{Report, bars, edges, hand, lanes, trajectory};
 use crate::analysis::{Metrics, force_metrics, hits, metrics_but_lag, unpredicted};
 use crate::plot::canvas::escape;
 use crate::record::{Assumption, Role, Run, Trial};
@@ -14,6 +14,7 @@ pub fn page(report: &Report) -> String {
     let run = report.run;
     let mut out = format!("<p class=\"result\">{}</p>\n", escape(&headline(run)));
     out.push_str(&figure(&trajectory::figure(&run.trials), ""));
+    out.push_str(&figure(&hand::figure(&run.trials), ""));
     out.push_str(&format!("<p class=\"facts\">{}</p>\n", facts(run)));
 
     let tables = metrics_table(&run.trials)
@@ -82,6 +83,7 @@ fn result(run: &Run) -> String {
         }
         let other = wall_result(run).or_else(|| force_result(run));
         let other = other.or_else(|| unpredicted_result(run));
+        let other = other.or_else(|| hand::result(run));
         return other.unwrap_or_else(|| nothing_judged(run).to_owned());
     };
     let window = format!("{}–{} s", seconds(best.from_s), seconds(best.to_s));

@@ -35,7 +35,7 @@ pub enum RunError {
     StagesUnknown(&'static str),
     /// Only a simulated wearer has the arm whose angles this session measures.
     #[error(
-        "E550 the session's posture is measured by the host, and {0} has no simulated arm; say posture_deg"
+        "E550 the session's posture is measured by the host, and {0} has no simulated arm; say posture_deg, or [body] kind = \"arm\""
     )]
     NoPosture(String),
     /// Only a simulated device is told a file's angles.

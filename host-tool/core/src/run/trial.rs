@@ -141,6 +141,7 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
             joint.phase.map(phase)
         }),
         hand_made: (telemetry.wrench).map(|wrench| f64::from(wrench.made_permille) * 1e-3),
+        hand_true_n: Vec::new(),
     }
 }
 

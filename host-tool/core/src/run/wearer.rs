@@ -3,9 +3,11 @@
 use crate::session::{BodySpec, Session, Unit};
 use firmware::control::SensorSource;
 use firmware::pulse::{GroupSpec, Partner};
+use hal_sim::body::arm::{Arm, ArmSpec, InvalidArm};
 use hal_sim::body::hand::InvalidHand;
 use hal_sim::body::{Body, CHANNELS, Drive, Elbow, Finger, InvalidElbow, InvalidSpec, Load, Still};
 use hal_sim::lockstep::Output;
+use hal_sim::random;
 use hal_sim::world::World;
 use std::io;
 
@@ -19,9 +21,12 @@ pub enum BodyError {
     /// A hand.
     #[error("E566 the session's body cannot be: {0}")]
     Hand(InvalidHand),
-    /// An arm.
+    /// An elbow.
     #[error("E570 the session's body cannot be: {0}")]
     Elbow(InvalidElbow),
+    /// An arm.
+    #[error("E740 the session's body cannot be: {0}")]
+    Arm(InvalidArm),
 }
 
 /// The session's wearer, rested and at their start; `seed` decides their noise.
@@ -37,6 +42,17 @@ pub fn body_of(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyError>
             Box::new(Finger::new((**spec).clone(), seed).map_err(BodyError::Finger)?)
         }
         Some(BodySpec::Hand(fitted)) => Box::new(fitted.moving(seed).map_err(BodyError::Hand)?),
+        Some(BodySpec::Arm { spec, held }) => {
+            // Which arm it is stays; what it and its sensors do by chance is the seed's.
+            let seed = random::word(spec.seed, seed);
+            let spec = ArmSpec {
+                seed,
+                ..(**spec).clone()
+            };
+            let mut arm = Arm::new(spec).map_err(BodyError::Arm)?;
+            arm.hold(*held);
+            Box::new(arm)
+        }
         Some(BodySpec::Still { load_ohm }) => {
             let mut body = Still::new(0.0);
             *body.loads_mut() = [Load::Ohms((*load_ohm).into()); CHANNELS];

@@ -1,11 +1,13 @@
 //! `[body]`: the simulated wearer. A board has a real one and ignores it.
 
+use hal_sim::body::arm::{ArmSpec, Held};
 use hal_sim::body::elbow::{Approach, Sight, TORQUE_FREQUENCY_HZ, Yields};
 use hal_sim::body::finger::Pair;
 use hal_sim::body::hand::FittedHand;
 use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::{ElbowSpec, FingerSpec};
 
+use super::arm::read_arm;
 use super::channel::Channel;
 use super::fields::PARTICIPANTS;
 use super::hand::read_hand;
@@ -23,6 +25,13 @@ pub enum BodySpec {
     Elbow(Box<ElbowSpec>),
     /// A forearm and hand under its electrodes.
     Hand(Box<FittedHand>),
+    /// A right arm under nine electrodes, channels 1 to 9.
+    Arm {
+        /// What it is made of, and its posture.
+        spec: Box<ArmSpec>,
+        /// What holds it.
+        held: Held,
+    },
     /// A dummy load on every channel.
     Still {
         /// Ω.
@@ -39,6 +48,7 @@ pub(super) fn read_body(t: &Table<'_>, channels: &[Channel], person: &Person) ->
         "finger" => BodySpec::Finger(Box::new(read_finger(t, person)?)),
         "elbow" => BodySpec::Elbow(Box::new(read_elbow(t)?)),
         "hand" => BodySpec::Hand(Box::new(read_hand(t, channels)?)),
+        "arm" => read_arm(t),
         _ => BodySpec::Still {
             load_ohm: t.whole("load_ohm"),
         },

@@ -14,6 +14,7 @@ use firmware::safety::{ChannelSpec, ListedPulse, MAX_LISTED, StageSpec};
 use hal_sim::body::wearer::Participant;
 use hal_sim::body::{ElbowSpec, FingerSpec};
 
+use super::arm::arm_fields;
 use super::control_fields::{amplitude, hold, joint, wall};
 use super::hand_fields::{hand_fields, point_channels};
 use super::modulation_fields::{held_points, modulation};
@@ -373,7 +374,7 @@ fn body() -> Section {
         f("at_ma", real("mA", 200), Required, "least current that is felt"),
     ];
     let mut all = vec![
-        f("kind", Kind::Choice(vec!["finger", "elbow", "hand", "still"]), Required, "an index finger, a forearm and the person who moves it, a forearm and hand that are a mechanism (below), or dummy loads"),
+        f("kind", Kind::Choice(vec!["finger", "elbow", "hand", "arm", "still"]), Required, "an index finger, a forearm and the person who moves it, a forearm and hand that are a mechanism (below), a right arm under nine electrodes (below), or dummy loads"),
         f("participant", one_of(&PARTICIPANTS), OrTold("who `[wearer] file` is of".into()), "of Hamana 2022, table 7; required where no file is of P, Q or S").when("kind", &["finger"]),
     ];
     all.extend(point_channels());
@@ -405,6 +406,7 @@ fn body() -> Section {
         f("load_ohm", Kind::Whole(Number::within("Ω", 0, 1, 1_000_000)), Or(2_000), "on every channel").when("kind", &["still"]),
     ]);
     all.extend(hand_fields());
+    all.extend(arm_fields());
     all
 }
 

@@ -7,6 +7,7 @@
 //! In: a file. Out: a checked [`Session`] and the requests that configure a
 //! device for it. The files in `host-tool/sessions/` show the format.
 
+mod arm;
 mod body;
 mod channel;
 mod channels;

@@ -105,7 +105,11 @@ impl<P: Port> Run<'_, P> {
             Incoming::Telemetry(telemetry) => {
                 if telemetry.at.has_reached(self.epoch) {
                     let true_deg = self.client.port().true_deg();
-                    let sample = trial::sample(&telemetry, self.epoch, true_deg);
+                    let mut sample = trial::sample(&telemetry, self.epoch, true_deg);
+                    if self.session.limb.is_some() {
+                        let force = self.client.port().hand_n().into_iter().flatten();
+                        sample.hand_true_n = force.map(Some).collect();
+                    }
                     if let Some(recorder) = &mut self.recorder {
                         recorder.sample(&sample)?;
                     }

@@ -226,7 +226,7 @@ impl<'a> Limb<'a> {
             }
             BodySpec::Elbow(e) => (Kind::Arm, vec![e.triceps.channel, e.biceps.channel]),
             BodySpec::Hand(hand) => (Kind::Finger, hand.channels.to_vec()),
-            BodySpec::Still { .. } => return None,
+            BodySpec::Arm { .. } | BodySpec::Still { .. } => return None,
         };
         let (from, to) = trial.measure.unwrap_or((0.0, f64::INFINITY));
         let judged = |s: &&Sample| (from..=to).contains(&s.t_s);

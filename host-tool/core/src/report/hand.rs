@@ -1,0 +1,113 @@
+//! A force at the hand over time: wanted, and what came of it where a simulated body tells.
+
+use super::trajectory::end_s;
+use crate::plot::ink::{INK, PALETTE, stroke};
+use crate::plot::series::{range, round_step, shorten};
+use crate::plot::{Axis, Figure, Key, Mark, Panel, Stroke};
+use crate::record::{Run, Sample, Trial};
+
+const HEIGHT: f64 = 90.0;
+/// More than a third of a screen shows.
+const BUCKETS: usize = 300;
+const CAME: Stroke = stroke(PALETTE[0], 1.8);
+const WANTED: Stroke = stroke(INK, 1.0);
+
+/// Directions, in the order of a sample's.
+const AXES: [&str; 3] = ["backward (N)", "to the right (N)", "upward (N)"];
+
+/// A panel for each direction of each trial with an arm, or nothing.
+pub(super) fn figure(trials: &[Trial]) -> String {
+    let driven = trials
+        .iter()
+        .filter(|trial| trial.samples.iter().any(is_wanted));
+    let driven: Vec<&Trial> = driven.collect();
+    if driven.is_empty() {
+        return String::new();
+    }
+    let samples = || driven.iter().flat_map(|trial| &trial.samples);
+    let all = samples().flat_map(|s| s.hand_n.iter().chain(&s.hand_true_n));
+    let (low, high) = range(all.copied().flatten()).unwrap_or((0.0, 1.0));
+    let step = round_step((high - low).max(0.1), 3.0);
+    let ends = (
+        (low / step).floor() * step,
+        (high / step).ceil() * step + step,
+    );
+    let row = |trial: &&Trial| {
+        let panel = |axis: usize| {
+            let x = Axis {
+                grid: false,
+                ..Axis::linear("time (s)", (0.0, end_s(trials)), 5.0)
+            };
+            let y = Axis::linear(AXES[axis], ends, 4.0);
+            let lines = |of: fn(&Sample) -> &[Option<f64>], stroke| {
+                let values = trial.samples.iter();
+                let known = values.filter_map(|s| Some((s.t_s, (*of(s).get(axis)?)?)));
+                let parts = shorten(known, BUCKETS).into_iter();
+                parts.map(move |part| Mark::Line(part, stroke))
+            };
+            let came = lines(|s| &s.hand_true_n, CAME);
+            Panel {
+                marks: came.chain(lines(|s| &s.hand_n, WANTED)).collect(),
+                ..Panel::new(&trial.name, x, y, HEIGHT)
+            }
+        };
+        (0..AXES.len()).map(panel).collect()
+    };
+    let mut legend = vec![(Key::Line(WANTED), "wanted at the hand".to_owned())];
+    if samples().any(|s| !s.hand_true_n.is_empty()) {
+        legend.push((Key::Line(CAME), "what the simulated arm gives".to_owned()));
+    }
+    Figure {
+        description: "Force at the hand over time".to_owned(),
+        legend,
+        rows: driven.iter().map(row).collect(),
+        ..Figure::default()
+    }
+    .svg()
+}
+
+/// What came of the forces wanted in the run, in a sentence; nothing without an arm.
+pub(super) fn result(run: &Run) -> Option<String> {
+    let samples = || run.trials.iter().flat_map(|trial| &trial.samples);
+    let wanted = samples().filter_map(|s| three(&s.hand_n)).map(length);
+    let most = wanted.reduce(f64::max)?;
+    let mut text = format!("Up to {most:.1} N were wanted at the hand");
+    let unmade = samples().filter(|s| s.hand_made.is_some_and(|made| made < 1.0));
+    let (unmade, all) = (unmade.count(), samples().filter(|s| is_wanted(s)).count());
+    if unmade > 0 {
+        let percent = 100.0 * unmade as f64 / all as f64; // one at least
+        text +=
+            &format!(", which for {percent:.1} % of the time could not be made and was not given");
+    }
+    let both = samples().filter_map(|s| Some((three(&s.hand_n)?, three(&s.hand_true_n)?)));
+    let both: Vec<_> = both.collect();
+    if both.is_empty() {
+        return Some(text + "; nothing measured the force that came.");
+    }
+    let rms = |of: fn(&([f64; 3], [f64; 3])) -> f64| {
+        let squares: f64 = both.iter().map(|pair| of(pair).powi(2)).sum();
+        (squares / both.len() as f64).sqrt()
+    };
+    let missed = rms(|(wanted, came)| length(std::array::from_fn(|n| came[n] - wanted[n])));
+    let wanted = rms(|(wanted, _)| length(*wanted));
+    text += &format!("; the simulated arm's own force missed that by {missed:.1} N rms");
+    if wanted > 0.0 {
+        text += &format!(", {:.0} % of the wanted", 100.0 * missed / wanted);
+    }
+    Some(text + ".")
+}
+
+fn is_wanted(sample: &Sample) -> bool {
+    !sample.hand_n.is_empty()
+}
+
+fn three(force: &[Option<f64>]) -> Option<[f64; 3]> {
+    match *force {
+        [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+        _ => None,
+    }
+}
+
+fn length(force: [f64; 3]) -> f64 {
+    force.iter().map(|part| part * part).sum::<f64>().sqrt()
+}

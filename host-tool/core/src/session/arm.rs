@@ -1,0 +1,52 @@
+//! `[body] kind = "arm"`: a simulated right arm under nine electrodes.
+
+use hal_sim::body::arm::{ArmSpec, Held, Posture};
+
+use super::body::BodySpec;
+use crate::fields::field::Need::{OrTold, OrWord};
+use crate::fields::field::{Field, Kind, Number, f, one_of};
+use crate::fields::table::Table;
+
+/// What holds it, by name.
+const HELD: [(&str, Held); 2] = [("cuff", Held::InCuff), ("freely", Held::Freely)];
+
+/// What decides the arms that sessions name by their number.
+const ARMS: u64 = 2023;
+
+/// Its fields.
+#[rustfmt::skip]
+pub(super) fn arm_fields() -> [Field; 6] {
+    let d = Posture::STUDY;
+    let turn = |name, least, most, default: f64, meaning| {
+        f(name, Kind::Real(Number::within("°", 0, least, most)), OrTold(default.to_string()), meaning)
+    };
+    let all = [
+        f("drawn", Kind::Whole(Number::within("", 0, 0, 1_000_000_000)), OrTold("none: the middle of all ranges".into()), "which of the arms drawn at random, as [endpoint.md](endpoint.md) draws them"),
+        f("held", one_of(&HELD), OrWord("cuff"), "its forearm lies in the cuff of a force sensor, or the person alone holds it"),
+        turn("plane_deg", -180, 180, d.plane_deg, "vertical plane of the upper arm, 0 forward, 90 to the side"),
+        turn("elevation_deg", 1, 120, d.elevation_deg, "how far it is raised in it: 0 hangs, 90 is level"),
+        turn("rotation_deg", -180, 180, d.rotation_deg, "how far the forearm is turned about the upper arm, inward positive, from where its flexion points most forward"),
+        turn("elbow_deg", 0, 100, d.elbow_deg, "elbow flexion"),
+    ];
+    all.map(|field| field.when("kind", &["arm"]))
+}
+
+/// The arm in its posture; numbers left out keep [`Posture::STUDY`].
+pub(super) fn read_arm(t: &Table<'_>) -> BodySpec {
+    let real = |name, default| t.real(name).unwrap_or(default);
+    let d = Posture::STUDY;
+    let spec = match t.has("drawn") {
+        true => ArmSpec::drawn(ARMS, t.whole("drawn")),
+        false => ArmSpec::nominal(),
+    };
+    let posture = Posture {
+        plane_deg: real("plane_deg", d.plane_deg),
+        elevation_deg: real("elevation_deg", d.elevation_deg),
+        rotation_deg: real("rotation_deg", d.rotation_deg),
+        elbow_deg: real("elbow_deg", d.elbow_deg),
+    };
+    BodySpec::Arm {
+        spec: Box::new(ArmSpec { posture, ..spec }),
+        held: t.named("held", &HELD).unwrap_or(Held::InCuff),
+    }
+}
