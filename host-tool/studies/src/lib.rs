@@ -4,11 +4,11 @@
 //! compare muscle models and control laws, `stability` maps where methods fail,
 //! `ladder` judges the choice of muscle models, `limb` what recruitments of an arm give;
 //! `laboratory` is what protocols share; `experiments` are the papers' protocols,
-//! `endpoint` that of a wanted force at the hand, `electrodes`
-//! which of them serve it, `lee` that which identifies a muscle,
-//! `ramps` Harris' characterization, `lift` stimulation that follows lifting arms;
-//! `faults` are campaigns of what breaks; `figures` draw
-//! them. `subjects` are whom muscle models are compared on.
+//! `endpoint` that of a wanted force at the hand, `electrodes` which of them serve it,
+//! `lee` that which identifies a muscle, `ramps` Harris' characterization, `distributed` a
+//! muscle under several electrodes, `lift` stimulation that follows lifting arms; `faults`
+//! are campaigns of what breaks; `figures` draw them. `subjects` are whom muscle models are
+//! compared on.
 
 pub mod accuracy;
 pub mod bench;

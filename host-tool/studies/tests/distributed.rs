@@ -99,10 +99,8 @@ fn endurance_ends_when_the_most_is_not_enough() {
     assert_eq!(seconds(&[(1, 1.0, true), (200, 0.95, true)]), (201, true));
     // Never there in time.
     assert_eq!(seconds(&[(200, 0.99, true), (100, 1.0, true)]), (0, false));
-    let refused = Series {
-        is_refused: true,
-        ..series("one-fresh", &[])
-    };
+    let mut refused = series("one-fresh", &[]);
+    refused.is_refused = true;
     assert_eq!(refused.endurance(), lasts(0.0));
     // Ten seconds from five after the force is there.
     let ripple = series("one", &[(200, 1.0, false)]).ripple().unwrap();

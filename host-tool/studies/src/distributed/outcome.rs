@@ -18,10 +18,11 @@ const NOTES: [&str; 6] = [
      lower rate. Both readings are played. The paper's numbers stand beside both.",
     "Pulses are the device's own, from the native simulator, streamed into the muscle. Feedback is \
      the host's: the frame's mean force sets one amplitude for all electrodes.",
-    "Whether a lower rate helps follows from three assumptions that are axes here: crosstalk, the \
-     part of the muscle that the single electrode reaches, and the part of fatigue that goes by \
-     pulses instead of force. A fifth of strength is more than a quarter of 25 Hz gives in many \
-     persons, whatever is recruited: their units are slow forearm muscles' (Lee 2020).",
+    "What decides the ratio is assumed, and an axis here: most of all the part of the muscle that \
+     the single electrode reaches; then crosstalk, which reaches more fibres and fires them more \
+     often; least the part of fatigue that goes by pulses instead of force. At a quarter of 25 Hz \
+     a fifth of strength is more than the whole muscle gives in many persons: dynamics are those \
+     of forearm muscles (Lee 2020).",
     "The device's models know each electrode's muscle as a calibration of it alone would: neither \
      crosstalk nor that recruited units tire and others do not.",
 ];
