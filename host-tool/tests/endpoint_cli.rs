@@ -42,3 +42,32 @@ fn what_cannot_be_asked_is_wrong_use() {
         assert!(told.contains(why), "{told}");
     }
 }
+
+/// `flexor experiment electrode-choice`, short: its numbers, its matrices, what it refuses.
+#[test]
+fn a_choice_of_electrodes_is_told_and_written() {
+    let folder = folder("electrode_choice");
+    let command = ["experiment", "electrode-choice", "--draws", "2"];
+    let args = [&["--json"], &command[..], &["--out", "two"]].concat();
+    let (exit, told, _) = ran(&folder, &args);
+    assert_eq!(exit, Some(0), "{told}");
+    let told: Value = serde_json::from_str(&told).unwrap();
+    let result = &told["result"];
+    assert_eq!(result["simulated"], true);
+    assert_eq!(result["declared"]["as_declared"], false);
+    assert_eq!(result["shares"][0]["of"], 2, "{result}");
+    let page = std::fs::read_to_string(folder.join("two/result.html")).unwrap();
+    // Two matrices of each method, of ten electrodes.
+    assert_eq!(page.matches("what is missed without it\"").count(), 2);
+    assert_eq!(page.matches(">brachioradialis</text>").count(), 4);
+    let (exit, people, _) = ran(&folder, &["report", "two"]);
+    assert_eq!(exit, Some(0), "{people}");
+    for (args, why) in [
+        (&["--draws", "1"][..], "allowed is 2 to"),
+        (&["--device", "chip"], "allowed: native"),
+    ] {
+        let (exit, _, told) = ran(&folder, &[&command[..2], args].concat());
+        assert_eq!(exit, Some(2), "{told}");
+        assert!(told.contains(why), "{told}");
+    }
+}

@@ -257,6 +257,11 @@ fn what_cannot_be_had_is_told() {
         panic!("{refused:?}");
     };
     assert_eq!(wanted_n, 900.0);
+    let beyond = Trouble::Beyond { nearest, wanted_n }.to_string();
+    assert!(
+        beyond.starts_with("E703 900.0 N cannot be made in this posture: of that direction ("),
+        "{beyond}"
+    );
     // What is named can be had, and hardly more.
     let times = |share: f64| force(nearest.map(|part| part * share));
     assert!(recruit.recruit_within(&posed, &times(1.0), 5.0).is_ok());
@@ -269,5 +274,9 @@ fn what_cannot_be_had_is_told() {
     let hanging = Limb::<Exact>::new(&plumb)
         .unwrap()
         .jacobians(&[Exact(0.0); 9]);
-    assert_eq!(Posed::new(&hanging).err(), Some(Trouble::Singular));
+    let singular = Posed::new(&hanging).unwrap_err().to_string();
+    assert!(
+        singular.starts_with("E704 in this posture the arm holds some wrench without any torque"),
+        "{singular}"
+    );
 }

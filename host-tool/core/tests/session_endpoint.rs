@@ -1,14 +1,16 @@
 //! Forces at the hand in sessions: what is read, what is refused, what is played.
 
 use firmware::control::PostureSpec;
+use firmware::limb::{Limb, LimbSpec};
 use firmware::link::Request;
-use firmware::units::Micros;
+use firmware::units::{Angle, Micros};
 use hal_sim::body::{Body, CHANNELS, Load, Pulse};
 use hal_sim::native::native;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
+use host_core::limb::Exact;
 use host_core::link::SimulatedPort;
-use host_core::record::{read_samples, write_samples};
+use host_core::record::{Sample, read_samples, write_samples};
 use host_core::run::{Outcome, SessionFile, run};
 use host_core::session::{Course, Session, SessionError};
 use host_core::wearer::{Wearer, shipped};
@@ -176,12 +178,17 @@ fn where_no_muscle_helps_it_is_said() {
             &one[..points]
         );
         match Session::parse("it.toml", &text) {
-            Ok(_) => Vec::new(),
-            Err(e) => numbers(&e),
+            Ok(_) => (Vec::new(), String::new()),
+            Err(e) => (numbers(&e), e.lines()),
         }
     };
-    assert_eq!(told("[0, 0, 5]"), [0; 0]);
-    assert_eq!(told("[0, 0, -5]"), [476]);
+    assert_eq!(told("[0, 0, 5]").0, [0; 0]);
+    let (numbers, lines) = told("[0, 0, -5]");
+    assert_eq!(numbers, [476]);
+    assert!(
+        lines.contains("no muscle of the session helps towards it as the arm is held"),
+        "{lines}"
+    );
 }
 
 fn play(text: &str, world: World) -> Outcome {
@@ -209,6 +216,56 @@ fn a_run_records_what_was_wanted_and_given() {
     let again = read_samples(&path).unwrap();
     std::fs::remove_file(&path).unwrap();
     assert_eq!(again, trial.samples);
+}
+
+/// A biceps from the girdle turns shoulder and elbow. The device takes it, considers it at
+/// the joint that its line names, and so gives what it gives with one from the upper arm; on
+/// the host both joints' torques are known to the least squares.
+#[test]
+fn a_line_over_two_joints_is_played_at_the_one_it_names() {
+    let via = "{ segment = \"upper-arm\", at_mm = [-30, 0, -130] }";
+    let both = format!("{{ segment = \"girdle\", at_mm = [20, 130, 10] }},\n    {via}");
+    let wearer = with(shipped("arm-1").unwrap(), &[(via, &both)]);
+    let text = with(EXAMPLE, &[("duration_s = 6.0", "duration_s = 4.0")]);
+    let files = [shipped("arm-1").unwrap(), &wearer].map(|wearer| {
+        SessionFile::parse_beside("it.toml", &text, &|_| Ok(wearer.to_owned())).unwrap()
+    });
+    let [one, two] = files.each_ref().map(|file| {
+        let limb = file.session.limb.as_ref().unwrap();
+        let PostureSpec::Fixed(angles) = limb.spec.posture else {
+            panic!("{limb:?}");
+        };
+        let spec = LimbSpec {
+            ways_um: limb.spec.ways_um,
+            ranges_mdeg: limb.spec.ranges_mdeg,
+            lines: limb.lines.clone(),
+        };
+        let arm = Limb::<Exact>::new(&spec).unwrap();
+        let posture = angles.map(|it| Angle::from_centideg(it.into()));
+        let pose = arm.skeleton().pose(&arm.radians(&posture).unwrap());
+        arm.lines()[0]
+            .torques(&pose)
+            .map(|it| it.to_array().map(|Exact(m)| m))
+    });
+    assert_eq!((one[1], one[2]), ([0.0; 3], two[2]));
+    let shoulder_m = two[1].iter().map(|m| m * m).sum::<f64>().sqrt();
+    assert!(shoulder_m > 0.01, "{two:?}");
+    let [one, two] = files.map(|file| {
+        let port = SimulatedPort::new(native_world(BOOT));
+        let outcome = run(&file, port, None, |_| ()).0;
+        assert_eq!((outcome.error.is_none(), outcome.refused), (true, 0));
+        outcome.trial.samples
+    });
+    let biceps = |samples: &[Sample]| -> Vec<Option<f64>> {
+        samples.iter().map(|it| it.amplitudes[0]).collect()
+    };
+    let playing = biceps(&two)
+        .iter()
+        .flatten()
+        .filter(|it| **it > 0.0)
+        .count();
+    assert!(playing > 50, "{playing}");
+    assert_eq!(biceps(&one), biceps(&two));
 }
 
 /// An arm that leaves the wearer's range for a while.

@@ -8,6 +8,7 @@ mod declared;
 mod distributed;
 mod electrodes;
 mod endpoint;
+mod endpoint_calibration;
 mod faults;
 mod laboratory;
 mod ladder_judge;

@@ -3,14 +3,15 @@
 //!
 //! Lives here: what was declared (`host-tool/endpoint/study.toml`), what the device is
 //! told of an arm (`model`), the device at work on it (`device`), its calibration
-//! (`calibrate`, `imus`), participants and their conditions C1 to C4 (`participant`, `walk`,
-//! `replication`), one condition on a device (`played`), what they come to (`metrics`, `regression`, `population`). Not here: how
-//! muscles are recruited (`firmware::limb`, `host_core::limb`), the body
-//! (`hal_sim::body::arm`), the command (`cli`). In: a seed. Out: numbers beside the
-//! paper's. All simulated: no evidence about people.
+//! (`calibrate`, `imus`), participants and their conditions C1 to C4 (`participant`,
+//! `course`, `walk`, `replication`), one condition on a device (`played`), what they come to
+//! (`metrics`, `regression`, `population`). Not here: how muscles are recruited
+//! (`firmware::limb`, `host_core::limb`), the body (`hal_sim::body::arm`). In: a seed. Out:
+//! numbers beside the paper's. All simulated: no evidence about people.
 
 mod calibrate;
 mod claims;
+mod course;
 mod declaration;
 mod device;
 mod error;

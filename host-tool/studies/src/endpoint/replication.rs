@@ -1,16 +1,16 @@
 //! One study of three participants, C1 to C4.
 
 use super::calibrate::{calibrated, geometry_error_deg, still, twitches};
+use super::course::{Course, Player, condition};
 use super::declaration::Study;
-use super::device::{Device, Method, Switches, switches};
+use super::device::{Method, Switches, switches};
 use super::error::EndpointError;
 use super::imus;
-use super::metrics::{Measures, Target, align, measures, median};
+use super::metrics::{Measures, Target, median};
 use super::model::Model;
 use super::participant::{Command, Participant};
-use super::regression::{Score, folds, predicted, score};
+use super::regression::Score;
 use super::walk::{RATES_HZ, Walk, walk};
-use firmware::limb::JOINTS;
 use hal_sim::random;
 use serde::Serialize;
 
@@ -117,113 +117,6 @@ pub fn frame_of(study: &Study, participant: &Participant) -> Result<Model, Endpo
     let turning = twitches(&mut participant.arm, &model, study, &mut participant.now_us);
     let mass_kg = participant.arm.spec().mass_kg;
     calibrated(&model, (&turning, &[]), mass_kg, study)
-}
-
-/// A condition of these targets.
-fn condition(
-    study: &Study,
-    name: &'static str,
-    mut targets: Vec<Target>,
-    table: Option<(&Player, u64)>,
-) -> Result<Condition, EndpointError> {
-    let turned_deg = align(&mut targets).to_degrees();
-    let table_1 = match table {
-        Some((player, seed)) => table_1(study, &targets, player, seed)?,
-        None => Vec::new(),
-    };
-    Ok(Condition {
-        name,
-        measures: measures(&targets)?,
-        targets,
-        turned_deg,
-        table_1,
-    })
-}
-
-/// Table 1's row of these targets: currents, as parts of their ranges, to the wrench and to
-/// joint torques (equation 8).
-fn table_1(
-    study: &Study,
-    targets: &[Target],
-    player: &Player,
-    seed: u64,
-) -> Result<Vec<[Score; 2]>, EndpointError> {
-    let part =
-        |ma: &f64, [least, greatest]: &[f64; 2]| ((ma - least) / (greatest - least)).max(0.0);
-    let parts = |it: &Target| {
-        it.currents_ma
-            .iter()
-            .zip(&player.model.ranges_ma)
-            .map(|(a, b)| part(a, b))
-            .collect()
-    };
-    let inputs: Vec<Vec<f64>> = targets.iter().map(parts).collect();
-    let outputs = |it: &Target| {
-        let joints = player.device.torques(&it.measured);
-        it.measured.into_iter().chain(joints).collect()
-    };
-    let outputs: Vec<Vec<f64>> = targets.iter().map(outputs).collect();
-    let how = &study.regression;
-    let commands: Vec<usize> = targets.iter().map(|it| it.command).collect();
-    let ways = [folds(targets.len(), how.folds, seed), commands];
-    let mut rows = vec![
-        [Score {
-            r_squared: 0.0,
-            nrmse: 0.0
-        }; 2];
-        2 + JOINTS
-    ];
-    for (way, groups) in ways.iter().enumerate() {
-        let answers = predicted(how, seed, (&inputs, &outputs), groups)?;
-        for (place, row) in rows.iter_mut().enumerate() {
-            row[way] = score(&outputs, &answers, 3 * place..3 * place + 3);
-        }
-    }
-    Ok(rows)
-}
-
-/// What the device is told, and the device.
-#[derive(Clone)]
-struct Player {
-    model: Model,
-    device: Device,
-}
-
-impl Player {
-    fn new(model: Model) -> Result<Self, EndpointError> {
-        let device = Device::new(&model)?;
-        Ok(Self { model, device })
-    }
-}
-
-/// A participant's way through the conditions.
-struct Course<'a> {
-    study: &'a Study,
-    /// By S1's frame on this participant: what decides the commands.
-    own: Player,
-    seed: u64,
-    conditions: Vec<Condition>,
-}
-
-impl Course<'_> {
-    /// Stimulates the commands in order `order` by `player`; with table 1 of the paper's
-    /// conditions. What tiredness left at least of a muscle.
-    fn run(
-        &mut self,
-        (name, order): (&'static str, u64),
-        person: &mut Participant,
-        (player, method): (&Player, Method),
-    ) -> Result<f64, EndpointError> {
-        let commands = person.commands(self.study, &self.own.device, order);
-        let targets = person.stimulated(self.study, (&player.device, method), &commands)?;
-        let is_papers = name.starts_with('C');
-        let table = is_papers.then(|| (player, random::word(self.seed, order)));
-        let found = condition(self.study, name, targets, table)?;
-        self.conditions.push(found);
-        let left = person.arm.freshness().into_iter().fold(1.0, f64::min);
-        person.pause(self.study.protocol.pause_s);
-        Ok(left)
-    }
 }
 
 /// A participant who is calibrated: where C3 begins.
