@@ -1,10 +1,15 @@
 //! `flexor serve` lets a client in only when it can answer.
 
-use crate::program::flexor;
+use crate::program::{Board, flexor, folder, said, written};
+use firmware::units::Micros;
+use hal_sim::native::native;
 use host_core::link::{Client, TcpPort};
+use host_core::record::{DeviceState, Sample};
+use host_core::run::{SessionFile, run, simulated};
+use host_core::wearer::shipped;
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Building the image and booting it take no longer.
@@ -47,4 +52,88 @@ fn the_first_connection_is_answered() {
         assert!(opened.is_ok(), "{device}: {:?}", opened.err());
         println!("{device}: refused {refused} times in {waited:?}, then answered");
     }
+}
+
+/// The shipped session of a force at the hand, with the arm held as docs/examples/hand.py
+/// says that it is.
+const HELD: &str = include_str!("../sessions/endpoint_force.toml");
+
+/// Runs the example client for a force on this wearer's arm; what it printed.
+fn asked(board: &Board, wearer: &Path, force_n: [&str; 3]) -> String {
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples/hand.py");
+    let mut python = Command::new("python3");
+    python.args([example, &board.at]).arg(wearer).args(force_n);
+    let output = python.output().expect("python3, which the example is in");
+    let (exit, told, error) = said(output);
+    assert_eq!(exit, Some(0), "{told}{error}");
+    told
+}
+
+/// What every channel gets for this force at last, played from the file, in the words of
+/// the example.
+fn played(force_n: &str) -> String {
+    let points = HELD.find("points = [").unwrap();
+    let text = format!(
+        "{}points = [{{ at_s = 0, force_n = {force_n} }}]",
+        &HELD[..points]
+    );
+    let text = text.replace("duration_s = 6.0", "duration_s = 1.0");
+    let file = SessionFile::parse("endpoint_force.toml", &text).unwrap();
+    let boot = Micros::new(0);
+    let port = simulated(&file.session, 1, Box::new(native(boot)), boot).unwrap();
+    let (outcome, _) = run(&file, port, None, |_| ());
+    assert!(outcome.error.is_none(), "{:?}", outcome.error);
+    // Before the stop, in which it falls.
+    let held = |sample: &&Sample| sample.state == DeviceState::Stimulating;
+    let last = outcome.trial.samples.iter().rfind(held).unwrap();
+    let worn = file.session.worn.as_ref().unwrap();
+    let given = (1..)
+        .zip(&last.amplitudes)
+        .filter_map(|(channel, amplitude)| {
+            let electrode = worn
+                .wearer
+                .electrodes
+                .iter()
+                .find(|it| it.channel == channel)?;
+            let ma = (amplitude.as_ref()? * 1e3).round() / 1e3;
+            Some(format!("{} {ma} mA", electrode.place))
+        });
+    given.collect::<Vec<_>>().join(", ")
+}
+
+/// A program of others asks over TCP: what it gets is what a session's file gets; what
+/// cannot be made is told by number, with the nearest that can be, which then is made.
+#[test]
+#[cfg(unix)]
+fn a_client_asks_for_forces_at_the_hand_live() {
+    let folder = folder("hand_live");
+    let patient = shipped("arm-1")
+        .unwrap()
+        .replace("host_timeout_ms = 200", "host_timeout_ms = 1000");
+    let arm = written(&folder, "arm.toml", &patient);
+    let board = Board::tcp(&folder);
+    let made = |told: &str, force: &str| {
+        let given = format!("100.0 % of {force} N: {}\n", played(force));
+        assert!(told.contains(&given), "expected {given}{told}");
+    };
+    let told = asked(&board, &arm, ["-2", "3", "2.5"]);
+    made(&told, "[-2.0, 3.0, 2.5]");
+    assert!(!told.contains("E3"), "{told}"); // no refusal
+
+    let told = asked(&board, &arm, ["-20", "30", "25"]);
+    let refused = "E317 [-20.0, 30.0, 25.0] N: superior deltoid is too weak: 20.2 % can be made; \
+                   the nearest is [-4.04, 6.06, 5.05] N\n";
+    assert!(told.contains(refused), "{told}");
+    made(&told, "[-4.04, 6.06, 5.05]");
+
+    // The biceps alone cannot push the hand down.
+    let (others, _) = patient.match_indices("[[limb.line]]").nth(1).unwrap();
+    let biceps = written(&folder, "biceps.toml", &patient[..others]);
+    let told = asked(&board, &biceps, ["0", "0", "-5"]);
+    let refused = "E318 [0.0, 0.0, -5.0] N: no muscle helps; the nearest is [0.0, 0.0, 0.0] N\n";
+    assert!(told.contains(refused), "{told}");
+    assert!(
+        told.contains("100.0 % of [0.0, 0.0, 0.0] N: nothing\n"),
+        "{told}"
+    );
 }

@@ -13,7 +13,7 @@ const PROGRAMS: [[&str; 3]; 2] = [
     [
         "python3",
         "python3",
-        "runs tests/judge/judge.py, the second judge",
+        "for tests/judge/judge.py and an example client",
     ],
 ];
 
