@@ -4,19 +4,25 @@ use super::program::{Board, flexor, folder, one_channel, said, written};
 use firmware::link::{Decoder, Kind, Response, encode};
 use hal_sim::native::native;
 use host_core::link::{Port, SimulatedPort};
-use host_core::record::{self, DeviceKind, Recorder, Run};
+use host_core::record::{self, DeviceKind, DeviceState, Recorder, Run, Sample};
 use host_core::report::{self, Report};
 use host_core::run::{SessionFile, begin_trial, run, simulated};
+use host_core::wearer::shipped;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const WARNING: &str = "Simulated wearer: no evidence about people.";
 
-/// Runs the short session on `device` and holds the record to `kind`.
-fn is_recorded_as_simulated(folder: &Path, device: &str, kind: DeviceKind) {
+/// Runs `session` on `device` and holds the record, whose folder it gives, to `kind`.
+fn is_recorded_as_simulated(
+    folder: &Path,
+    session: &str,
+    device: &str,
+    kind: DeviceKind,
+) -> PathBuf {
     let name = kind.words().replace(' ', "-");
     let dir = folder.join(format!("{name}-{}", device.len()));
-    let arguments = ["run", "short.toml", "--device", device, "--out"];
+    let arguments = ["run", session, "--device", device, "--out"];
     let output = flexor(folder, &arguments).arg(&dir).output().unwrap();
     let (exit, _, error) = said(output);
     assert_eq!(exit, Some(0), "{device}: {error}");
@@ -35,6 +41,7 @@ fn is_recorded_as_simulated(folder: &Path, device: &str, kind: DeviceKind) {
     let summary = std::fs::read_to_string(dir.join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     assert_eq!(summary["simulated"], true, "{device}");
+    dir
 }
 
 #[test]
@@ -42,16 +49,16 @@ fn simulators_behind_sockets_terminals_and_pipes_are_recorded_as_simulated() {
     let folder = folder("identity");
     written(&folder, "short.toml", one_channel(0.3, 20));
     let native = Board::tcp(&folder);
-    is_recorded_as_simulated(&folder, &native.at, DeviceKind::Native);
+    is_recorded_as_simulated(&folder, "short.toml", &native.at, DeviceKind::Native);
     drop(native);
     let terminal = Board::serve(&folder, &["--pty", "port"]);
-    is_recorded_as_simulated(&folder, &terminal.at, DeviceKind::Native);
+    is_recorded_as_simulated(&folder, "short.toml", &terminal.at, DeviceKind::Native);
     drop(terminal);
     let wire = "--tcp 127.0.0.1:0 --device chip --body short.toml";
     let chip = Board::serve(&folder, &wire.split(' ').collect::<Vec<_>>());
-    is_recorded_as_simulated(&folder, &chip.at, DeviceKind::Chip);
+    is_recorded_as_simulated(&folder, "short.toml", &chip.at, DeviceKind::Chip);
     drop(chip);
-    is_recorded_as_simulated(&folder, "qemu", DeviceKind::Qemu);
+    is_recorded_as_simulated(&folder, "short.toml", "qemu", DeviceKind::Qemu);
 }
 
 /// A simulator that says it is a board, with a board's number, and shows
@@ -88,9 +95,9 @@ impl Port for Disguised {
     }
 }
 
-/// The page of a run on a device with this number, called "chip simulator".
-fn page_of(unique_id: [u32; 3]) -> String {
-    let file = SessionFile::parse("short.toml", &one_channel(0.3, 20)).unwrap();
+/// The page of a run on a device with this number, called "chip simulator", and what was
+/// recorded.
+fn page_of(unique_id: [u32; 3], file: &SessionFile) -> (String, Run) {
     let boot = firmware::units::Micros::new(0);
     let port = simulated(&file.session, 1, Box::new(native(boot)), boot).unwrap();
     let port = Disguised {
@@ -98,35 +105,114 @@ fn page_of(unique_id: [u32; 3]) -> String {
         decoder: Decoder::default(),
         unique_id,
     };
-    let dir = folder(&format!("identity-{:08x}", unique_id[0]));
+    let name = Path::new(&file.name).file_stem().unwrap().display();
+    let dir = folder(&format!("identity-{:08x}-{name}", unique_id[0]));
     let mut whole = Run {
         title: "One".to_owned(),
         device: "/dev/simulated-qemu".to_owned(),
         ..Run::default()
     };
     record::write_run(&dir, &whole).unwrap();
-    let mut recorder = Recorder::create(&dir, 0, &begin_trial(&file)).unwrap();
-    let (outcome, _) = run(&file, port, Some(&mut recorder), |_| ());
+    let mut recorder = Recorder::create(&dir, 0, &begin_trial(file)).unwrap();
+    let (outcome, _) = run(file, port, Some(&mut recorder), |_| ());
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
     drop(recorder);
     let loaded = record::load(&dir).unwrap();
     assert_eq!(loaded.trials[0].identity, outcome.trial.identity);
     whole.trials.push(outcome.trial);
-    report::page(&Report {
+    let page = report::page(&Report {
         run: &whole,
         paper: &[],
         assumptions: &[],
         command: "flexor run",
-    })
+    });
+    (page, whole)
 }
+
+/// X and Y on the wafer, wafer number and lot in ASCII: RM0090 39.1.
+const A_BOARD_S: [u32; 3] = [0x0039_0024, 0x3431_510F, 0x3534_3832];
 
 #[test]
 fn a_board_is_not_called_simulated_whatever_its_name() {
-    // X and Y on the wafer, wafer number and lot in ASCII: RM0090 39.1.
-    let board = page_of([0x0039_0024, 0x3431_510F, 0x3534_3832]);
+    let file = SessionFile::parse("short.toml", &one_channel(0.3, 20)).unwrap();
+    let (board, _) = page_of(A_BOARD_S, &file);
     assert!(!board.contains(WARNING));
     assert!(board.contains("board at /dev/simulated-qemu"));
-    let chip = page_of([*b"FLEX", *b"OR S", *b"IM 2"].map(u32::from_le_bytes));
+    let chip = [*b"FLEX", *b"OR S", *b"IM 2"].map(u32::from_le_bytes);
+    let (chip, _) = page_of(chip, &file);
     assert!(chip.contains(WARNING));
     assert!(chip.contains("chip simulator at /dev/simulated-qemu"));
+}
+
+/// A force at the hand that is reached after half a second and held, on a wearer
+/// whose device is patient: a test's computer stalls at times.
+fn a_force_at_the_hand(folder: &Path) -> SessionFile {
+    let text = include_str!("../sessions/endpoint_force.toml");
+    let points = text.find("points = [").unwrap();
+    let text = format!(
+        "{}points = [{{ at_s = 0, force_n = [0, 0, 0] }}, {{ at_s = 0.5, force_n = [-2, 3, 2.5] }}]",
+        &text[..points]
+    );
+    let text = text.replace("duration_s = 6.0", "duration_s = 3.0");
+    let text = text.replace("rate_hz = 200", "rate_hz = 20");
+    let text = text.replace("../wearers/arm-1.toml", "arm.toml");
+    let wearer = shipped("arm-1").unwrap();
+    let wearer = wearer.replace("host_timeout_ms = 200", "host_timeout_ms = 1000");
+    written(folder, "arm.toml", wearer);
+    SessionFile::load(&written(folder, "hand.toml", text)).unwrap()
+}
+
+/// What was wanted, what part of it was made, and what every channel got.
+type Given = (Vec<Option<f64>>, Option<f64>, Vec<Option<f64>>);
+
+fn given(sample: &Sample) -> Given {
+    let (wanted, got) = (sample.hand_n.clone(), sample.amplitudes.clone());
+    (wanted, sample.hand_made, got)
+}
+
+/// Behind a port, whatever it is, a device gives what the native one in this program gives,
+/// and is recorded as what it says that it is. Nobody there knows the force that comes.
+#[test]
+fn a_force_at_the_hand_is_given_behind_every_port() {
+    let folder = folder("hand_behind_a_port");
+    let file = a_force_at_the_hand(&folder);
+    let (page, run) = page_of(A_BOARD_S, &file);
+    assert!(!page.contains(WARNING) && page.contains("board at"));
+    assert!(
+        page.contains("nothing measured the force that came"),
+        "{page}"
+    );
+    // Before the stop, in which it falls.
+    let held = |sample: &&Sample| sample.state == DeviceState::Stimulating;
+    let expected = given(run.trials[0].samples.iter().rfind(held).unwrap());
+    let (wanted, made, amplitudes) = &expected;
+    assert_eq!(*wanted, [Some(-2.0), Some(3.0), Some(2.5)]);
+    assert_eq!(*made, Some(1.0));
+    assert!(amplitudes.iter().flatten().count() >= 2, "{amplitudes:?}");
+    for (wire, kind) in [
+        ("--tcp 127.0.0.1:0", DeviceKind::Native),
+        ("--pty port", DeviceKind::Native),
+        (
+            "--tcp 127.0.0.1:0 --device chip --body hand.toml",
+            DeviceKind::Chip,
+        ),
+    ] {
+        let board = Board::serve(&folder, &wire.split(' ').collect::<Vec<_>>());
+        let dir = is_recorded_as_simulated(&folder, "hand.toml", &board.at, kind);
+        let run = record::load(&dir).unwrap();
+        // When, the stalls of this computer decide.
+        let samples = &run.trials[0].samples;
+        let found = samples.iter().filter(|it| given(it) == expected).count();
+        println!(
+            "{wire}: {found} of {} samples are at the force",
+            samples.len()
+        );
+        assert!(found >= 5, "{wire}: {:?}", samples.last());
+        assert!(samples.iter().all(|it| it.hand_true_n.is_empty()), "{wire}");
+        assert!(
+            run.trials[0].pulses.unwrap() > 50,
+            "{wire}: {:?}",
+            run.trials[0].pulses
+        );
+    }
 }
