@@ -6,7 +6,7 @@ use heapless::Vec;
 use serde::Serialize;
 
 /// Longest encoded message, bytes.
-pub const MAX_MESSAGE: usize = 440;
+pub const MAX_MESSAGE: usize = 464;
 
 const MAX_BODY: usize = MAX_MESSAGE + 4;
 

@@ -1,5 +1,6 @@
 //! Random hosts, wearers and moments.
 
+use super::lifts::lift;
 use super::walls::wall;
 use crate::device_desk::*;
 use firmware::bench::limb::{before_the_trunk, nominal};
@@ -373,6 +374,8 @@ pub fn request() -> impl Strategy<Value = Request> {
         1 => (near(0, 3), rung()).prop_map(|(channel, rung)| Request::Rung { channel: channel as u8, rung }),
         1 => joint().prop_map(Request::Joint),
         1 => wall().prop_map(Request::Wall),
+        1 => lift().prop_map(Request::Modulation),
+        3 => prop::bool::weighted(0.8).prop_map(|held| Request::Held { held }),
         1 => Just(Request::StoreStages { stages: [None; 10] }),
         5 => Just(ARM),
         5 => Just(Request::Start),
@@ -456,25 +459,29 @@ pub fn opening() -> impl Strategy<Value = Vec<Step>> {
         option::weighted(0.1, joint()),
         option::weighted(0.15, wall()),
         option::weighted(0.2, arm()),
+        option::weighted(0.15, lift()),
         0u32..=20_000,
     )
-        .prop_map(|(wearer, specs, groups, joint, wall, arm, amplitude)| {
-            let amplitudes = all(specs.len(), amplitude);
-            let mut steps = vec![Step::Hello, Step::Send(Request::Wearer(wearer))];
-            for (channel, spec) in (0u8..).zip(specs) {
-                steps.push(Step::Send(Request::Channel { channel, spec }));
-            }
-            steps.extend(groups.map(Step::Send));
-            steps.extend(joint.map(|j| Step::Send(Request::Joint(j))));
-            steps.extend(wall.map(|w| Step::Send(Request::Wall(w))));
-            if let Some(arm) = arm {
-                steps.push(Step::Send(arm));
-                steps.push(Step::Send(line(3, 0)));
-            }
-            steps.push(Step::Send(ARM));
-            steps.push(Step::Wait(24_000));
-            steps.push(Step::Send(Request::Start));
-            steps.push(Step::Send(amplitudes));
-            steps
-        })
+        .prop_map(
+            |(wearer, specs, groups, joint, wall, arm, lift, amplitude)| {
+                let amplitudes = all(specs.len(), amplitude);
+                let mut steps = vec![Step::Hello, Step::Send(Request::Wearer(wearer))];
+                for (channel, spec) in (0u8..).zip(specs) {
+                    steps.push(Step::Send(Request::Channel { channel, spec }));
+                }
+                steps.extend(groups.map(Step::Send));
+                steps.extend(joint.map(|j| Step::Send(Request::Joint(j))));
+                steps.extend(wall.map(|w| Step::Send(Request::Wall(w))));
+                steps.extend(lift.map(|l| Step::Send(Request::Modulation(l))));
+                if let Some(arm) = arm {
+                    steps.push(Step::Send(arm));
+                    steps.push(Step::Send(line(3, 0)));
+                }
+                steps.push(Step::Send(ARM));
+                steps.push(Step::Wait(24_000));
+                steps.push(Step::Send(Request::Start));
+                steps.push(Step::Send(amplitudes));
+                steps
+            },
+        )
 }

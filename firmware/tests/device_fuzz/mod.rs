@@ -4,6 +4,7 @@
 mod found;
 pub mod hosts;
 mod judges;
+mod lifts;
 mod walls;
 
 use crate::device_desk::*;

@@ -119,13 +119,15 @@ fn every_file_runs_on_a_device() {
     for file in files {
         let session = Session::load(&file).unwrap_or_else(|e| panic!("{file:?}: {e}"));
         println!("{}", file.display());
-        // A trigger, an arm in the wall, or a width that pulses have, is yet to come.
+        // A trigger, an arm in the wall, an object that is held, or a width that pulses
+        // have, is yet to come.
         let is_triggered = session
             .channels
             .iter()
             .all(|c| c.spec.train.trigger.is_some());
         let rises = match &session.setpoints.course {
             Course::Stimulus(_, course) => course.at(0).amplitude == Amplitude::ZERO,
+            Course::Held(points) => !points[0].1,
             _ => false,
         };
         let waits = session.wall.is_some() || is_triggered || rises;

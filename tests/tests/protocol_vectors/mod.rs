@@ -9,6 +9,7 @@ mod messages;
 mod schema;
 mod session;
 
+use firmware::haptics::JOINTS;
 use firmware::limb::VIAS;
 use firmware::link::{Code, MAX_MESSAGE, Refusal, Response, SCHEMA, ToDevice, encode};
 use firmware::pulse::{CHANNELS, MAX_GROUPS};
@@ -110,6 +111,7 @@ fn the_largest_messages_fit() {
         }
         Some("pulses") => MAX_LISTED,
         Some("flexors") => 2,
+        Some("joints") => JOINTS,
         Some("vias") => VIAS,
         Some("field") => 250,
         _ => panic!("how long is {path}?"),

@@ -70,6 +70,11 @@ fn time(least_us: i64) -> Kind {
     Kind::Whole(Number::within("s", 6, least_us, DAY_US).bound("to `duration_s`"))
 }
 
+/// A time of a list, µs.
+fn rising() -> Kind {
+    Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising"))
+}
+
 /// What may also be 0, where there is none of it.
 const fn or_none(range: Range) -> Range {
     Range::new(range.field, 0, range.max)
@@ -86,7 +91,7 @@ fn file() -> Section {
         f("sync", Kind::Table(vec![f("channel", channel(), Required, "whose first phases drive sync out")]), Optional, "`channel`: whose first phases drive sync out"),
         f("joint", Kind::Table(joint()), Optional, "closed loop on the device"),
         f("wall", Kind::Table(wall()), Optional, "virtual wall on the device; not beside a `[joint]` (E480)"),
-        f("modulation", list(modulation(), 0, Some(JOINTS), "joints"), Optional, "joints of a person who handles an object, whose stimulation [follows their angles](lift.md); not beside a `[joint]`, a `[wall]` or forces at the hand (E751)"),
+        f("modulation", list(modulation(rising()), 0, Some(JOINTS), "joints"), Optional, "joints of a person who handles an object, whose stimulation [follows their angles](lift.md); not beside a `[joint]`, a `[wall]` or forces at the hand (E751)"),
         f("setpoints", Kind::Table(setpoints()), Required, "what the host streams"),
         f("measure", Kind::Table(measure()), Optional, "window in which errors are scored"),
         f("body", Kind::Table(body()), Optional, "the simulated wearer, dummy loads without it; a board ignores it"),
@@ -215,7 +220,7 @@ fn group() -> Section {
 #[rustfmt::skip]
 fn force_points() -> Section {
     vec![
-        f("at_s", Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising")), Required, "when"),
+        f("at_s", rising(), Required, "when"),
         f("n", Kind::Whole(Number::any("N", 3, "what the limits can give")), Required, "which force"),
     ]
 }
@@ -249,7 +254,7 @@ fn width(range: Range) -> Kind {
 #[rustfmt::skip]
 fn stimulus_points() -> Section {
     vec![
-        f("at_s", Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising")), Required, "when"),
+        f("at_s", rising(), Required, "when"),
         f("value", amplitude(), Required, "which amplitude"),
         f("width_us", width(POINT_WIDTH), OrTold("the train's `width_us`".into()), "which width; below 10 an amplitude of 0"),
     ]
@@ -276,7 +281,7 @@ fn list_of_pulses() -> Section {
 fn wrench_points() -> Section {
     let force = Number { device: "", ..Number::of("N", 3, Endpoint::FORCE_MN) };
     vec![
-        f("at_s", Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising")), Required, "when"),
+        f("at_s", rising(), Required, "when"),
         f("force_n", Kind::Wholes(force.bound("what the muscles can make"), "a list of three numbers"), Required, "backward, to the right, upward, seen from the thorax"),
     ]
 }
@@ -298,7 +303,7 @@ fn either() -> Kind {
 #[rustfmt::skip]
 fn setpoints() -> Section {
     let steps = vec![
-        f("at_s", Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising")), Required, "when"),
+        f("at_s", rising(), Required, "when"),
         f("deg", Kind::Whole(Number::any("°", 2, "within the joint's range")), Required, "which angle"),
     ];
     let [offset, amplitude, frequency] = sine_of_force();
@@ -328,7 +333,7 @@ fn setpoints() -> Section {
         f("points", list(stimulus_points(), 1, None, "points"), Required, "`{ at_s, value, width_us }`: amplitudes and widths, both straight between their times in a ramp, both held in steps; the last pair stays. Each pair on the way is within `max_charge_uc` (E630). From 0 an amplitude rises over the wearer's `rise_ms`, a ramp of the width as soon as that reaches 10 µs").when("kind", &["amplitude-ramp", "amplitude-steps"]),
         f("points", list(force_points(), 1, None, "points"), Required, "`{ at_s, n }`: forces, straight between their times; the last one stays; more than 1000 N/s is a step").when("kind", &["force-ramp"]),
         f("points", list(wrench_points(), 1, None, "points"), Required, "`{ at_s, force_n }`: [forces at the hand](endpoint_session.md), straight between their times; the last one stays").when("kind", &["endpoint-force"]),
-        f("points", list(held_points(), 1, None, "points"), Required, "`{ at_s, held }`: from when on an object is held, and from when it is not; never for longer than `longest_hold_s` (E753)").when("kind", &["held"]),
+        f("points", list(held_points(rising()), 1, None, "points"), Required, "`{ at_s, held }`: from when on an object is held, and from when it is not; never for longer than `longest_hold_s` (E753)").when("kind", &["held"]),
         f("posture_deg", Kind::Table(posture()), Optional, "how the arm is held: nine angles; without it the host measures them").when("kind", &["endpoint-force"]),
         f("stale_after_ms", n("ms", 0, SensorSource::STALE_AFTER_MS), Or(100), "age at which a measured angle is stale; not beside `posture_deg`").when("kind", &["endpoint-force"]),
         f("offset_n", offset, Required, "centre").when("kind", &["force-sine"]),

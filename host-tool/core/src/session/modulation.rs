@@ -227,12 +227,14 @@ pub(super) fn tell_modulation(
         both.filter(move |m| m.whole::<u8>("channel") == index + 1) // at most 10
     };
     match mistake.rule {
+        // Of one that is wrong itself, everything is told.
+        Rule::NoPhaseJoint { joint: elbow } if names_joint(root, elbow) => {}
         Rule::NoPhaseJoint { .. } => {
             let elbow = joint_name(elbow_of(joint));
             t.say("joint", Problem::NoPhaseJoint { elbow });
         }
         Rule::Modulation(ModulationError::ChannelTwice { channel: index }) => {
-            if let Some(m) = muscle(index).last() {
+            if let Some(m) = muscle(index).next_back() {
                 let channel = index + 1; // at most 10
                 m.say("channel", Problem::ChannelTwice { channel });
             }
@@ -281,6 +283,12 @@ pub(super) fn tell_modulation(
         Rule::NoTrain { .. } | Rule::JointAndModulation => {}
         _ => t.refuse(mistake),
     }
+}
+
+/// Whether the file has a joint of this number, sound or not, or one of no known name.
+fn names_joint(root: &Table<'_>, joint: u8) -> bool {
+    let mut tables = root.tables("modulation").iter();
+    tables.any(|t| t.named("joint", &JOINTS).is_none_or(|it| it == joint))
 }
 
 /// "-0.000213".

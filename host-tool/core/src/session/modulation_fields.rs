@@ -5,7 +5,6 @@ use firmware::control::SensorSource;
 use firmware::control::refusal::{ANGLE_MAX_MDEG, ANGLE_MIN_MDEG};
 use firmware::haptics::{ModulatedSpec, ModulationSpec, QuarticSpec};
 
-use super::fields::DAY_US;
 use crate::fields::field::Need::{Optional, Or, OrFile, OrWord, Required};
 use crate::fields::field::{Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
 
@@ -51,14 +50,15 @@ fn muscle() -> Section {
     ]
 }
 
+/// Its angles are told by such times.
 #[rustfmt::skip]
-pub(super) fn modulation() -> Section {
+pub(super) fn modulation(at_s: Kind) -> Section {
     let share = || {
         let number = Number { device: "", ..Number::of("", 6, QuarticSpec::SHARE) };
         Kind::Wholes(number, "a list of five numbers")
     };
     let angles = vec![
-        f("at_s", Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising")), Required, "when"),
+        f("at_s", at_s, Required, "when"),
         f("deg", Kind::Whole(Number::within("°", 2, -18_000, 18_000).bound("within the joint's range")), Required, "which angle"),
     ];
     vec![
@@ -80,9 +80,9 @@ pub(super) fn modulation() -> Section {
 
 /// When an object is held.
 #[rustfmt::skip]
-pub(super) fn held_points() -> Section {
+pub(super) fn held_points(at_s: Kind) -> Section {
     vec![
-        f("at_s", Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising")), Required, "when"),
+        f("at_s", at_s, Required, "when"),
         f("held", Kind::Flag, Required, "whether it is from then on"),
     ]
 }

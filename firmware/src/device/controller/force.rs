@@ -1,0 +1,39 @@
+//! The channels under force control.
+
+use super::{Controller, Phase};
+use crate::control::ForceOrders;
+use crate::device::mail::{ControlOrder, ControllerMail};
+use crate::safety::State;
+use crate::units::Micros;
+
+impl Controller {
+    /// Runs the channels under force control while stimulating.
+    pub(super) fn control_forces(&mut self, now: Micros, mail: &mut ControllerMail<'_>) {
+        if self.phase != Phase::Running {
+            return;
+        }
+        let mut muscles = self.setup.muscles.iter().zip(&self.muscles);
+        for (force, followed) in self.setup.forces.iter().zip(&mut self.forces) {
+            // Both by rising channel; every one under force control has a muscle.
+            let muscle = muscles.find(|(muscle, _)| muscle.channel == force.channel);
+            let predicted = muscle.and_then(|(muscle, state)| muscle.force.predicted(state));
+            let orders = force.tick(&mut followed.state, now, predicted);
+            let Some(ForceOrders { target, drive, gap }) = orders else {
+                continue;
+            };
+            self.limiting |= drive.limiting.is_some();
+            followed.target_mn = Some(target.to_nearest_millinewton());
+            followed.gap = gap.or(followed.gap); // since the last sample, as `limiting`
+            if self.state == State::Stimulating {
+                self.in_force.set_amplitude(force.channel, drive.amplitude);
+                self.in_force.set_period(force.channel, drive.period_us);
+            }
+            let pulses = ControlOrder::Pulses {
+                channel: force.channel,
+                amplitude: drive.amplitude,
+                period_us: drive.period_us,
+            };
+            let _ = mail.order(pulses); // counted
+        }
+    }
+}
