@@ -241,7 +241,7 @@ fn a_line_over_two_joints_is_played_at_the_one_it_names() {
             lines: limb.lines.clone(),
         };
         let arm = Limb::<Exact>::new(&spec).unwrap();
-        let posture = angles.map(|it| Angle::from_centideg(it.into()));
+        let posture = angles.map(Angle::from_centideg);
         let pose = arm.skeleton().pose(&arm.radians(&posture).unwrap());
         arm.lines()[0]
             .torques(&pose)

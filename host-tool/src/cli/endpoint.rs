@@ -67,7 +67,7 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
             "experiment {NAME} --device {} --draws {draws}",
             device.typed()
         ),
-        played: Some((device.typed().into(), played)),
+        played: Some((device.typed(), played)),
         cut_short: signal.map(|_| format!("Cut short after {of}.")),
         failed,
     };

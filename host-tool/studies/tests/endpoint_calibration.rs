@@ -161,18 +161,6 @@ fn imus_that_are_missing_or_swapped_are_named() {
     }
 }
 
-/// A short protocol.
-fn short() -> Study {
-    let mut study = study();
-    study.protocol.repetitions = 2;
-    study.protocol.voluntary_repetitions = 2;
-    study.protocol.contraction_s = 0.5;
-    study.protocol.rest_s = 0.5;
-    study.protocol.pause_s = 2.0;
-    study.walk.turn_s = 1.0;
-    study
-}
-
 /// One condition on the device: it puts out what the study asked for, and the body makes of
 /// it what the study computed, but for pulses that are up to 4 ms later within a period.
 #[test]

@@ -4,13 +4,29 @@
 use super::declaration::Study;
 use super::device::{Device, Method};
 use super::error::EndpointError;
-use super::metrics::{Target, align, measures};
+use super::metrics::{Measures, Target, align, measures};
 use super::model::Model;
 use super::participant::Participant;
 use super::regression::{Score, folds, predicted, score};
-use super::replication::Condition;
 use firmware::limb::JOINTS;
 use hal_sim::random;
+use serde::Serialize;
+
+/// What one condition of one participant came to.
+#[derive(Clone, Debug, Serialize)]
+pub struct Condition {
+    /// Its name.
+    pub name: &'static str,
+    /// What was wanted and measured, aligned.
+    pub targets: Vec<Target>,
+    /// By how much it was turned about the vertical, degrees.
+    pub turned_deg: f64,
+    /// Numbers.
+    pub measures: Measures,
+    /// Table 1 of it (C2 to C4): force, torque, then each joint; by ten folds and by
+    /// leaving one command out.
+    pub table_1: Vec<[Score; 2]>,
+}
 
 /// A condition of these targets.
 pub(super) fn condition(

@@ -28,6 +28,7 @@ mod sheets;
 mod walk;
 
 pub use calibrate::{calibrated, geometry_error_deg, routed, still, twitches};
+pub use course::Condition;
 pub use declaration::{DECLARED, Study};
 pub use device::{Device, Method, Switches, around, switches};
 pub use error::EndpointError;
@@ -40,6 +41,6 @@ pub use played::{PlayedC3, played_c3};
 pub use population::{Told, outcome};
 pub use regression::{Features, Score, folds, predicted, ridge, score};
 pub use replication::{
-    CONDITIONS, Condition, PARTICIPANTS, Person, Replication, frame_of, person, replication,
+    CONDITIONS, PARTICIPANTS, Person, Replication, frame_of, person, replication,
 };
 pub use walk::{RATES_HZ, Walk, walk};

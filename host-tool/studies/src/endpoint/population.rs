@@ -1,10 +1,11 @@
 //! What all replications come to, as `result.json` and its page have it.
 
 use super::claims::{diagonal, errors, median_of, shares};
+use super::course::Condition;
 use super::declaration::{DECLARED, Study};
 use super::error::EndpointError;
 use super::metrics::median;
-use super::replication::{CONDITIONS, Condition, Person, Replication, people, wearers};
+use super::replication::{CONDITIONS, Person, Replication, people, wearers};
 use super::sheets::{figure_7, forces, table_1};
 use crate::laboratory::{Declared, Outcome, Row};
 use host_core::record::sha256;

@@ -1,15 +1,14 @@
 //! One study of three participants, C1 to C4.
 
 use super::calibrate::{calibrated, geometry_error_deg, still, twitches};
-use super::course::{Course, Player, condition};
+use super::course::{Condition, Course, Player, condition};
 use super::declaration::Study;
 use super::device::{Method, Switches, switches};
 use super::error::EndpointError;
 use super::imus;
-use super::metrics::{Measures, Target, median};
+use super::metrics::{Target, median};
 use super::model::Model;
 use super::participant::{Command, Participant};
-use super::regression::Score;
 use super::walk::{RATES_HZ, Walk, walk};
 use hal_sim::random;
 use serde::Serialize;
@@ -22,22 +21,6 @@ pub const CONDITIONS: [&str; 8] = [
 ];
 /// Number of the first participant that is drawn in another's place.
 const SUBSTITUTES: u64 = 1 << 32;
-
-/// What one condition of one participant came to.
-#[derive(Clone, Debug, Serialize)]
-pub struct Condition {
-    /// Its name.
-    pub name: &'static str,
-    /// What was wanted and measured, aligned.
-    pub targets: Vec<Target>,
-    /// By how much it was turned about the vertical, degrees.
-    pub turned_deg: f64,
-    /// Numbers.
-    pub measures: Measures,
-    /// Table 1 of it (C2 to C4): force, torque, then each joint; by ten folds and by
-    /// leaving one command out.
-    pub table_1: Vec<[Score; 2]>,
-}
 
 /// What one participant came to.
 #[derive(Clone, Debug, Serialize)]
