@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// Backward, to the right and upward from forward, to the left and upward, and back.
 pub(super) fn about(it: Vector3<f64>) -> Vector3<f64> {
-    Vector3::new(-it.x, -it.y, it.z)
+    Vector3::new(0.0 - it.x, 0.0 - it.y, it.z) // no negative zero
 }
 
 /// Degrees of the posture and of how far each turn has given way (rad, small), axis after
