@@ -18,7 +18,9 @@ fn spec() -> SagittalSpec {
         fibre_length: 1.0,
         added_inertia_kg_m2: [0.0; JOINTS],
         damping_nm_s_per_rad: [0.0; JOINTS],
-        stiffness_per_rad: 0.0,
+        stiffness_nm_per_rad: [0.0; JOINTS],
+        stiffness_per_rad: [0.0; JOINTS],
+        viscosity_s: 0.0,
         active_damping_s_per_rad: 0.0,
         activation_s: 0.04,
         width_us: 350,
@@ -48,6 +50,15 @@ fn both_ways_through_the_mechanics_agree() {
     }
     let [elbow, shoulder] = links.flexions(links.hand_m(q));
     assert!((elbow - q[ELBOW]).abs() < 1e-9 && (shoulder - q[SHOULDER]).abs() < 1e-9);
+    // A unit acceleration of one joint takes its inertia.
+    let weight = links.torques_nm(q, [0.0; 2], [0.0; 2], [0.0; 2]);
+    let inertias = links.inertias(q, 0.0);
+    for joint in 0..2 {
+        let mut unit = [0.0; 2];
+        unit[joint] = 1.0;
+        let needed = links.torques_nm(q, [0.0; 2], unit, [0.0; 2])[joint] - weight[joint];
+        assert!((needed - inertias[joint]).abs() < 1e-9);
+    }
     // The hand's rate against a small step.
     let ahead: [f64; 2] = [0, 1].map(|joint| q[joint] + 1e-6 * rate[joint]);
     let (from, to) = (links.hand_m(q), links.hand_m(ahead));

@@ -7,8 +7,9 @@ use crate::body::bench::elbow::force_length;
 
 /// Muscles that turn elbow or shoulder in this plane.
 pub const MUSCLES: usize = 8;
-/// Which, in order; the first four lie under electrodes. The deltoid's middle part, which
-/// mainly abducts, is left out, as are the coracobrachialis and the teres.
+/// Which, in order; the first four lie under electrodes. The deltoid's middle part, whose
+/// line passes the joint on the other side as the arm rises, is left out, as are
+/// coracobrachialis, supraspinatus and teres.
 pub const ALL: [Muscle; MUSCLES] = [
     Muscle::Biceps,
     Muscle::Triceps,
@@ -24,6 +25,9 @@ pub const ALL: [Muscle; MUSCLES] = [
 const BEST_M: [f64; MUSCLES] = [
     0.1224, 0.1217, 0.0976, 0.1367, 0.0858, 0.1726, 0.1442, 0.2540,
 ];
+/// Isometric force of the deltoid's anterior and posterior part, N (Holzbaur 2005, from
+/// memory): its anterior part has what of the middle one pulls forward.
+const DELTOID_N: [f64; 2] = [1142.6, 259.9];
 /// Angles between which arms are known, degrees: elbow (`elbow_arms`), shoulder (posture).
 /// Beyond them an arm is what it is at the nearer one.
 pub const LIMITS_DEG: [[f64; 2]; JOINTS] = [elbow_arms::RANGE_DEG, [1.0, 120.0]];
@@ -153,14 +157,25 @@ impl Posed {
     #[must_use]
     pub fn full_nm(&self, strength: f64) -> [[f64; JOINTS]; MUSCLES] {
         std::array::from_fn(|muscle| {
-            let force = strength * ALL[muscle].force_n() * self.by_length[muscle];
+            let force = strength * force_n(muscle) * self.by_length[muscle];
             self.arms_m[muscle].map(|arm| force * arm)
         })
+    }
+}
+
+/// Isometric force of a muscle, N: the deltoid's by [`DELTOID_N`], others' as
+/// [`Muscle::force_n`] has them.
+#[must_use]
+pub(super) const fn force_n(muscle: usize) -> f64 {
+    match ALL[muscle] {
+        Muscle::DeltoidAnterior => DELTOID_N[0],
+        Muscle::DeltoidPosterior => DELTOID_N[1],
+        other => other.force_n(),
     }
 }
 
 /// Mass of a muscle, kg: force over 0.25 MPa times fibre length times 1,060 kg/m³ (Umberger
 /// 2003).
 pub(super) fn mass_kg(muscle: usize, strength: f64) -> f64 {
-    strength * ALL[muscle].force_n() / 250e3 * BEST_M[muscle] * 1060.0
+    strength * force_n(muscle) / 250e3 * BEST_M[muscle] * 1060.0
 }

@@ -61,6 +61,17 @@ impl Links {
         self.upper_m + self.fore_m
     }
 
+    /// Inertias about elbow and shoulder in a posture with this mass in the hand, kg m².
+    #[must_use]
+    pub fn inertias(&self, q: [f64; JOINTS], hand_kg: f64) -> [f64; JOINTS] {
+        let [x, z] = self.hand_m(q);
+        let [own_s, own_f, both] = self.mass(q);
+        [
+            own_f + hand_kg * self.fore_m.powi(2),
+            own_s + own_f + 2.0 * both + hand_kg * (x * x + z * z),
+        ]
+    }
+
     /// Where the hand is at these flexions of elbow and shoulder, rad: x and z, m.
     #[must_use]
     pub fn hand_m(&self, q: [f64; JOINTS]) -> [f64; 2] {

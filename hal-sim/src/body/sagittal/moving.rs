@@ -1,11 +1,11 @@
 //! The arm in time.
 
+use super::JOINTS;
 use super::fibres::{Fibres, TICK_US};
-use super::geometry::{Geometry, MUSCLES, Posed};
+use super::geometry::{Geometry, MUSCLES, Posed, force_n};
 use super::heat::power_w;
 use super::links::Links;
 use super::spec::{ELECTRODES, InvalidSagittal, SagittalSpec};
-use super::{ALL, JOINTS};
 use crate::body::arm::posture::Lengths;
 use crate::body::arm::{CUFF_PART, FOREARM, UPPER_ARM};
 
@@ -110,7 +110,7 @@ impl SagittalArm {
     /// Torques about both joints, N m; what is used up is added.
     fn torques_nm(&mut self, intent: &Intent) -> [f64; JOINTS] {
         let full_n: [f64; MUSCLES] = std::array::from_fn(|muscle| {
-            self.spec.strength * ALL[muscle].force_n() * self.posed.by_length[muscle]
+            self.spec.strength * force_n(muscle) * self.posed.by_length[muscle]
         });
         let (mut torque, mut by_will, mut by_pulses) =
             ([0.0; JOINTS], [0.0; JOINTS], [0.0; JOINTS]);
@@ -134,12 +134,13 @@ impl SagittalArm {
             let used = power_w(muscle, of, (will, busy), (force_n, shortening));
             self.used_j += TICK_S * used;
         }
-        let stiff = self.spec.stiffness_per_rad;
         let drag = self.spec.active_damping_s_per_rad;
         for joint in 0..JOINTS {
             let off = intent.flexions[joint] - self.flexions[joint];
             let slip = intent.rates[joint] - self.rates[joint];
-            torque[joint] += by_will[joint] * (stiff * off + drag * slip);
+            let stiffness = self.spec.stiffness_nm_per_rad[joint]
+                + self.spec.stiffness_per_rad[joint] * by_will[joint];
+            torque[joint] += stiffness * (off + self.spec.viscosity_s * slip);
             let friction = self.spec.damping_nm_s_per_rad[joint] + drag * by_pulses[joint];
             torque[joint] -= friction * self.rates[joint];
         }

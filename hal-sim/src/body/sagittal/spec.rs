@@ -26,7 +26,7 @@ pub struct SagittalSpec {
     pub stature_m: f64,
     /// Mass of the whole body, kg.
     pub mass_kg: f64,
-    /// Force of every muscle against [`crate::body::arm::Muscle::force_n`].
+    /// Force of every muscle against its sources'.
     pub strength: f64,
     /// Fibre length of every muscle with the elbow at 90° and the upper arm raised 45°,
     /// against its best.
@@ -35,9 +35,14 @@ pub struct SagittalSpec {
     pub added_inertia_kg_m2: [f64; JOINTS],
     /// Viscous friction of elbow and shoulder, N m s/rad.
     pub damping_nm_s_per_rad: [f64; JOINTS],
-    /// Stiffness of a joint per torque of its muscles, 1/rad.
-    pub stiffness_per_rad: f64,
-    /// Friction of a joint per torque of its muscles, s/rad.
+    /// Stiffness of elbow and shoulder of a person who moves, N m/rad, and what the torque of
+    /// driven muscles adds to it, 1/rad: about where the joint is meant to be.
+    pub stiffness_nm_per_rad: [f64; JOINTS],
+    /// See there.
+    pub stiffness_per_rad: [f64; JOINTS],
+    /// Viscosity over that stiffness, s.
+    pub viscosity_s: f64,
+    /// Friction of a joint per torque of stimulated fibres, s/rad.
     pub active_damping_s_per_rad: f64,
     /// From a drive to activation, s.
     pub activation_s: f64,
@@ -79,7 +84,9 @@ impl SagittalSpec {
             ("fibre_length", (0.5..=1.5).contains(&self.fibre_length)),
             ("added_inertia_kg_m2", self.added_inertia_kg_m2.into_iter().all(not_negative)),
             ("damping_nm_s_per_rad", self.damping_nm_s_per_rad.into_iter().all(not_negative)),
-            ("stiffness_per_rad", not_negative(self.stiffness_per_rad)),
+            ("stiffness_nm_per_rad", self.stiffness_nm_per_rad.into_iter().all(not_negative)),
+            ("stiffness_per_rad", self.stiffness_per_rad.into_iter().all(not_negative)),
+            ("viscosity_s", not_negative(self.viscosity_s)),
             ("active_damping_s_per_rad", not_negative(self.active_damping_s_per_rad)),
             ("activation_s", self.activation_s.is_finite() && self.activation_s >= 2e-3),
             ("width_us", self.width_us > 0),

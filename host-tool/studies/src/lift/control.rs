@@ -69,7 +69,7 @@ impl Control {
     ) -> Intent {
         self.seen.push(state);
         let known = way.torques_nm(links, n, self.object_kg);
-        let back = self.feedback(way, n);
+        let back = self.feedback(way, links, n);
         let part = (n * PARTS / way.len()).min(PARTS - 1);
         let wanted = std::array::from_fn(|joint| {
             self.felt[part].0[joint] += back[joint];
@@ -97,18 +97,20 @@ impl Control {
         }
     }
 
-    /// Torque for what was off a while ago.
-    fn feedback(&self, way: &Way, n: usize) -> [f64; JOINTS] {
+    /// Torque for what was off a while ago: what makes of the arm, with the object, one that
+    /// is critically damped at the bandwidth, were it not late.
+    fn feedback(&self, way: &Way, links: &Links, n: usize) -> [f64; JOINTS] {
         let Some(then) = n.checked_sub(self.late) else {
             return [0.0; JOINTS];
         };
         let (flexions, rates) = self.seen[then];
         let at = way.step(then);
-        let [gain, per_rate_s] = self.will.feedback;
+        let inertias = links.inertias(flexions, 0.5 * self.object_kg);
+        let turns = self.will.bandwidth / self.will.delay_s;
         std::array::from_fn(|joint| {
             let off = way.flexions[at][joint] - flexions[joint];
             let slip = way.rates[at][joint] - rates[joint];
-            gain * (off + per_rate_s * slip)
+            inertias[joint] * turns * (turns * off + 2.0 * slip)
         })
     }
 

@@ -21,8 +21,8 @@ pub struct Will {
     pub judged_load: f64,
     /// Age of what is felt and seen, s.
     pub delay_s: f64,
-    /// Torque per error, N m/rad, and per its rate over that, s.
-    pub feedback: [f64; 2],
+    /// How fast feedback acts, rad/s, times that age.
+    pub bandwidth: f64,
     /// Part of a lift's feedback that is known beforehand in the next.
     pub learning: f64,
     /// Antagonists against agonists.
@@ -54,6 +54,11 @@ pub struct Person {
     pub one_day: bool,
 }
 
+/// Stiffness of elbow and shoulder, N m/rad, and per torque, 1/rad: R = 8.67 + 6.18·|τ| and
+/// 10.8 + 3.18·|τ| (Gomi and Osu 1998, from memory).
+const STIFFNESS_NM_PER_RAD: [f64; JOINTS] = [8.67, 10.8];
+/// See there.
+const STIFFNESS_PER_RAD: [f64; JOINTS] = [6.18, 3.18];
 /// Streams of a person beside that of the ranges.
 const CHANNELS_STREAM: u64 = 1;
 const AIM_STREAM: u64 = 2;
@@ -158,6 +163,7 @@ fn spec(of: &Values, electrodes: [Electrode; ELECTRODES]) -> Result<SagittalSpec
     let subject = (of.get("subject")? as usize).min(SUBJECTS.len() - 1);
     let hz = f64::from(of.study.protocol.frequency_hz);
     let friction = of.get("friction_nm_s")?;
+    let stiffness = of.get("stiffness")?;
     Ok(SagittalSpec {
         stature_m: of.get("stature_m")?,
         mass_kg: of.get("mass_kg")?,
@@ -165,7 +171,9 @@ fn spec(of: &Values, electrodes: [Electrode; ELECTRODES]) -> Result<SagittalSpec
         fibre_length: of.get("fibre_length")?,
         added_inertia_kg_m2: of.study.scene.added_inertia_kg_m2,
         damping_nm_s_per_rad: [friction; JOINTS],
-        stiffness_per_rad: of.get("stiffness_per_rad")?,
+        stiffness_nm_per_rad: STIFFNESS_NM_PER_RAD.map(|it| stiffness * it),
+        stiffness_per_rad: STIFFNESS_PER_RAD.map(|it| stiffness * it),
+        viscosity_s: of.get("viscosity_s")?,
         active_damping_s_per_rad: of.get("active_damping_s_per_rad")?,
         activation_s: of.get("activation_s")?,
         width_us: of.study.protocol.width_us,
@@ -187,7 +195,7 @@ fn will(of: &Values) -> Result<Will, LiftError> {
         settle_s: of.get("settle_s")?,
         judged_load: of.get("judged_load")?,
         delay_s: of.get("feedback_delay_s")?,
-        feedback: [of.get("feedback_nm_per_rad")?, of.get("feedback_s")?],
+        bandwidth: of.get("feedback_bandwidth")?,
         learning: of.get("learning")?,
         co_contraction: of.get("co_contraction")?,
         noise: [of.get("drive_noise")?, of.get("drive_noise_s")?],
