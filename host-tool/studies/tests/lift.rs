@@ -78,15 +78,18 @@ fn the_device_stimulates_what_the_condition_says() {
     assert!(worst < 1.5e-3, "{worst} mA");
 }
 
-/// Without co-contraction static optimisation leaves the triceps idle: nothing pulls up.
+/// Without co-contraction static optimisation leaves the posterior deltoid idle and the
+/// triceps nearly so: nothing pulls the arm up.
 #[test]
-fn the_triceps_rests_without_co_contraction() {
+fn extensors_rest_without_co_contraction() {
     let mut study = Study::declared().unwrap();
     study.model.co_contraction = 0.0;
     let found = curves(&study, 1.66, 57.7).unwrap();
-    assert!(found.muscles[0].peak > 0.02, "{}", found.muscles[0].peak);
-    assert!(found.muscles[1].peak < 1e-3, "{}", found.muscles[1].peak);
-    assert!(found.muscles[1].bernstein.is_none());
+    let peaks = found.muscles.each_ref().map(|it| it.peak);
+    println!("largest k: {peaks:?}");
+    assert!(peaks[0] > 0.1 && peaks[2] > 0.1, "{peaks:?}");
+    assert!(peaks[1] < 0.05 && peaks[3] < 1e-6, "{peaks:?}");
+    assert!(found.muscles[3].bernstein.is_none());
 }
 
 /// Without noise, bias or misjudged load a person who has practised puts the object where it

@@ -25,7 +25,8 @@ const PRINTED: &str = "The paper prints assist +20.5 %, where its means give 23.
                        Means of none for errors and smoothness are a picture.";
 const MODEL: &str = "The paper prints no quartics, no scale of k, no I0, no masses, no heights, no \
                      filter order and no thresholds of SPARC: all assumed. Without co-contraction \
-                     static optimisation leaves the triceps idle, as nothing pulls the arm up.";
+                     static optimisation leaves the posterior deltoid idle and the triceps nearly \
+                     so, for nothing pulls the arms up: what is stimulated in the drop rests on it.";
 
 /// What the command knows of the run.
 #[derive(Clone, Debug)]
