@@ -333,7 +333,7 @@ mod tests {
         let mut random = 2_020u32;
         let mut some_ones = || {
             random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            random >> 16 | random << 16
+            random.rotate_left(16)
         };
         let (mut copies, mut steps) = ([old; 2], 0);
         let mut fails = |copies: [&StageWords; 2]| {
