@@ -174,6 +174,19 @@ fn bad_files_and_absent_devices_exit_with_1() {
 }
 
 #[test]
+fn a_board_is_served_beyond_this_computer_on_purpose_only() {
+    let folder = folder("open-to-network");
+    let serve = "serve --tcp 0.0.0.0:0 --seconds 0.1";
+    let says = &["E770 0.0.0.0:0", "127.0.0.1:0", "--open-to-network"];
+    check(&folder, ("not on purpose", serve, 1, says));
+    let on_purpose = format!("{serve} --open-to-network");
+    let (exit, _, error) = ran(&folder, &on_purpose.split(' ').collect::<Vec<_>>());
+    assert_eq!(exit, Some(0), "{error}");
+    let warning = "warning: whoever reaches 0.0.0.0:0 gives this board orders";
+    assert!(error.contains(warning), "{error}");
+}
+
+#[test]
 fn a_busy_serial_port_is_refused() {
     let folder = folder("busy");
     let _board = PtyWire::open(folder.join("port")).unwrap();

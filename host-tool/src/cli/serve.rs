@@ -9,6 +9,7 @@ use hal_sim::wire::{ByteStream, pty::PtyWire, tcp::TcpWire};
 use hal_sim::world::World;
 use host_core::link::Port;
 use host_core::run::{DeviceName, SessionFile};
+use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -25,6 +26,9 @@ pub struct Serve {
     /// Address to listen at, HOST:PORT
     #[arg(long)]
     tcp: Option<String>,
+    /// Let --tcp listen beyond this computer, where anyone who reaches it gives orders
+    #[arg(long, requires = "tcp")]
+    open_to_network: bool,
     /// Session file whose body and (chip) output stages are simulated; default:
     /// participant P's finger, two-point
     #[arg(long)]
@@ -53,13 +57,35 @@ impl Serve {
                 Ok((Box::new(wire), path.display().to_string()))
             }
             (None, Some(address)) => {
-                let wire = TcpWire::bind(address.as_str(), busy())
-                    .with_context(|| format!("cannot listen at {address}"))?;
+                let cannot = || format!("cannot listen at {address}");
+                let places: Vec<SocketAddr> =
+                    address.to_socket_addrs().with_context(cannot)?.collect();
+                self.is_open_on_purpose(&places)?;
+                let wire = TcpWire::bind(&places[..], busy()).with_context(cannot)?;
                 let place = format!("tcp:{}", wire.local_addr()?);
                 Ok((Box::new(wire), place))
             }
             (None, None) => bail!("give --pty PATH or --tcp HOST:PORT"),
         }
+    }
+
+    /// Beyond this computer only where that is asked for, and with a warning.
+    fn is_open_on_purpose(&self, places: &[SocketAddr]) -> anyhow::Result<()> {
+        let Some(beyond) = places.iter().find(|place| !place.ip().is_loopback()) else {
+            return Ok(());
+        };
+        if !self.open_to_network {
+            bail!(
+                "E770 {beyond} is reached from beyond this computer: give an address of it, \
+                 such as 127.0.0.1:{}, or --open-to-network",
+                beyond.port()
+            );
+        }
+        eprintln!(
+            "warning: whoever reaches {beyond} gives this board orders: there is no password \
+             and nothing is encrypted"
+        );
+        Ok(())
     }
 }
 
