@@ -60,6 +60,19 @@ fn ten_channels_are_exact() {
     }
 }
 
+/// Each quarter at its turn in the period of 100 ms, the others isolated meanwhile.
+#[test]
+fn four_electrodes_share_a_muscle_by_turns() {
+    let (_, trace, epoch) = stimulate(load("distributed.toml"), 5_200_000);
+    let mut text = String::new();
+    for edge in edges_between(&trace, epoch + 5_000_000, epoch + 5_100_000) {
+        let state = format!("{:?}", edge.state).to_lowercase();
+        let (t_us, code) = (edge.t_us, edge.dac_code);
+        let _ = writeln!(text, "{t_us:>6} {} {state} {code}", edge.channel);
+    }
+    insta::assert_snapshot!("distributed", text);
+}
+
 #[test]
 fn isolated_pulses_that_overlap_are_refused_with_the_reason() {
     let mut files = shipped_in("hamana_exp2").into_iter();
