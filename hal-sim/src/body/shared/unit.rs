@@ -69,16 +69,14 @@ pub(super) fn all(spec: &SharedSpec) -> Vec<Unit> {
     let mut units = Vec::with_capacity(spec.units());
     for group in 0..spec.groups {
         let orders = std::array::from_fn::<_, CHANNELS, _>(|channel| order(spec, channel, group));
-        for place in 0..spec.units_per_group {
-            units.push(Unit {
-                muscle,
-                fresh: spec.dynamics.a_n_per_s,
-                answers: std::array::from_fn(|channel| orders[channel][place]),
-                pulse_takes: spec.pulse_takes,
-                now_us: 0,
-                fired_us: None,
-            });
-        }
+        units.extend((0..spec.units_per_group).map(|place| Unit {
+            muscle,
+            fresh: spec.dynamics.a_n_per_s,
+            answers: std::array::from_fn(|channel| orders[channel][place]),
+            pulse_takes: spec.pulse_takes,
+            now_us: 0,
+            fired_us: None,
+        }));
     }
     units
 }
