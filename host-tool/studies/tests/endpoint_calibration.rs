@@ -175,4 +175,13 @@ fn a_condition_is_played_on_the_device() {
     let [off, rms] = found.force_n;
     assert!(off < 0.05 * rms && rms > 0.5, "{found:?}");
     assert!(found.current_ma < 0.02, "{found:?}");
+    // Thresholds were found from 20 to 50 Hz.
+    study.protocol.frequency_hz = 60.0;
+    let error = played_c3(&study, study.seed, &DeviceName::Native).unwrap_err();
+    let told = error.to_string();
+    assert!(
+        told.starts_with("E730 --device native does not play C3: "),
+        "{told}"
+    );
+    assert!(told.contains("frequency_hz"), "{told}");
 }

@@ -170,7 +170,7 @@ fn shares(study: &Study, all: &[Missed]) -> Vec<Share> {
     shares
 }
 
-/// Electrodes by directions, of the largest wanted force, each cell the median over wearers.
+/// Electrodes by directions, of the largest wanted force, each cell the mean over wearers.
 fn matrix(
     all: &[Missed],
     (title, unit): (&str, &str),

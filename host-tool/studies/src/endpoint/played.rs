@@ -226,7 +226,7 @@ fn put_out(
     device: &DeviceName,
     seed: u64,
 ) -> Result<(Vec<Edge>, Vec<Pulse>), EndpointError> {
-    let failed = |why: String| EndpointError::NotPlayed(device.to_string(), why);
+    let failed = |why: String| EndpointError::NotPlayed(device.typed(), why);
     let told = |error: &dyn std::fmt::Display| failed(error.to_string());
     let mut port = device.open(&file.session, seed).map_err(|e| told(&e))?;
     let not_simulated = || failed("it is not simulated".to_owned());
@@ -295,7 +295,7 @@ pub fn played_c3(study: &Study, seed: u64, device: &DeviceName) -> Result<Played
     let texts = wearer(study, &begun.model);
     let text = session(study, &begun.model, &all);
     let file = SessionFile::parse_beside("c3.toml", &text, &|_| Ok(texts.clone()))
-        .map_err(|e| EndpointError::NotPlayed(device.to_string(), e.lines()))?;
+        .map_err(|e| EndpointError::NotPlayed(device.typed(), e.lines()))?;
     let (edges, pulses) = put_out(&file, &DeviceName::Native, seed)?;
     let (others, pulses) = match device {
         DeviceName::Native => (edges.clone(), pulses),
@@ -306,7 +306,7 @@ pub fn played_c3(study: &Study, seed: u64, device: &DeviceName) -> Result<Played
     {
         let told = |it: Option<&Edge>| it.map_or("nothing".to_owned(), |it| format!("{it:?}"));
         return Err(EndpointError::OtherEdges(
-            device.to_string(),
+            device.typed(),
             told(others.get(at)),
             told(edges.get(at)),
         ));

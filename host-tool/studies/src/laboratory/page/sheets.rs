@@ -44,7 +44,7 @@ const NAMES: f64 = 200.0;
 const CELL: (f64, f64) = (30.0, 24.0);
 const HEADS: f64 = 24.0;
 
-/// A number in each cell, the darker the larger.
+/// A number in each cell, the darker the larger; rounded so that none is `-0`.
 fn shaded(matrix: &Matrix, description: &str) -> String {
     let mut canvas = Canvas::default();
     let all = matrix.rows.iter().flat_map(|(_, cells)| cells);
@@ -67,7 +67,11 @@ fn shaded(matrix: &Matrix, description: &str) -> String {
             let (right, bottom) = (left + CELL.0 - 1.0, top + CELL.1 - 1.0);
             canvas.area((left, top), (right, bottom), paint);
             let middle = (left + 4.0, top + 0.5 * CELL.1);
-            canvas.text(middle, &format!("{value:.0}"), Words::new(11.0, INK));
+            canvas.text(
+                middle,
+                &format!("{:.0}", value.round() + 0.0),
+                Words::new(11.0, INK),
+            );
         }
     }
     let (right, bottom) = place(matrix.heads.len(), matrix.rows.len());
