@@ -2,7 +2,6 @@
 
 use hal_sim::body::arm::{ArmSpec, Held, Posture};
 
-use super::body::BodySpec;
 use crate::fields::field::Need::{OrTold, OrWord};
 use crate::fields::field::{Field, Kind, Number, f, one_of};
 use crate::fields::table::Table;
@@ -31,8 +30,8 @@ pub(super) fn arm_fields() -> [Field; 6] {
     all.map(|field| field.when("kind", &["arm"]))
 }
 
-/// The arm in its posture; numbers left out keep [`Posture::STUDY`].
-pub(super) fn read_arm(t: &Table<'_>) -> BodySpec {
+/// The arm in its posture, and what holds it; numbers left out keep [`Posture::STUDY`].
+pub(super) fn read_arm(t: &Table<'_>) -> (ArmSpec, Held) {
     let real = |name, default| t.real(name).unwrap_or(default);
     let d = Posture::STUDY;
     let spec = match t.has("drawn") {
@@ -45,8 +44,6 @@ pub(super) fn read_arm(t: &Table<'_>) -> BodySpec {
         rotation_deg: real("rotation_deg", d.rotation_deg),
         elbow_deg: real("elbow_deg", d.elbow_deg),
     };
-    BodySpec::Arm {
-        spec: Box::new(ArmSpec { posture, ..spec }),
-        held: t.named("held", &HELD).unwrap_or(Held::InCuff),
-    }
+    let held = t.named("held", &HELD).unwrap_or(Held::InCuff);
+    (ArmSpec { posture, ..spec }, held)
 }

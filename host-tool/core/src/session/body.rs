@@ -48,7 +48,11 @@ pub(super) fn read_body(t: &Table<'_>, channels: &[Channel], person: &Person) ->
         "finger" => BodySpec::Finger(Box::new(read_finger(t, person)?)),
         "elbow" => BodySpec::Elbow(Box::new(read_elbow(t)?)),
         "hand" => BodySpec::Hand(Box::new(read_hand(t, channels)?)),
-        "arm" => read_arm(t),
+        "arm" => {
+            let (spec, held) = read_arm(t);
+            let spec = Box::new(spec);
+            BodySpec::Arm { spec, held }
+        }
         _ => BodySpec::Still {
             load_ohm: t.whole("load_ohm"),
         },
