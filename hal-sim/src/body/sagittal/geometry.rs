@@ -51,10 +51,10 @@ impl Table {
             .map(|deg| arms_m(deg).map(|arm| [arm, 0.0]))
             .collect();
         for next in 1..rows.len() {
-            for muscle in 0..MUSCLES {
-                let [before, shorter] = rows[next - 1][muscle];
-                let mean = 0.5 * (before + rows[next][muscle][0]);
-                rows[next][muscle][1] = shorter + mean * 1_f64.to_radians();
+            let (before, after) = rows.split_at_mut(next);
+            for (own, before) in after[0].iter_mut().zip(&before[next - 1]) {
+                let mean = 0.5 * (before[0] + own[0]);
+                own[1] = before[1] + mean * 1_f64.to_radians();
             }
         }
         let at = rows[(REFERENCE_DEG[joint] - low) as usize];

@@ -115,19 +115,19 @@ impl SagittalArm {
         let (mut torque, mut by_will, mut by_pulses) =
             ([0.0; JOINTS], [0.0; JOINTS], [0.0; JOINTS]);
         self.stimulated_nm = [0.0; JOINTS];
-        for muscle in 0..MUSCLES {
+        for (muscle, full_n) in full_n.into_iter().enumerate() {
             let fibres = self.fibres.get(muscle);
             let busy = fibres.map_or(0.0, |it| it.busy(self.now_us));
             let will = self.activation[muscle] * (1.0 - busy);
             let pulsed = fibres.map_or(0.0, Fibres::force);
-            let force_n = full_n[muscle] * (will + pulsed);
+            let force_n = full_n * (will + pulsed);
             let mut shortening = 0.0;
             for joint in 0..JOINTS {
                 let arm = self.posed.arms_m[muscle][joint];
                 torque[joint] += force_n * arm;
-                by_will[joint] += (full_n[muscle] * will * arm).abs();
-                by_pulses[joint] += (full_n[muscle] * pulsed * arm).abs();
-                self.stimulated_nm[joint] += full_n[muscle] * pulsed * arm;
+                by_will[joint] += (full_n * will * arm).abs();
+                by_pulses[joint] += (full_n * pulsed * arm).abs();
+                self.stimulated_nm[joint] += full_n * pulsed * arm;
                 shortening += arm * self.rates[joint];
             }
             let of = (self.spec.strength, self.spec.fast_part);

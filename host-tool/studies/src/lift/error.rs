@@ -22,7 +22,7 @@ pub enum LiftError {
     #[error(transparent)]
     Motion(#[from] MotionError),
     /// A drawn arm.
-    #[error("{0}; change that field's range in the declaration")]
+    #[error("E769 a drawn person cannot be; change that field's range in the declaration")]
     Arm(#[from] InvalidSagittal),
     /// The device refuses what it is told of a joint.
     #[error("E767 joint {0}: the device refuses its modulation: {1}")]

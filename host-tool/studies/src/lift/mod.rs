@@ -3,7 +3,7 @@
 //! Lives here: the declaration (`host-tool/lift/study.toml`, committed before it was run),
 //! what a device is told (`calibration`), the device's own modulation at work (`device`), the
 //! way of the hands (`way`), persons (`person`, `control`), the virtual object (`scene`), a lift
-//! (`lift`), studies of eight persons (`participant`, `replication`, `tests`), what they come to
+//! (`trial`), studies of eight persons (`participant`, `replication`, `tests`), what they come to
 //! (`outcome`, `comparisons`, `figures`, `deciding`). Not here: arms (`hal_sim::body::sagittal`),
 //! modulation (`firmware::haptics`), static optimisation (`host_core::limb`), the command
 //! (`cli`). In: a seed, a number of studies. Out: an [`Outcome`](crate::laboratory::Outcome).
@@ -17,13 +17,13 @@ mod declaration;
 mod device;
 mod error;
 mod figures;
-mod lift;
 mod outcome;
 mod participant;
 mod person;
 mod replication;
 mod scene;
 mod tests;
+mod trial;
 mod way;
 
 pub use calibration::{Curves, Told as ToldToDevice, curves};
@@ -33,10 +33,10 @@ pub use deciding::{Decides, deciding};
 pub use declaration::{Claim, Condition, DECLARED, HEIGHTS, Metric, Side, Study};
 pub use device::{ARMS, CHANNELS, Device};
 pub use error::LiftError;
-pub use lift::{Lifted, Trace, Worker};
 pub use outcome::{NAME, Told, outcome};
 pub use participant::{Found, Participant, participant};
 pub use person::{Person, drawn, middle};
 pub use replication::{Replication, replication};
 pub use tests::{Tested, tested};
+pub use trial::{Lifted, Trace, Worker};
 pub use way::Way;

@@ -5,8 +5,8 @@ use super::control::Learnt;
 use super::declaration::{Condition, HEIGHTS, Metric, Study};
 use super::device::{ARMS, Device};
 use super::error::LiftError;
-use super::lift::{Lifted, Worker};
 use super::person::Person;
+use super::trial::{Lifted, Worker};
 use hal_sim::random;
 use serde::Serialize;
 
@@ -139,9 +139,11 @@ fn condition_of(
         sum.sparc += found.sparc;
         sum.used_j += found.used_j;
         sum.duration_s += found.duration_s;
-        for phase in 0..2 {
-            sum.phases_s[phase] += found.phases_s[phase];
-            stimulated_nm[phase] = stimulated_nm[phase].max(found.stimulated_nm[phase]);
+        for (own, phase_s) in sum.phases_s.iter_mut().zip(found.phases_s) {
+            *own += phase_s;
+        }
+        for (own, most) in stimulated_nm.iter_mut().zip(found.stimulated_nm) {
+            *own = own.max(most);
         }
         weak += found.weak;
         steps += found.duration_s * super::way::RATE_HZ * ARMS as f64;

@@ -57,9 +57,10 @@ impl Object {
             force[0] -= own[0];
             force[1] -= own[1];
         }
-        for axis in 0..2 {
-            self.rate_m_s[axis] += h_s * force[axis] / self.spec.mass_kg;
-            self.at_m[axis] += h_s * self.rate_m_s[axis];
+        let moved = self.at_m.iter_mut().zip(&mut self.rate_m_s);
+        for ((at, rate), force) in moved.zip(force) {
+            *rate += h_s * force / self.spec.mass_kg;
+            *at += h_s * *rate;
         }
         if self.at_m[1] < self.table_m {
             (self.at_m[1], self.rate_m_s[1]) = (self.table_m, 0.0);

@@ -172,10 +172,9 @@ impl<'a> Worker<'a> {
                 for (arm, intent) in self.arms.iter_mut().zip(&intents) {
                     let force = object.force_n(arm.hand());
                     arm.step(intent, force);
-                    let pulled = arm.stimulated_nm();
-                    for joint in 0..JOINTS {
-                        record.stimulated_nm[joint] =
-                            record.stimulated_nm[joint].max(pulled[joint].abs());
+                    let most = record.stimulated_nm.iter_mut();
+                    for (most, pulled) in most.zip(arm.stimulated_nm()) {
+                        *most = most.max(pulled.abs());
                     }
                 }
             }
