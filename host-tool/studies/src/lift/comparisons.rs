@@ -58,14 +58,14 @@ pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
             (holds as u64, known.len() as u64)
         };
         let named = |more: &str, says: &str| (format!("{}{more}", claim.id), says.to_owned());
-        let (id, says) = named("", &format!("{} (persons)", claim.says));
+        let (id, says) = named("", &format!("persons: {}", claim.says));
         shares.push(Share::counted(id, says, claim.paper, counted(&known)));
         let sides = |own: &Replication| {
             let mean = |side| mean(study, own, claim.metric, side);
             mean(&claim.lower) < mean(&claim.higher)
         };
         let known: Vec<bool> = all.iter().map(sides).collect();
-        let (id, says) = named("/studies", &format!("{} (means of studies)", claim.says));
+        let (id, says) = named("/studies", &format!("studies: {}", claim.says));
         shares.push(Share::counted(id, says, claim.paper, counted(&known)));
         let known: Vec<bool> = (all.iter().filter_map(|it| p(it, claim)))
             .map(|p| p < study.protocol.level)
@@ -73,7 +73,7 @@ pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
         if !known.is_empty() {
             let (id, says) = named(
                 "/significant",
-                &format!("{}, or less: significantly", claim.says),
+                &format!("p < 0.05: {}, or less", claim.says),
             );
             shares.push(Share::counted(id, says, claim.significant, counted(&known)));
         }
