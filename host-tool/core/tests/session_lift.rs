@@ -182,7 +182,7 @@ fn every_mistake_is_named_where_it_is() {
     assert!(numbers.contains(&751), "{numbers:?}");
     // All at once.
     let (numbers, lines) = told(&[
-        ("base = 16,", "base = 29,"),
+        ("base = 15,", "base = 31,"),
         ("drop = [0.30, 0.42", "drop = [0.30, 0.99"),
         ("longest_hold_s = 10", "longest_hold_s = 5"),
         ("channel = 8, base", "channel = 7, base"),
