@@ -1,7 +1,6 @@
 //! What a device is told of a wearer: activation by angle, intensities.
 
 use super::declaration::{Condition, Form, HEIGHTS, Scale, Study};
-use super::device::{ARMS, CHANNELS};
 use super::error::LiftError;
 use super::way::{Timing, Way, places};
 use firmware::haptics::{Form as DeviceForm, ModulatedSpec, ModulationSpec, QuarticSpec};
@@ -12,6 +11,10 @@ use host_core::limb::{Bounded, Muscles, Quartic, TERMS};
 use nalgebra::{SMatrix, SVector};
 use serde::Serialize;
 
+/// Arms.
+pub const ARMS: usize = 2;
+/// Channels: four on each arm.
+pub const CHANNELS: usize = ARMS * ELECTRODES;
 /// Which joint a stimulated muscle's function is of: biceps, triceps, deltoids.
 const JOINT_OF: [usize; ELECTRODES] = [ELBOW, ELBOW, SHOULDER, SHOULDER];
 /// Below this a largest activation is none.

@@ -1,17 +1,12 @@
 //! The device's own modulation at work on the angles of four joints: the fast way, without
 //! the rest of the device.
 
-use super::calibration::{Curves, Told, specs};
+use super::calibration::{ARMS, CHANNELS, Curves, Told, specs};
 use super::declaration::{Condition, Study};
 use super::error::LiftError;
 use firmware::haptics::{Modulation, MotionPhase, PhaseState};
 use firmware::units::{Amplitude, Angle};
-use hal_sim::body::sagittal::{ELECTRODES, JOINTS};
-
-/// Arms.
-pub const ARMS: usize = 2;
-/// Channels: four on each arm.
-pub const CHANNELS: usize = ARMS * ELECTRODES;
+use hal_sim::body::sagittal::JOINTS;
 
 /// Four joints, and the phase of each arm.
 #[derive(Clone, Debug)]

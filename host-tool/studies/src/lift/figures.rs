@@ -1,9 +1,9 @@
 //! Figures 3 and 4, and the tables beside them.
 
-use super::calibration::{Curves, curves};
+use super::calibration::{ARMS, Curves, curves};
 use super::control::Learnt;
 use super::declaration::{Condition, HEIGHTS, Metric, Study};
-use super::device::{ARMS, Device};
+use super::device::Device;
 use super::error::LiftError;
 use super::participant::{height_of, seed_of};
 use super::person::{Person, middle};

@@ -26,12 +26,12 @@ mod tests;
 mod trial;
 mod way;
 
-pub use calibration::{Curves, Told as ToldToDevice, curves};
+pub use calibration::{ARMS, CHANNELS, Curves, Told as ToldToDevice, curves};
 pub use comparisons::{holds, value};
 pub use control::Learnt;
 pub use deciding::{Decides, deciding};
 pub use declaration::{Claim, Condition, DECLARED, HEIGHTS, Metric, Side, Study};
-pub use device::{ARMS, CHANNELS, Device};
+pub use device::Device;
 pub use error::LiftError;
 pub use outcome::{NAME, Told, outcome};
 pub use participant::{Found, Participant, participant};

@@ -1,9 +1,9 @@
 //! One person through all conditions.
 
-use super::calibration::{Curves, curves};
+use super::calibration::{ARMS, Curves, curves};
 use super::control::Learnt;
 use super::declaration::{Condition, HEIGHTS, Metric, Study};
-use super::device::{ARMS, Device};
+use super::device::Device;
 use super::error::LiftError;
 use super::person::Person;
 use super::trial::{Lifted, Worker};

@@ -1,8 +1,7 @@
 //! Who lifts: everything of them that the declaration draws.
 
-use super::calibration::Told;
+use super::calibration::{CHANNELS, Told};
 use super::declaration::{HEIGHTS, Study};
-use super::device::CHANNELS;
 use super::error::LiftError;
 use super::scene::ObjectSpec;
 use super::way::Timing;

@@ -1,6 +1,6 @@
 //! The virtual object between both hands: god-objects on it, an impedance to each hand.
 
-use super::device::ARMS;
+use super::calibration::ARMS;
 use hal_sim::body::sagittal::GRAVITY_M_S2;
 
 /// How the object and its springs are.

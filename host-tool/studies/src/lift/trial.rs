@@ -1,8 +1,9 @@
 //! One lift, from the grasp to the release: body, device, scene and person together.
 
+use super::calibration::{ARMS, CHANNELS};
 use super::control::{Control, Learnt};
 use super::declaration::Study;
-use super::device::{ARMS, CHANNELS, Device};
+use super::device::Device;
 use super::error::LiftError;
 use super::person::Person;
 use super::scene::Object;
