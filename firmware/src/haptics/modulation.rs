@@ -13,6 +13,7 @@ pub use together::{Hold, HoldError, ModulationOrders, Modulations, ModulationsSt
 
 use crate::control::SensorSource;
 use crate::control::sensor::Sensor;
+use crate::range::OutOfRange;
 use crate::units::{Amplitude, Angle};
 use curve::{Curve, Share, Span};
 
@@ -85,6 +86,15 @@ impl Modulation {
     /// [`ModulationError`] names the first mistake and what would do.
     pub fn new(spec: &ModulationSpec) -> Result<Self, ModulationError> {
         spec.check()?;
+        Ok(Self::of_checked(spec)?)
+    }
+
+    /// Of a specification that [`ModulationSpec::check`] has passed: quartics, which take
+    /// long to enclose, are not asked again.
+    ///
+    /// # Errors
+    /// Of one that has not, a range.
+    pub(crate) fn of_checked(spec: &ModulationSpec) -> Result<Self, OutOfRange> {
         let range = (spec.angle_min_mdeg, spec.angle_max_mdeg);
         Ok(Self {
             joint: spec.joint,
