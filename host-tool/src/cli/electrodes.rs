@@ -1,11 +1,10 @@
 //! `flexor experiment electrode-choice`: which of ten electrodes serve a wanted force.
 
+use super::drawn::conclude;
 use super::experiment::ExperimentArgs;
-use super::hamana::people::people;
-use super::{Incomplete, Output, interrupt, wrong};
+use super::{Output, interrupt, wrong};
 use host_core::run::DeviceName;
 use rayon::prelude::*;
-use serde_json::{Value, json};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use studies::electrodes::{Missed, NAME, Study, Told, Wearer, missed, outcome};
 use studies::endpoint::EndpointError;
@@ -53,19 +52,9 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
     };
     let result = outcome(&study, &all, told);
     let written = laboratory::publish(place.dir(), &result, &[]);
-    let page = place.dir().join("result.html").display().to_string();
-    let told = || format!("{}\nPage: {page}", people(&result));
     let ended = signal.map(|it| interrupt::Ended(it, format!("after {of}")).into());
-    match written.err().map(anyhow::Error::from).or(ended) {
-        None => output.say(told, || json!({ "result": result, "page": page })),
-        Some(error) => {
-            if !output.json {
-                output.say(|| people(&result), || Value::Null)?;
-            }
-            let result = json!({ "result": result });
-            Err(Incomplete { error, result }.into())
-        }
-    }
+    let failed = written.err().map(anyhow::Error::from).or(ended);
+    conclude(output, place.dir(), &result, failed)
 }
 
 /// Refuses what does not go with it.

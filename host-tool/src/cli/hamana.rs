@@ -4,13 +4,12 @@
 
 pub(super) mod people;
 
+use super::drawn::conclude;
 use super::experiment::{ExperimentArgs, command};
-use super::{Incomplete, Output, interrupt, wrong};
+use super::{Output, interrupt, wrong};
 use host_core::record::replace_file;
 use host_core::wearer::shipped;
-use people::people;
 use rayon::prelude::*;
-use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use studies::laboratory::{self, Outcome};
@@ -62,19 +61,8 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
     let result = study.outcome(&parts, told)?;
     // What was computed is told, whatever becomes of the folder.
     let written = write(place.dir(), &result, &study.csv(&parts));
-    let page = place.dir().join("result.html").display().to_string();
-    let told = || format!("{}\nPage: {page}", people(&result));
     let ended = signal.map(|it| interrupt::Ended(it, format!("after {of}")).into());
-    match written.err().or(ended) {
-        None => output.say(told, || json!({ "result": result, "page": page })),
-        Some(error) => {
-            if !output.json {
-                output.say(|| people(&result), || Value::Null)?;
-            }
-            let result = json!({ "result": result });
-            Err(Incomplete { error, result }.into())
-        }
-    }
+    conclude(output, place.dir(), &result, written.err().or(ended))
 }
 
 /// The study that `args` means, its arguments within what it allows.

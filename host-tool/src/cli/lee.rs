@@ -1,11 +1,10 @@
 //! `flexor experiment lee`: Lee 2020's protocol on a bench whose truth is known.
 
+use super::drawn::conclude;
 use super::experiment::ExperimentArgs;
-use super::hamana::people::people;
-use super::{Incomplete, Output, interrupt, wrong};
+use super::{Output, interrupt, wrong};
 use host_core::record::replace_file;
 use rayon::prelude::*;
-use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use studies::laboratory::{self, Outcome};
@@ -60,19 +59,8 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
     };
     let result = study.outcome(&parts, told)?;
     let written = write(place.dir(), &result, &study, &parts);
-    let page = place.dir().join("result.html").display().to_string();
-    let told = || format!("{}\nPage: {page}", people(&result));
     let ended = signal.map(|it| interrupt::Ended(it, format!("after {of}")).into());
-    match written.err().or(ended) {
-        None => output.say(told, || json!({ "result": result, "page": page })),
-        Some(error) => {
-            if !output.json {
-                output.say(|| people(&result), || Value::Null)?;
-            }
-            let result = json!({ "result": result });
-            Err(Incomplete { error, result }.into())
-        }
-    }
+    conclude(output, place.dir(), &result, written.err().or(ended))
 }
 
 fn asked(args: &ExperimentArgs) -> anyhow::Result<Study> {

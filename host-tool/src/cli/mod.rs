@@ -9,6 +9,7 @@ mod compare;
 mod demo;
 mod distributed;
 mod draw_cost;
+mod drawn;
 mod edges;
 mod electrodes;
 mod endpoint;
