@@ -9,12 +9,12 @@ use super::metrics::{force, size};
 use super::model::{Model, turned};
 use super::participant::Command;
 use super::replication::{BeforeC3, before_c3};
+use crate::laboratory::{Heard, LOAD_OHM, Notes};
 use hal_sim::body::arm::{Arm, ELECTRODES};
-use hal_sim::body::{Body, CHANNELS, Drive, Load, Pulse};
+use hal_sim::body::{Body, Drive, Pulse};
 use hal_sim::trace::Edge;
 use host_core::run::{DeviceName, SessionFile, run};
 use std::fmt::Write;
-use std::sync::{Arc, Mutex, PoisonError};
 
 /// The first contraction begins so long after the session, ms.
 const LEAD_MS: u64 = 1_000;
@@ -31,8 +31,6 @@ const STEP_MS: u64 = 5;
 const ORDER: [usize; ELECTRODES] = [0, 8, 1, 4, 2, 7, 3, 5, 6];
 /// See [`ORDER`].
 const APART_US: u64 = 500;
-/// Ω of each electrode pair.
-const LOAD_OHM: f64 = 1_000.0;
 /// Full scale of a stage, mA: above what any drawn arm takes.
 const FULL_SCALE_MA: f64 = 50.0;
 
@@ -187,39 +185,6 @@ fn session(study: &Study, model: &Model, all: &[Contraction]) -> String {
     text
 }
 
-/// A dummy load on each channel that notes pulses.
-struct Noting {
-    loads: [Load; CHANNELS],
-    noted: Arc<Mutex<Vec<Pulse>>>,
-}
-
-impl Body for Noting {
-    fn pulse(&mut self, pulse: &Pulse) {
-        let mut noted = self.noted.lock().unwrap_or_else(PoisonError::into_inner);
-        noted.push(*pulse);
-    }
-
-    fn advance(&mut self, _: u64) -> bool {
-        false
-    }
-
-    fn angle_deg(&self) -> f64 {
-        0.0
-    }
-
-    fn sensed_deg(&self) -> f64 {
-        0.0
-    }
-
-    fn loads(&self) -> &[Load; CHANNELS] {
-        &self.loads
-    }
-
-    fn loads_mut(&mut self) -> &mut [Load; CHANNELS] {
-        &mut self.loads
-    }
-}
-
 /// Edges and pulses of the session on `device`, with times from its start.
 fn put_out(
     file: &SessionFile,
@@ -230,11 +195,8 @@ fn put_out(
     let told = |error: &dyn std::fmt::Display| failed(error.to_string());
     let mut port = device.open(&file.session, seed).map_err(|e| told(&e))?;
     let not_simulated = || failed("it is not simulated".to_owned());
-    let noted = Arc::default();
-    port.world().ok_or_else(not_simulated)?.body = Box::new(Noting {
-        loads: [Load::Ohms(LOAD_OHM); CHANNELS],
-        noted: Arc::clone(&noted),
-    });
+    let heard = Heard::default();
+    port.world().ok_or_else(not_simulated)?.body = Box::new(Notes::on(&heard));
     let (outcome, port) = run(file, port, None, |_: f64| ());
     if let Some(error) = outcome.error {
         return Err(told(&error));
@@ -254,11 +216,10 @@ fn put_out(
         ..edge
     });
     let edges = edges.take_while(|edge| edge.t_us < until_us).collect();
-    let noted = noted.lock().unwrap_or_else(PoisonError::into_inner);
-    let since = noted.iter().filter(|it| it.t_us >= epoch_us);
+    let since = heard.all().into_iter().filter(|it| it.t_us >= epoch_us);
     let pulses = since.map(|it| Pulse {
         t_us: it.t_us - epoch_us,
-        ..*it
+        ..it
     });
     Ok((edges, pulses.collect()))
 }

@@ -1,6 +1,7 @@
 //! What is declared: `lift/study.toml`, committed before it was run.
 
 use super::error::LiftError;
+use crate::laboratory::Range;
 use serde::{Deserialize, Serialize};
 
 /// The declaration, as the program has it.
@@ -166,34 +167,6 @@ pub struct Deciding {
     pub persons: usize,
     /// Of a condition, the first of which is not judged.
     pub target_sets: usize,
-}
-
-/// A parameter that is drawn.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Range {
-    /// Its name, with its unit.
-    pub field: String,
-    /// Least.
-    pub low: f64,
-    /// Greatest.
-    pub high: f64,
-    /// Even in the logarithm.
-    #[serde(default)]
-    pub logarithm: bool,
-    /// Where from.
-    pub source: String,
-}
-
-impl Range {
-    /// What lies so far along it, 0 to 1.
-    #[must_use]
-    pub fn at(&self, part: f64) -> f64 {
-        match self.logarithm {
-            true => self.low * (self.high / self.low).powf(part),
-            false => self.low + part * (self.high - self.low),
-        }
-    }
 }
 
 /// What is stimulated.

@@ -5,6 +5,7 @@ use super::declaration::{HEIGHTS, Study};
 use super::error::LiftError;
 use super::scene::ObjectSpec;
 use super::way::Timing;
+use crate::laboratory::Range;
 use hal_sim::body::muscle::SUBJECTS;
 use hal_sim::body::sagittal::{ELECTRODES, Electrode, JOINTS, SagittalSpec};
 use hal_sim::random;
@@ -65,11 +66,7 @@ const AIM_STREAM: u64 = 2;
 /// Numbers of person `index` of a seed, one for each range.
 #[must_use]
 pub fn drawn(study: &Study, seed: u64, index: u64) -> Vec<f64> {
-    let stream = random::word(seed, index);
-    let ranges = study.ranges.iter().enumerate();
-    ranges
-        .map(|(place, range)| range.at(random::unit(stream, place as u64)))
-        .collect()
+    Range::drawn(&study.ranges, seed, index)
 }
 
 /// Numbers in the middle of every range.

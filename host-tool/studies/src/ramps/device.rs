@@ -5,73 +5,21 @@ use super::declared::{Declared, Protocol};
 use super::error::RampsError;
 use super::found::Pulses;
 use super::test::{LEAST_WIDTH_US, Stimulation, micros, period_us, stimulations};
+use crate::laboratory::{Heard, LOAD_OHM, Notes};
 use firmware::link::Request;
 use firmware::units::Amplitude;
 use hal_sim::body::bench::elbow::BICEPS;
-use hal_sim::body::{Body, CHANNELS, Drive, Load, Pulse};
+use hal_sim::body::{Drive, Pulse};
 use host_core::link::{Client, Incoming, Port};
 use host_core::run::DeviceName;
 use host_core::session::Session;
 use std::fmt::Write;
-use std::sync::{Arc, Mutex, PoisonError};
 
-/// Of the electrodes, Ω.
-const LOAD_OHM: u32 = 1_000;
 /// A step of the converter at 100 mA, mA.
 const STEP_MA: f64 = 100.0 / 65_535.0;
 /// How long before a pulse its setpoint is sent, µs: half a period, so that it is there in
 /// time and not before the pulse that precedes.
 const EARLY: u64 = 2;
-
-/// What reached the electrodes.
-pub(super) type Heard = Arc<Mutex<Vec<Pulse>>>;
-
-/// A body that notes what reaches it.
-pub(super) struct Notes {
-    pub(super) loads: [Load; CHANNELS],
-    pub(super) heard: Heard,
-}
-
-impl Notes {
-    pub(super) fn new(heard: &Heard) -> Self {
-        Self {
-            loads: [Load::Ohms(LOAD_OHM.into()); CHANNELS],
-            heard: heard.clone(),
-        }
-    }
-}
-
-/// What was heard so far.
-pub(super) fn all(heard: &Heard) -> Vec<Pulse> {
-    heard.lock().unwrap_or_else(PoisonError::into_inner).clone()
-}
-
-impl Body for Notes {
-    fn pulse(&mut self, pulse: &Pulse) {
-        let mut heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
-        heard.push(*pulse);
-    }
-
-    fn advance(&mut self, _: u64) -> bool {
-        false
-    }
-
-    fn angle_deg(&self) -> f64 {
-        0.0
-    }
-
-    fn sensed_deg(&self) -> f64 {
-        0.0
-    }
-
-    fn loads(&self) -> &[Load; CHANNELS] {
-        &self.loads
-    }
-
-    fn loads_mut(&mut self) -> &mut [Load; CHANNELS] {
-        &mut self.loads
-    }
-}
 
 /// By how much what a device puts out may be, and is, apart from what is meant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -159,9 +107,9 @@ impl Stimulation {
         let heard = Heard::default();
         let world = port.world();
         let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
-        world.body = Box::new(Notes::new(&heard));
+        world.body = Box::new(Notes::on(&heard));
         let epoch_us = self.stream(protocol, &session, port).map_err(failed)?;
-        let found = all(&heard).into_iter().filter_map(|it| {
+        let found = heard.all().into_iter().filter_map(|it| {
             let t_us = it.t_us.checked_sub(epoch_us)?;
             let is_one = it.drive != Drive::Milliamps(0.0);
             is_one.then_some(Pulse { t_us, ..it })

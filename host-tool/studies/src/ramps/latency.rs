@@ -1,8 +1,9 @@
 //! From a trigger, and from a host's command, to the first edge of a pulse (section 3.2): a
 //! train of 40 µs that goes from 0 to 20 mA every second.
 
-use super::device::{Heard, Notes, all, listen};
+use super::device::listen;
 use super::error::RampsError;
+use crate::laboratory::{Heard, Notes};
 use firmware::link::Request;
 use firmware::units::Amplitude;
 use hal_sim::body::Drive;
@@ -73,7 +74,7 @@ impl Opened {
         let heard = Heard::default();
         let world = port.world();
         let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
-        world.body = Box::new(Notes::new(&heard));
+        world.body = Box::new(Notes::on(&heard));
         let told = |e: host_core::link::Error| failed(e.to_string());
         let (mut client, _) = Client::open(port).map_err(told)?;
         for request in session.requests() {
@@ -98,7 +99,7 @@ impl Opened {
     /// From `from_us` to the first pulse after it of at least so much.
     fn to_first(&self, from_us: u64, least_ma: f64) -> Option<u64> {
         let is = |drive| matches!(drive, Drive::Milliamps(ma) if ma >= least_ma);
-        let mut later = all(&self.heard).into_iter().filter(|it| it.t_us >= from_us);
+        let mut later = self.heard.all().into_iter().filter(|it| it.t_us >= from_us);
         Some(later.find(|it| is(it.drive))?.t_us - from_us)
     }
 }
