@@ -5,7 +5,6 @@ use super::{Output, interrupt, wrong};
 use crate::live::{Model, Order, Plan, Shared, json, line, lines, screen, work};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory};
-use host_core::link::Interruption;
 use host_core::run::{DeviceName, SessionFile};
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -78,7 +77,7 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
         stays: is_screen,
         seed: args.seed.unwrap_or(SEED),
     };
-    let must_quit = quitting(args.seconds, &interruption)?;
+    let must_quit = quitting(args.seconds)?;
     let (shown, worked) = std::thread::scope(|scope| {
         let _quit = QuitAtEnd(&shared);
         let worker = scope.spawn(|| work(&plan, &shared));
@@ -104,23 +103,20 @@ pub fn main(args: &Monitor, output: Output) -> anyhow::Result<()> {
     });
     worked.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
     match interruption.asked() {
-        Some(signal) => Err(interrupt::Ended(
-            signal,
-            "and the watch ended: nothing was stimulated by it".into(),
-        )
-        .into()),
+        Some(signal) => {
+            let ended = match args.session {
+                Some(_) => "after the session had ended: nothing is stimulated by it any more",
+                None => "and the watch ended: nothing was stimulated by it",
+            };
+            Err(interrupt::Ended(signal, ended.to_owned()).into())
+        }
         None => Ok(shown?),
     }
 }
 
-/// Whether it is time to leave: after `seconds`, or when the system asks.
-fn quitting(
-    seconds: Option<f64>,
-    interruption: &Interruption,
-) -> anyhow::Result<impl Fn() -> bool> {
+/// Whether it is time to leave: after `seconds`. The system asks whoever is at the device.
+fn quitting(seconds: Option<f64>) -> anyhow::Result<impl Fn() -> bool> {
     let start = Instant::now();
     let length = seconds.map(Duration::try_from_secs_f64).transpose()?;
-    Ok(move || {
-        interruption.asked().is_some() || length.is_some_and(|length| start.elapsed() >= length)
-    })
+    Ok(move || length.is_some_and(|length| start.elapsed() >= length))
 }

@@ -46,8 +46,12 @@ impl Shared {
         flag.store(true, Ordering::Release);
     }
 
-    /// Whether leaving was ordered.
+    /// Whether leaving was ordered, here or by the system.
     pub fn is_quitting(&self) -> bool {
+        self.quit_is_ordered() || self.interruption.asked().is_some()
+    }
+
+    fn quit_is_ordered(&self) -> bool {
         self.quit.load(Ordering::Acquire)
     }
 
@@ -83,7 +87,8 @@ impl Observer for Watch<'_> {
     }
 
     fn wish(&mut self) -> Wish {
-        if self.shared.takes_stop() || self.shared.is_quitting() {
+        // A run heeds the system by itself, and tells that ending apart.
+        if self.shared.takes_stop() || self.shared.quit_is_ordered() {
             self.shared.model().is_ending = true;
             return Wish::Stop;
         }
