@@ -1,13 +1,10 @@
 //! `flexor experiment electrode-choice`: which of ten electrodes serve a wanted force.
 
-use super::drawn::conclude;
+use super::drawn::{conclude, until_asked};
 use super::experiment::ExperimentArgs;
 use super::{Output, interrupt, wrong};
 use host_core::run::DeviceName;
-use rayon::prelude::*;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use studies::electrodes::{Missed, NAME, Study, Told, Wearer, missed, outcome};
-use studies::endpoint::EndpointError;
 use studies::laboratory;
 
 /// Most wearers: each is 400 kB.
@@ -28,21 +25,10 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
     let place = args.out.place(NAME)?;
     let interruption = interrupt::heed()?;
     let bar = output.bar(NAME);
-    let done = AtomicUsize::new(0);
-    let all: Vec<Option<Missed>> = (0..draws)
-        .into_par_iter()
-        .map(|index| {
-            if interruption.asked().is_some() {
-                return Ok(None);
-            }
-            let found = missed(&study, &Wearer::drawn(seed, index)?)?;
-            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-            bar.set(count as f64 / draws as f64);
-            Ok(Some(found))
-        })
-        .collect::<Result<_, EndpointError>>()?;
+    let passed = |count| bar.set(count as f64 / draws as f64);
+    let find = |index| missed(&study, &Wearer::drawn(seed, index)?);
+    let all: Vec<Missed> = until_asked(draws, &interruption, passed, find)?;
     bar.finish();
-    let all: Vec<Missed> = all.into_iter().flatten().collect();
     let of = format!("{} of {draws} wearers", all.len());
     let signal = interruption.asked().filter(|_| (all.len() as u64) < draws);
     let told = Told {

@@ -1,16 +1,12 @@
 //! `flexor experiment buatier`: arms that lift while stimulation follows their joints.
 
-use super::drawn::conclude;
+use super::drawn::{conclude, until_asked};
 use super::experiment::ExperimentArgs;
 use super::{Output, interrupt, wrong};
 use host_core::record::replace_file;
-use rayon::prelude::*;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use studies::laboratory::{self, Outcome};
-use studies::lift::{
-    Decides, LiftError, NAME, Replication, Study, Told, deciding, outcome, replication,
-};
+use studies::lift::{Decides, NAME, Replication, Study, Told, deciding, outcome, replication};
 
 /// Most studies.
 const MOST: u64 = 10_000;
@@ -30,20 +26,9 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
     let place = args.out.place(NAME)?;
     let interruption = interrupt::heed()?;
     let bar = output.bar(NAME);
-    let done = AtomicUsize::new(0);
-    let all: Vec<Option<Replication>> = (0..draws)
-        .into_par_iter()
-        .map(|index| {
-            if interruption.asked().is_some() {
-                return Ok(None);
-            }
-            let found = replication(&study, seed, index)?;
-            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-            bar.set(count as f64 / (draws + 1) as f64);
-            Ok(Some(found))
-        })
-        .collect::<Result<_, LiftError>>()?;
-    let studies: Vec<Replication> = all.into_iter().flatten().collect();
+    let passed = |count| bar.set(count as f64 / (draws + 1) as f64);
+    let find = |index| replication(&study, seed, index);
+    let studies: Vec<Replication> = until_asked(draws, &interruption, passed, find)?;
     let is_whole = studies.len() as u64 == draws;
     // A quick look does not ask which assumption decides.
     let decides = match is_whole && draws >= study.studies {
