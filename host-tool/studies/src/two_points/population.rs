@@ -1,6 +1,7 @@
 //! Who is drawn: the ranges of `population.toml`, and a person of them.
 
 use super::error::TwoPointsError;
+use crate::laboratory::Range;
 use hal_sim::body::hand::{HandSpec, Rule, SkinSpec, membrane::Membrane};
 use hal_sim::random;
 use serde::Deserialize;
@@ -68,23 +69,6 @@ pub struct Balanced {
     pub skins: Vec<f64>,
 }
 
-/// A parameter that is drawn.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Range {
-    /// Its name, with its unit.
-    pub field: String,
-    /// Least.
-    pub low: f64,
-    /// Greatest.
-    pub high: f64,
-    /// Even in the logarithm.
-    #[serde(default)]
-    pub logarithm: bool,
-    /// Where from.
-    pub source: String,
-}
-
 /// What is judged.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -117,22 +101,12 @@ impl Population {
     /// of the same seed has the same numbers, whatever is drawn beside.
     #[must_use]
     pub fn drawn(&self, seed: u64, index: u64) -> Vec<f64> {
-        let stream = random::word(seed, index);
-        let value = |(place, range): (usize, &Range)| {
-            let part = random::unit(stream, place as u64);
-            match range.logarithm {
-                true => range.low * (range.high / range.low).powf(part),
-                false => range.low + part * (range.high - range.low),
-            }
-        };
-        self.ranges.iter().enumerate().map(value).collect()
+        Range::drawn(&self.ranges, seed, index)
     }
 
     /// What is `drawn` for the range of this field.
     fn value(&self, drawn: &[f64], field: &str) -> Result<f64, TwoPointsError> {
-        let place = self.ranges.iter().position(|range| range.field == field);
-        let value = place.and_then(|place| drawn.get(place).copied());
-        value.ok_or_else(|| TwoPointsError::missing(field))
+        Range::value(&self.ranges, drawn, field).ok_or_else(|| TwoPointsError::missing(field))
     }
 
     /// Thresholds of A, B and the extensor's point of person `index`, V, where nobody
