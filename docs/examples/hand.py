@@ -70,10 +70,9 @@ def whole(number, per_unit):
     return round(number * per_unit)
 
 
-def setup(wearer):
-    """The requests that configure a wearer file's arm; by channel, whose muscle it is."""
-    limits, bones = wearer["limits"], wearer["limb"]
-    yield "Wearer", {
+def limits_of(limits):
+    """The limits of a wearer file or a session, which says these six."""
+    return {
         "max_current_ua": whole(limits["max_current_ma"], 1000),
         "max_charge_nc": whole(limits["max_charge_uc"], 1000),
         "max_rms_ua": whole(limits["max_rms_ma"], 1000),
@@ -90,6 +89,12 @@ def setup(wearer):
         "max_step_ua": 100_000,
         "max_step_ua_per_s": 100_000,
     }
+
+
+def setup(wearer):
+    """The requests that configure a wearer file's arm; by channel, whose muscle it is."""
+    bones = wearer["limb"]
+    yield "Wearer", limits_of(wearer["limits"])
     electrodes = {it["channel"]: it for it in wearer["electrode"]}
     lines = sorted(bones["line"], key=lambda it: it["channel"])
     for number, it in enumerate(lines):
@@ -145,16 +150,14 @@ def measured(_t_s):
     return {"gh_flexion": 45, "gh_abduction": 30, "gh_rotation": 20, "el_flexion": 80}
 
 
-class Hand(client.Device):
-    """A device that was told of an arm."""
+class Live(client.Device):
+    """A device that was told of a setup and gets several requests at once."""
 
-    def __init__(self, place, wearer):
+    def __init__(self, place, setup):
         super().__init__(place)
         _, hello = self.ask({"Hello": {"schema": client.SCHEMA}})
         self.session = hello["session"]
-        self.names = {it["channel"] - 1: it["place"] for it in wearer["electrode"]}
-        self.channels = sorted(it["channel"] - 1 for it in wearer["limb"]["line"])
-        for name, content in setup(wearer):
+        for name, content in setup:
             self.configure(name, **content)
         self.clock = None  # device time less ours, µs
         self.given = None
@@ -184,25 +187,34 @@ class Hand(client.Device):
         if refusals := self.exchange(*requests):
             raise RuntimeError(f"refused: {list(refusals.values())}")
 
+    def measurements(self, angles):
+        """Of joint or axis 0, 1, … its angle now, degrees."""
+        # An answer is a little old when it is here, so that this is never in the future.
+        now = (time.monotonic_ns() // 1000 + self.clock) % 2**32
+        return [
+            {"Measurement": {"joint": n, "centideg": whole(deg, 100), "at": now}}
+            for n, deg in enumerate(angles)
+        ]
+
+
+class Hand(Live):
+    """A device that was told of an arm."""
+
+    def __init__(self, place, wearer):
+        super().__init__(place, setup(wearer))
+        self.names = {it["channel"] - 1: it["place"] for it in wearer["electrode"]}
+        self.channels = sorted(it["channel"] - 1 for it in wearer["limb"]["line"])
+
     def wish(self, t_s, force_mn):
         """Tells the posture, asks for a force; its refusal, if it was refused."""
-        posture = self.posture(t_s)
+        angles = measured(t_s)
+        posture = self.measurements(angles.get(axis, 0) for axis in AXES)
         refusals = self.exchange(*posture, {"Wrench": {"at": None, "force_mn": force_mn}})
         refusal = refusals.pop(len(posture), None)
         # A device whose clock was late is measured again in 20 ms.
         if others := [it for it in refusals.values() if it["code"] != MEASUREMENT_TIME]:
             raise RuntimeError(f"refused: {others}")
         return refusal
-
-    def posture(self, t_s):
-        """A measurement of each axis now."""
-        # An answer is a little old when it is here, so that this is never in the future.
-        now = (time.monotonic_ns() // 1000 + self.clock) % 2**32
-        angles = measured(t_s)
-        return [
-            {"Measurement": {"joint": n, "centideg": whole(angles.get(axis, 0), 100), "at": now}}
-            for n, axis in enumerate(AXES)
-        ]
 
     def nearest(self, force_mn, refusal):
         """Says why a force is refused, and which is the nearest that can be made."""
