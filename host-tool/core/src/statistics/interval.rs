@@ -53,6 +53,49 @@ pub fn share(successes: f64, trials: u64, level: f64) -> Result<Share, Statistic
     })
 }
 
+/// The largest share of which `successes` or fewer among `trials` are still as likely as
+/// 1 − `level`: the one-sided upper bound of Clopper and Pearson 1934. Of no success it is
+/// 1 − (1 − `level`)^(1/n), near 3/n at 0.95.
+///
+/// # Errors
+/// No trial, more successes than trials, a level outside (0, 1).
+pub fn share_at_most(successes: u64, trials: u64, level: f64) -> Result<f64, StatisticsError> {
+    enough("trials", usize::try_from(trials).unwrap_or(usize::MAX), 1)?;
+    quantile(level)?;
+    if successes > trials {
+        return Err(StatisticsError::OutOfRange {
+            what: "successes",
+            range: "0…trials",
+        });
+    }
+    if successes == trials {
+        return Ok(1.0);
+    }
+    let (mut low, mut high) = (successes as f64 / trials as f64, 1.0);
+    // Half of the interval at each step: to the last bit.
+    for _ in 0..64 {
+        let share = 0.5 * (low + high);
+        if at_most(successes, trials, share) > 1.0 - level {
+            low = share;
+        } else {
+            high = share;
+        }
+    }
+    Ok(high)
+}
+
+/// How likely `successes` or fewer of `trials` are, at `share` in (0, 1).
+fn at_most(successes: u64, trials: u64, share: f64) -> f64 {
+    let odds = share.ln() - (-share).ln_1p();
+    let mut term = trials as f64 * (-share).ln_1p();
+    let mut sum = term.exp();
+    for k in 0..successes {
+        term += odds + ((trials - k) as f64 / (k + 1) as f64).ln();
+        sum += term.exp();
+    }
+    sum
+}
+
 /// The normal quantile that leaves half of what is outside `level` above it.
 fn quantile(level: f64) -> Result<f64, StatisticsError> {
     if level > 0.0 && level < 1.0 {
@@ -151,4 +194,26 @@ pub fn quantile_of(sorted: &[f64], part: f64) -> f64 {
     let below = place as usize;
     let above = (below + 1).min(last);
     sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The sums of exact binomials, halved by Python 3, and by hand for none and all.
+    #[test]
+    fn bounds_are_clopper_and_pearsons() {
+        for (k, n, bound) in [
+            (0, 2_000, 1.0 - 0.05_f64.powf(1.0 / 2_000.0)),
+            (0, 1, 0.95),
+            (1, 10, 0.394_163_3),
+            (5, 100, 0.102_253_4),
+            (10, 10, 1.0),
+        ] {
+            let ours = share_at_most(k, n, 0.95).unwrap();
+            assert!((ours - bound).abs() < 1e-6, "{k} of {n}: {ours}");
+        }
+        assert!(share_at_most(2, 1, 0.95).is_err());
+        assert!(share_at_most(0, 0, 0.95).is_err());
+    }
 }

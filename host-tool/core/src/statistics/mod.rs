@@ -21,7 +21,7 @@ pub use alignment::{Alignment, kabsch};
 pub use comparison::{PairedT, bonferroni, cohens_d_paired, cohens_d_pooled, holm, paired_t};
 pub use detector::{Detector, Verdict};
 pub use distribution::{chi_squared_p, fisher_f_p, student_t_p};
-pub use interval::{Interval, Share, bootstrap_bca, quantile_of, share};
+pub use interval::{Interval, Share, bootstrap_bca, quantile_of, share, share_at_most};
 pub use normality::{ShapiroWilk, shapiro_wilk};
 pub use ranks::{Friedman, MannWhitney, Method, Wilcoxon, friedman, mann_whitney, wilcoxon};
 pub use sample::StatisticsError;
