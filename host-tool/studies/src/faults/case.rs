@@ -1,22 +1,33 @@
 //! One fault and what came of it.
 
 use firmware::safety::Fault;
+use serde::{Deserialize, Serialize};
 
 /// What was broken, and what came of it.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Case {
     /// Its number, from 0: with class and seed, what repeats it.
     pub index: u64,
     /// When, device time in µs.
     pub moment_us: u64,
-    /// What, for people.
+    /// What, for people: its kind, and after `: ` the rest.
     pub what: String,
     /// What came of it.
     pub fate: Fate,
 }
 
+impl Case {
+    /// What kind of fault of its class it is: all before the first `: ` of what it is;
+    /// nothing where that has none.
+    #[must_use]
+    pub fn kind(&self) -> Option<&str> {
+        self.what.split_once(": ").map(|(kind, _)| kind)
+    }
+}
+
 /// What came of a fault.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Fate {
     /// The device must find it: it changes an edge, a declaration is false, an electrode
     /// broke in a way that something shows.
@@ -27,6 +38,8 @@ pub struct Fate {
     pub changed_us: Option<u64>,
     /// The fault that the device told, or kept through a reset.
     pub fault: Option<Fault>,
+    /// When the device says that it found it, µs after it; nothing where only a reset tells.
+    pub told_us: Option<u64>,
     /// The chip was reset.
     pub reset: bool,
     /// How long after it the outputs were isolated for good, µs; nothing where they
@@ -36,10 +49,44 @@ pub struct Fate {
     pub severe: Vec<String>,
     /// What is severe without what protects, and was not before anything broke.
     pub bare: Vec<String>,
+    /// Pulses that it cut off or held, and that are excused: their net charge, µC.
+    pub truncated_uc: Vec<f64>,
     /// A stage isolated itself.
     pub latched: bool,
     /// Why the simulator could not go on: what it does not model.
     pub stopped: Option<String>,
+    /// Why it was not played to the end.
+    pub ended: Ended,
+}
+
+/// Why a fork was not played to the end of its time.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+pub enum Ended {
+    /// It was, or the class has no such end.
+    #[default]
+    Played,
+    /// Its outputs are isolated for good.
+    Isolated,
+    /// It is again in the state of the board that nothing broke.
+    Reconverged,
+    /// What broke is written again before anything reads it: nothing was played.
+    Overwritten,
+    /// Nothing touches what broke until the end: nothing was played.
+    Untouched,
+}
+
+impl Ended {
+    /// As a table and a file have it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Played => "played",
+            Self::Isolated => "isolated",
+            Self::Reconverged => "reconverged",
+            Self::Overwritten => "overwritten",
+            Self::Untouched => "untouched",
+        }
+    }
 }
 
 impl Fate {
@@ -47,5 +94,18 @@ impl Fate {
     #[must_use]
     pub fn is_open(&self) -> bool {
         !self.severe.is_empty() || self.must_find != self.found && self.stopped.is_none()
+    }
+
+    /// Whether anything came of it that somebody could see.
+    #[must_use]
+    pub fn changed(&self) -> bool {
+        let severe = !self.severe.is_empty();
+        self.changed_us.is_some() || self.found || self.reset || self.latched || severe
+    }
+
+    /// Whether it is known that nothing came of it.
+    #[must_use]
+    pub fn is_harmless(&self) -> bool {
+        !self.changed() && !self.must_find && self.stopped.is_none()
     }
 }

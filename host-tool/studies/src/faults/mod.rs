@@ -18,12 +18,14 @@ mod outcome;
 mod registers;
 mod simulated;
 mod stem;
+mod table;
 mod truth;
 
-pub use case::Case;
+pub use case::{Case, Ended, Fate};
 pub use declaration::{Class, Declaration};
 pub use error::FaultsError;
-pub use outcome::{Outcome, csv};
+pub use outcome::Outcome;
+pub use table::csv;
 pub use truth::declared_truth;
 
 use declared::Declared;
@@ -107,16 +109,37 @@ impl Campaign {
         count: u64,
         go_on: &mut dyn FnMut(f64) -> bool,
     ) -> Result<Vec<Case>, FaultsError> {
-        let indices: Vec<u64> = (0..count).collect();
-        let mut cases = Vec::with_capacity(indices.len());
-        for some in indices.chunks(AT_ONCE * rayon::current_num_threads()) {
-            if !go_on(cases.len() as f64 / count as f64) {
-                return Ok(cases);
-            }
-            let done: Result<Vec<_>, _> = some.par_iter().map(|k| self.case(*k)).collect();
-            cases.extend(done?);
-        }
-        go_on(1.0);
+        let mut cases = Vec::new();
+        self.play_from(0, count, &mut |part, some| {
+            cases.extend_from_slice(some);
+            Ok(go_on(part))
+        })?;
         Ok(cases)
+    }
+
+    /// Cases `from` to `count`, given to `take` in their order, some at once, with the part
+    /// done; `take` may say that it is enough.
+    ///
+    /// # Errors
+    /// As [`Self::play`], and what `take` says.
+    pub fn play_from(
+        &self,
+        from: u64,
+        count: u64,
+        take: &mut dyn FnMut(f64, &[Case]) -> Result<bool, FaultsError>,
+    ) -> Result<(), FaultsError> {
+        let indices: Vec<u64> = (from..count).collect();
+        let mut done = from;
+        if !take(done as f64 / count as f64, &[])? {
+            return Ok(());
+        }
+        for some in indices.chunks(AT_ONCE * rayon::current_num_threads()) {
+            let cases: Result<Vec<_>, _> = some.par_iter().map(|k| self.case(*k)).collect();
+            done += some.len() as u64;
+            if !take(done as f64 / count as f64, &cases?)? {
+                return Ok(());
+            }
+        }
+        Ok(())
     }
 }

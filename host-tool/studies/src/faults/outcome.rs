@@ -1,105 +1,149 @@
-//! What the cases of a class come to: a line of a table, `result.json`, `faults.csv`.
+//! What the cases of a class come to: its numbers, and the same of each kind in it.
 
-use super::case::{Case, Fate};
+use super::case::{Case, Ended, Fate};
 use super::declaration::{Class, Declaration};
+use super::simulated::TWO_WINDOWS_US;
+use super::table::{SIMULATED, in_words};
 use crate::laboratory::{self, Declared, Row, Share};
+use host_core::statistics::{quantile_of, share_at_most};
 use std::collections::BTreeMap;
 
-/// The numbers of a class.
+/// Of the upper bounds.
+const LEVEL: f64 = 0.95;
+/// The most that a pulse may leave which a fault cut off, µC.
+pub(super) const MOST_TRUNCATED_UC: f64 = 65.0;
+
+/// The numbers of a class, or of one kind in it.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// Which.
+    /// Of which class.
     pub class: Class,
+    /// Of which kind, if not of all.
+    pub kind: Option<String>,
     /// Cases played.
     pub drawn: u64,
+    /// Of which something came that somebody could see ([`Fate::changed`]).
+    pub changed: u64,
+    /// Of which it is known that nothing came.
+    pub harmless: u64,
     /// Which the device must find ([`Fate::must_find`]).
     pub to_find: u64,
     /// Of those, in which it did.
     pub found: u64,
     /// Of those, with the outputs isolated within two windows.
     pub soon: u64,
-    /// Longest from fault to isolated outputs, of those, µs.
+    /// Median time from fault to isolated outputs, of those, µs.
+    pub median_us: Option<f64>,
+    /// The longest, µs.
     pub latest_us: Option<u64>,
+    /// The longest from what the device calls the moment of its fault, µs.
+    pub slowest_us: Option<u64>,
     /// Severe, the stages as they are built.
     pub severe: u64,
     /// Severe without what protects.
     pub bare: u64,
+    /// Pulses that were cut off or held, and are excused.
+    pub truncated: u64,
+    /// The charge of the worst of them, µC.
+    pub truncated_uc: Option<f64>,
     /// In which the simulator could not go on.
     pub stopped: u64,
     /// Why, and how often.
     pub reasons: BTreeMap<String, u64>,
-    /// Cases to look at: severe, or not as they must be.
+    /// How often a case ended for which reason.
+    pub ended: BTreeMap<&'static str, u64>,
+    /// Cases to look at: severe, or not as they must be; of a class alone.
     pub listed: Vec<Case>,
+    /// The same of each kind, by name; of a class that has some.
+    pub kinds: Vec<Outcome>,
 }
 
 impl Outcome {
     /// Of these cases.
     #[must_use]
     pub fn of(class: Class, cases: &[Case]) -> Self {
-        let count =
-            |is: &dyn Fn(&Fate) -> bool| cases.iter().filter(|case| is(&case.fate)).count() as u64;
-        let late = cases
-            .iter()
-            .filter(|case| case.fate.must_find && case.fate.found);
-        let mut reasons = BTreeMap::new();
-        for why in cases.iter().filter_map(|case| case.fate.stopped.as_ref()) {
-            *reasons.entry(reason(why)).or_default() += 1;
+        let all: Vec<&Case> = cases.iter().collect();
+        let mut kinds = BTreeMap::<&str, Vec<&Case>>::new();
+        for case in cases {
+            kinds
+                .entry(case.kind().unwrap_or(""))
+                .or_default()
+                .push(case);
         }
+        if kinds.keys().all(|kind| kind.is_empty()) {
+            kinds.clear();
+        }
+        let kinds = kinds.into_iter();
+        let kinds = kinds.map(|(kind, cases)| Self::counted(class, Some(kind.to_owned()), &cases));
         let listed = cases.iter().filter(|case| case.fate.is_open());
         Self {
+            listed: listed.cloned().collect(),
+            kinds: kinds.collect(),
+            ..Self::counted(class, None, &all)
+        }
+    }
+
+    fn counted(class: Class, kind: Option<String>, cases: &[&Case]) -> Self {
+        let fates = || cases.iter().map(|case| &case.fate);
+        let count = |is: &dyn Fn(&Fate) -> bool| fates().filter(|fate| is(fate)).count() as u64;
+        let found = || fates().filter(|fate| fate.must_find && fate.found);
+        let mut isolated: Vec<u64> = found().filter_map(|fate| fate.isolated_us).collect();
+        isolated.sort_unstable();
+        let as_numbers: Vec<f64> = isolated.iter().map(|us| *us as f64).collect();
+        let slow = found().filter_map(|fate| Some(fate.isolated_us?.saturating_sub(fate.told_us?)));
+        let truncated = || fates().flat_map(|fate| &fate.truncated_uc);
+        let (mut reasons, mut ended) = (BTreeMap::new(), BTreeMap::new());
+        for fate in fates() {
+            *ended.entry(fate.ended.name()).or_default() += 1;
+            if let Some(why) = &fate.stopped {
+                *reasons.entry(reason(why)).or_default() += 1;
+            }
+        }
+        Self {
             class,
+            kind,
             drawn: cases.len() as u64,
+            changed: count(&Fate::changed),
+            harmless: count(&Fate::is_harmless),
             to_find: count(&|fate| fate.must_find),
-            found: count(&|fate| fate.must_find && fate.found),
-            soon: count(&|fate| fate.must_find && fate.found && is_soon(fate)),
-            latest_us: late.filter_map(|case| case.fate.isolated_us).max(),
+            found: found().count() as u64,
+            soon: found().filter(|fate| is_soon(fate)).count() as u64,
+            median_us: (!as_numbers.is_empty()).then(|| quantile_of(&as_numbers, 0.5)),
+            latest_us: isolated.last().copied(),
+            slowest_us: slow.max(),
             severe: count(&|fate| !fate.severe.is_empty()),
             bare: count(&|fate| !fate.bare.is_empty()),
+            truncated: truncated().count() as u64,
+            truncated_uc: truncated().map(|uc| uc.abs()).max_by(f64::total_cmp),
             stopped: count(&|fate| fate.stopped.is_some()),
             reasons,
-            listed: listed.cloned().collect(),
+            ended,
+            listed: Vec::new(),
+            kinds: Vec::new(),
         }
     }
 
-    /// The table's head.
+    /// In which it must have found something and did not.
     #[must_use]
-    pub fn head() -> String {
-        format!(
-            "{:<13}{:>6}{:>9}{:>7}{:>9}{:>12}{:>8}{:>6}{:>9}",
-            "class", "drawn", "to find", "found", "<500 us", "latest", "severe", "bare", "stopped"
-        )
+    pub const fn missed(&self) -> u64 {
+        self.to_find - self.found
     }
 
-    /// Its line of the table, and the cases to look at.
+    /// The largest share of severe cases that these leave likely, at 95 %.
     #[must_use]
-    pub fn lines(&self) -> String {
-        let Self {
-            class,
-            drawn,
-            to_find,
-            found,
-            soon,
-            severe,
-            bare,
-            stopped,
-            ..
-        } = self;
-        let latest = self
-            .latest_us
-            .map_or_else(|| "-".to_owned(), |us| format!("{us} us"));
-        let class = class.name();
-        let mut text = format!(
-            "{class:<13}{drawn:>6}{to_find:>9}{found:>7}{soon:>9}{latest:>12}{severe:>8}{bare:>6}\
-             {stopped:>9}"
-        );
-        for (why, count) in &self.reasons {
-            let line = format!("  stopped {count} times: {why}");
-            text += &format!("\n{}", line.chars().take(80).collect::<String>());
+    pub fn severe_bound(&self) -> Option<f64> {
+        let played = self.drawn - self.stopped;
+        share_at_most(self.severe.min(played), played, LEVEL).ok()
+    }
+
+    /// How it is called in a table.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match &self.kind {
+            None => self.class.to_string(),
+            Some(kind) if kind.is_empty() => "  others".to_owned(),
+            Some(kind) => format!("  {kind}"),
         }
-        for case in &self.listed {
-            text += &format!("\n{}", in_words(case));
-        }
-        text
     }
 
     /// As `result.json` has it.
@@ -113,6 +157,7 @@ impl Outcome {
         let class = self.class;
         let mut told = vec![SIMULATED.to_owned()];
         told.extend_from_slice(notes);
+        told.extend(self.remarks());
         told.extend(self.listed.iter().map(in_words));
         let harmless = self.drawn - self.severe;
         laboratory::Outcome {
@@ -134,7 +179,10 @@ impl Outcome {
                 as_declared: (seed, self.drawn) == (declaration.seed(), declaration.count()),
             },
             conditions: Vec::new(),
-            rows: self.rows(),
+            rows: std::iter::once(self)
+                .chain(&self.kinds)
+                .flat_map(Self::rows)
+                .collect(),
             shares: vec![
                 part("found", "what must be found is", self.found, self.to_find),
                 part("harmless", "nothing is severe", harmless, self.drawn),
@@ -147,35 +195,82 @@ impl Outcome {
 
     fn rows(&self) -> Vec<Row> {
         let cases = [
+            ("changed", "cases that changed anything", self.changed),
+            ("harmless", "harmless", self.harmless),
             ("to-find", "cases that must be found", self.to_find),
+            ("found", "found", self.found),
             ("soon", "found, isolated within 500 us", self.soon),
+            ("stopped", "the simulator stopped", self.stopped),
             ("severe", "severe as built", self.severe),
             ("bare", "severe without protection", self.bare),
-            ("stopped", "the simulator stopped", self.stopped),
+            ("truncated", "pulses cut off and excused", self.truncated),
         ];
-        let cases = cases.map(|(id, quantity, n)| (id, quantity, "cases", Some(n)));
-        let latest = ("latest", "latest isolation", "us", self.latest_us);
+        let cases = cases.map(|(id, quantity, n)| (id, quantity, "cases", Some(n as f64)));
+        let us = |us: Option<u64>| us.map(|us| us as f64);
+        let percent = self.severe_bound().map(|share| 100.0 * share);
+        let others = [
+            ("severe-bound", "severe, upper 95 % bound", "%", percent),
+            ("median", "median time to isolation", "us", self.median_us),
+            ("latest", "latest isolation", "us", us(self.latest_us)),
+            (
+                "slowest",
+                "latest after the fault was told",
+                "us",
+                us(self.slowest_us),
+            ),
+            (
+                "charge",
+                "most left by a truncated pulse",
+                "uC",
+                self.truncated_uc,
+            ),
+        ];
         let class = self.class;
-        let all = cases.into_iter().chain([latest]);
-        let row = |(id, quantity, unit, ours): (&str, &str, &str, Option<u64>)| Row {
-            id: format!("{class}/{id}"),
-            quantity: format!("{class}: {quantity}"),
+        let of = match &self.kind {
+            None => class.to_string(),
+            Some(kind) if kind.is_empty() => format!("{class}/others"),
+            Some(kind) => format!("{class}/{kind}"),
+        };
+        let row = |(id, quantity, unit, ours): (&str, &str, &str, Option<f64>)| Row {
+            id: format!("{of}/{id}"),
+            quantity: format!("{of}: {quantity}"),
             unit: unit.to_owned(),
             paper: None,
-            ours: ours.map(|n| n as f64),
+            ours,
             low: None,
             high: None,
             n: self.drawn as usize,
         };
-        all.map(row).collect()
+        cases.into_iter().chain(others).map(row).collect()
+    }
+
+    /// How cases ended, and what they left.
+    #[must_use]
+    pub fn remarks(&self) -> Vec<String> {
+        let ended = |ended: Ended| self.ended.get(ended.name()).copied().unwrap_or(0);
+        let [played, isolated, again] =
+            [Ended::Played, Ended::Isolated, Ended::Reconverged].map(ended);
+        let [written, untouched] = [Ended::Overwritten, Ended::Untouched].map(ended);
+        let mut all = vec![format!(
+            "{played} were played to their end, {isolated} until isolated for good, {again} until \
+             all was as without the fault; {written} were written before they were read and \
+             {untouched} touched by nothing, and not played."
+        )];
+        if let Some(uc) = self.truncated_uc {
+            let pulses = self.truncated;
+            all.push(format!(
+                "{pulses} pulses were cut off or held, and excused: at most {uc:.1} uC each \
+                 (limit {MOST_TRUNCATED_UC} uC)."
+            ));
+        }
+        if let Some(us) = self.slowest_us {
+            all.push(format!(
+                "Isolated at most {us} us after what the device calls the moment of its fault."
+            ));
+        }
+        all
     }
 }
-
-/// Isolated from a fault on, µs.
-const TWO_WINDOWS_US: u64 = 500;
-
-/// What is said of every result.
-const SIMULATED: &str = "Simulated: a model of the chip and of the stages; no board and no person.";
 
 /// A share with its interval.
 fn part(id: &str, claim: &str, holds: u64, of: u64) -> Share {
@@ -194,79 +289,4 @@ fn reason(why: &str) -> String {
         .next()
         .unwrap_or(what)
         .to_owned()
-}
-
-/// A case to look at.
-fn in_words(case: &Case) -> String {
-    let Case {
-        index,
-        moment_us,
-        what,
-        fate,
-    } = case;
-    let fault = fate.fault.map(|it| format!("fault {}", it.number()));
-    let reset = fate.reset.then(|| "reset".to_owned());
-    let unfound = (fate.must_find && !fate.found).then(|| "NOT FOUND".to_owned());
-    let other = (!fate.must_find && fate.found).then(|| "what is true was not taken".to_owned());
-    let changed = fate
-        .changed_us
-        .map(|us| format!("first change {us} us after"));
-    let isolated = fate.isolated_us.map(|us| format!("isolated {us} us after"));
-    let latched = fate.latched.then(|| "a stage latched".to_owned());
-    let all = [unfound, other, fault, reset, changed, isolated, latched];
-    let all: Vec<String> = all.into_iter().flatten().collect();
-    let mut text = format!(
-        "  {index}: {what} at {moment_us} us\n     {}",
-        all.join(", ")
-    );
-    for severe in &fate.severe {
-        text += &format!("\n     SEVERE {severe}");
-    }
-    text
-}
-
-/// A row for each case.
-///
-/// # Errors
-/// Never: it goes to memory.
-pub fn csv(class: Class, cases: &[Case]) -> Result<Vec<u8>, csv::Error> {
-    let mut rows = csv::Writer::from_writer(Vec::new());
-    rows.write_record([
-        "class",
-        "case",
-        "moment_us",
-        "what",
-        "changed_us",
-        "fault",
-        "reset",
-        "isolated_us",
-        "latched",
-        "severe",
-        "bare",
-        "stopped",
-    ])?;
-    for case in cases {
-        let fate = &case.fate;
-        let number = |us: Option<u64>| us.map_or_else(String::new, |us| us.to_string());
-        let fault = fate.fault.map(|fault| fault.number().into());
-        rows.write_record([
-            class.name(),
-            &case.index.to_string(),
-            &case.moment_us.to_string(),
-            &case.what,
-            &number(fate.changed_us),
-            &number(fault),
-            flag(fate.reset),
-            &number(fate.isolated_us),
-            flag(fate.latched),
-            &fate.severe.join("; "),
-            &fate.bare.join("; "),
-            fate.stopped.as_deref().unwrap_or_default(),
-        ])?;
-    }
-    rows.into_inner().map_err(|lost| lost.into_error().into())
-}
-
-const fn flag(is: bool) -> &'static str {
-    if is { "yes" } else { "no" }
 }

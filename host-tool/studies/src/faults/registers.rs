@@ -48,6 +48,11 @@ impl Registers {
     }
 }
 
+/// The block that a register is of: all before its name's last part.
+fn block(name: &str) -> &str {
+    name.rsplit_once('_').map_or(name, |(block, _)| block)
+}
+
 impl Draws for Registers {
     fn case(&self, index: u64) -> Result<Case, FaultsError> {
         let mut random = Random::new(word(word(self.seed, STREAM), index));
@@ -72,7 +77,7 @@ impl Draws for Registers {
         Ok(Case {
             index,
             moment_us,
-            what: format!("{} bit {bit}", register.name),
+            what: format!("{}: {} bit {bit}", block(&register.name), register.name),
             fate,
         })
     }

@@ -154,8 +154,10 @@ pub(super) fn judged<D: Simulated>(
         });
     };
     if let Some(record) = bench.heard().fault {
+        let at_us = u64::from(record.at.get());
         fate.fault = Some(record.fault);
-        quiet(u64::from(record.at.get()) + TWO_WINDOWS_US);
+        fate.told_us = Some(at_us.saturating_sub(moment_us));
+        quiet(at_us + TWO_WINDOWS_US);
     }
     if let Some(at_us) = bench.device.reset_us() {
         fate.reset = true;
@@ -171,6 +173,8 @@ pub(super) fn judged<D: Simulated>(
     let verdict = judge::judge(trace, &bench.device.pump(), &truth, bench.now_us());
     let severe = verdict.as_built.findings.iter();
     fate.severe = severe.map(ToString::to_string).collect();
+    let truncated = verdict.as_built.truncated.iter();
+    fate.truncated_uc = truncated.map(|it| it.charge_uc).collect();
     fate.latched = !verdict.as_built.latched.is_empty();
     (fate, verdict)
 }

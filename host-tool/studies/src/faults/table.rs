@@ -1,0 +1,218 @@
+//! The table of 80 columns, the cases to look at in words, and `faults.csv`.
+
+use super::case::Case;
+use super::declaration::Class;
+use super::outcome::{MOST_TRUNCATED_UC, Outcome};
+
+/// What is said of every result.
+pub(super) const SIMULATED: &str =
+    "Simulated: a model of the chip and of the stages; no board and no person.";
+
+/// Columns of a class's or kind's name.
+const NAME: usize = 18;
+/// Columns of the table.
+const WIDTH: usize = 80;
+
+impl Outcome {
+    /// The table's head.
+    #[must_use]
+    pub fn head() -> String {
+        line(
+            "class, kind",
+            ["drawn", "chngd", "harml", "found", "miss", "ref"].map(str::to_owned),
+            ["median", "longest"].map(str::to_owned),
+            ["sev", "<= %", "bare"].map(str::to_owned),
+        )
+    }
+
+    /// Its lines of the table, kinds below, and the cases to look at.
+    #[must_use]
+    pub fn lines(&self) -> String {
+        let mut text = self.line();
+        for kind in &self.kinds {
+            text += &format!("\n{}", kind.line());
+        }
+        for (why, count) in &self.reasons {
+            let line = format!("  stopped {count} times: {why}");
+            text += &format!("\n{}", line.chars().take(WIDTH).collect::<String>());
+        }
+        for case in &self.listed {
+            text += &format!("\n{}", in_words(case));
+        }
+        text
+    }
+
+    /// Its line of the table.
+    fn line(&self) -> String {
+        let counts = [
+            self.drawn,
+            self.changed,
+            self.harmless,
+            self.found,
+            self.missed(),
+            self.stopped,
+        ];
+        let bound = self.severe_bound();
+        let bound = bound.map_or_else(|| "-".to_owned(), |share| format!("{:.2}", 100.0 * share));
+        line(
+            &self.name(),
+            counts.map(|n| n.to_string()),
+            [self.median_us, self.latest_us.map(|us| us as f64)].map(time),
+            [self.severe.to_string(), bound, self.bare.to_string()],
+        )
+    }
+}
+
+/// A line of the table; a name that is too long has one of its own.
+fn line(name: &str, counts: [String; 6], times: [String; 2], severe: [String; 3]) -> String {
+    let name = match name.chars().count() {
+        0..=NAME => format!("{name:<NAME$}"),
+        _ => format!("{name}\n{:<NAME$}", ""),
+    };
+    let [drawn, changed, harmless, found, missed, refused] = counts;
+    let ([median, longest], [severe, bound, bare]) = (times, severe);
+    format!(
+        "{name}{drawn:>6}{changed:>6}{harmless:>6}{found:>6}{missed:>5}{refused:>4}{median:>7}\
+         {longest:>8}{severe:>4}{bound:>6}{bare:>4}"
+    )
+}
+
+/// In the unit in which it is short; `-` for none.
+fn time(us: Option<f64>) -> String {
+    match us {
+        None => "-".to_owned(),
+        Some(us) if us < 1e3 => format!("{us:.0}us"),
+        Some(us) if us < 1e6 => format!("{:.1}ms", us * 1e-3),
+        Some(us) => format!("{:.1}s", us * 1e-6),
+    }
+}
+
+/// A case to look at.
+pub(super) fn in_words(case: &Case) -> String {
+    let Case {
+        index,
+        moment_us,
+        what,
+        fate,
+    } = case;
+    let fault = fate.fault.map(|it| format!("fault {}", it.number()));
+    let reset = fate.reset.then(|| "reset".to_owned());
+    let unfound = (fate.must_find && !fate.found).then(|| "NOT FOUND".to_owned());
+    let other = (!fate.must_find && fate.found).then(|| "what is true was not taken".to_owned());
+    let changed = fate
+        .changed_us
+        .map(|us| format!("first change {us} us after"));
+    let isolated = fate.isolated_us.map(|us| format!("isolated {us} us after"));
+    let latched = fate.latched.then(|| "a stage latched".to_owned());
+    let all = [unfound, other, fault, reset, changed, isolated, latched];
+    let all: Vec<String> = all.into_iter().flatten().collect();
+    let mut text = format!(
+        "  {index}: {what} at {moment_us} us\n     {}",
+        all.join(", ")
+    );
+    for severe in &fate.severe {
+        text += &format!("\n     SEVERE {severe}");
+    }
+    for uc in fate
+        .truncated_uc
+        .iter()
+        .filter(|uc| uc.abs() > MOST_TRUNCATED_UC)
+    {
+        text += &format!("\n     a truncated pulse left {uc:.1} uC");
+    }
+    text
+}
+
+/// A row for each case.
+///
+/// # Errors
+/// Never: it goes to memory.
+pub fn csv(class: Class, cases: &[Case]) -> Result<Vec<u8>, csv::Error> {
+    let mut rows = csv::Writer::from_writer(Vec::new());
+    rows.write_record([
+        "class",
+        "case",
+        "moment_us",
+        "what",
+        "must_find",
+        "found",
+        "changed_us",
+        "fault",
+        "told_us",
+        "reset",
+        "isolated_us",
+        "latched",
+        "truncated_uc",
+        "severe",
+        "bare",
+        "stopped",
+        "ended",
+    ])?;
+    for case in cases {
+        let fate = &case.fate;
+        let number = |us: Option<u64>| us.map_or_else(String::new, |us| us.to_string());
+        let fault = fate.fault.map(|fault| fault.number().into());
+        let truncated = fate.truncated_uc.iter().map(|uc| format!("{uc:.3}"));
+        rows.write_record([
+            class.name(),
+            &case.index.to_string(),
+            &case.moment_us.to_string(),
+            &case.what,
+            flag(fate.must_find),
+            flag(fate.found),
+            &number(fate.changed_us),
+            &number(fault),
+            &number(fate.told_us),
+            flag(fate.reset),
+            &number(fate.isolated_us),
+            flag(fate.latched),
+            &truncated.collect::<Vec<_>>().join("; "),
+            &fate.severe.join("; "),
+            &fate.bare.join("; "),
+            fate.stopped.as_deref().unwrap_or_default(),
+            fate.ended.name(),
+        ])?;
+    }
+    rows.into_inner().map_err(|lost| lost.into_error().into())
+}
+
+const fn flag(is: bool) -> &'static str {
+    if is { "yes" } else { "no" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::case::{Ended, Fate};
+    use super::*;
+
+    #[test]
+    fn no_line_is_longer_than_80_columns() {
+        let case = |index, what: &str, fate| Case {
+            index,
+            moment_us: 0,
+            what: what.to_owned(),
+            fate,
+        };
+        let found = Fate {
+            must_find: true,
+            found: true,
+            isolated_us: Some(999_940),
+            ended: Ended::Isolated,
+            ..Fate::default()
+        };
+        let mut cases: Vec<_> = (0..9_999)
+            .map(|k| case(k, "kind: a", found.clone()))
+            .collect();
+        cases.push(case(9_999, "a kind with a long name: b", Fate::default()));
+        let outcome = Outcome::of(Class::Flips, &cases);
+        let text = format!("{}\n{}", Outcome::head(), outcome.lines());
+        assert!(text.lines().all(|it| it.chars().count() <= WIDTH), "{text}");
+        let kinds: Vec<_> = outcome
+            .kinds
+            .iter()
+            .map(|it| (it.drawn, it.harmless))
+            .collect();
+        assert_eq!(kinds, [(1, 1), (9_999, 0)]);
+        assert_eq!(outcome.harmless + outcome.found, outcome.drawn);
+    }
+}
