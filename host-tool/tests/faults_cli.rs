@@ -37,9 +37,57 @@ fn declarations_on_the_native_simulator_are_told_and_written() {
     assert_eq!(rows.lines().count(), 13);
     repeats(&folder, "one");
     // What is there stays.
-    let (exit, _, error) = ran(&folder, &[&few[..], &["--out", "one"]].concat());
+    std::fs::create_dir(folder.join("other")).unwrap();
+    std::fs::write(folder.join("other/file"), "mine").unwrap();
+    let (exit, _, error) = ran(&folder, &[&few[..], &["--out", "other"]].concat());
     assert_eq!(exit, Some(1));
     assert!(error.contains("E590"), "{error}");
+}
+
+/// What was interrupted goes on, to the same bytes as what was not.
+#[test]
+fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
+    let folder = folder("faults_resumed");
+    let asked = ["faults", "--class", "declarations", "--device", "native"];
+    let few = |count: &'static str, out: &'static str| {
+        let rest = ["--count", count, "--seed", "1000", "--out", out];
+        [&asked[..], &rest].concat()
+    };
+    assert_eq!(ran(&folder, &few("12", "whole")).0, Some(0));
+    assert_eq!(ran(&folder, &few("5", "parts")).0, Some(0));
+    // Its last line was being written.
+    let journal = folder.join("parts/faults.jsonl");
+    let mut text = std::fs::read(&journal).unwrap();
+    text.truncate(text.len() - 20);
+    std::fs::write(&journal, text).unwrap();
+    let (exit, told, error) = ran(&folder, &few("12", "parts"));
+    assert_eq!(exit, Some(0), "{error}");
+    assert!(told.contains("Played 8 cases"), "{told}");
+    for file in ["result.json", "result.html", "faults.csv", "faults.jsonl"] {
+        let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
+        assert!(read("whole") == read("parts"), "{file}");
+    }
+    let other = [&asked[..], &["--seed", "1001", "--out", "parts"]].concat();
+    let (exit, _, error) = ran(&folder, &other);
+    assert_eq!(exit, Some(1));
+    let wanted = "E790 parts has another campaign, which does not go on as this one: seed is 1000";
+    assert!(error.contains(wanted), "{error}");
+}
+
+#[test]
+fn all_classes_of_a_simulator_are_one_table_and_a_folder_each() {
+    let folder = folder("faults_all");
+    let asked = "faults --class all --device native --count 3 --seed 1000 --out all";
+    let asked: Vec<&str> = asked.split(' ').collect();
+    let (exit, told, error) = ran(&folder, &asked);
+    assert_eq!(exit, Some(0), "{error}");
+    for class in ["declarations", "electrode"] {
+        assert!(told.contains(&format!("\n{class} ")), "{told}");
+        assert!(folder.join("all").join(class).join("result.json").is_file());
+    }
+    let (exit, _, error) = ran(&folder, &["faults", "--class", "all", "--only", "1"]);
+    assert_eq!(exit, Some(2));
+    assert!(error.contains("E518 --only needs a class"), "{error}");
 }
 
 #[test]
@@ -54,7 +102,7 @@ fn what_cannot_be_played_is_refused_by_name() {
         (
             &["--class", "bits"],
             2,
-            "there are flips, declarations, registers, electrode",
+            "there are flips, declarations, registers, electrode; or all",
         ),
         (
             &["--class", "flips", "--count", "0"],

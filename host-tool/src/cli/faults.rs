@@ -2,29 +2,35 @@
 
 use super::{Incomplete, Output, interrupt, wrong};
 use clap::Args;
+use hal_sim::chip::image::Image;
+use host_core::link::Interruption;
 use host_core::plot::words::in_columns;
-use host_core::record::{Place, replace_file};
+use host_core::record::{Place, replace_file, sha256};
 use host_core::run::{DeviceName, chip_image};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use studies::faults::{Campaign, Case, Class, Declaration, Outcome, csv};
+use std::str::FromStr;
+use std::time::Instant;
+use studies::faults::{
+    Campaign, Case, Class, Declaration, FaultsError, Identity, JOURNAL, Journal, Outcome, csv,
+};
 use studies::laboratory;
 
 /// Break something at random moments, in forks of a simulated board that stimulates,
 /// and judge what comes out at the electrodes
 ///
 /// Ends with 0 when all cases were played, whatever they came to: severe cases and what
-/// the device did not find stand in the table and in result.json.
+/// the device did not find stand in the table and in result.json. What was interrupted
+/// goes on where it stopped when it is asked for again with the same --out.
 #[derive(Args, Debug)]
 pub struct FaultsArgs {
     /// chip or native
     #[arg(long, default_value = "chip")]
     device: DeviceName,
-    /// flips, declarations, registers or electrode; of these native plays declarations and
-    /// electrode
+    /// What breaks, or `all` that this device can play, each in a folder of its own
     #[arg(long)]
-    class: Class,
-    /// Cases to draw; default: the declaration's
+    class: Asked,
+    /// Cases to draw of each class; default: the declaration's
     #[arg(long)]
     count: Option<u64>,
     /// Decides what breaks when; default: the declaration's
@@ -33,7 +39,8 @@ pub struct FaultsArgs {
     /// Play this case alone, from 0
     #[arg(long, conflicts_with = "count")]
     only: Option<u64>,
-    /// Folder for result.json, result.html and faults.csv, absent or empty
+    /// Folder for result.json, result.html, faults.csv and faults.jsonl: absent, empty, or
+    /// with the first cases of the same campaign
     #[arg(long)]
     out: Option<PathBuf>,
     /// ELF to flash instead of the board's own image (chip)
@@ -41,68 +48,81 @@ pub struct FaultsArgs {
     image: Option<PathBuf>,
 }
 
+/// One class or all.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Asked {
+    One(Class),
+    All,
+}
+
+impl FromStr for Asked {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "all" => Ok(Self::All),
+            name => name
+                .parse()
+                .map(Self::One)
+                .map_err(|e| format!("{e}; or all")),
+        }
+    }
+}
+
 /// Most cases of a class.
 const MOST: u64 = 1_000_000;
 
 /// # Errors
 /// No image, a board that does not stimulate before anything breaks, a folder that cannot
-/// be written, a signal. What a fault does is no error.
+/// be written or has another campaign, a signal. What a fault does is no error.
 pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
-    let declaration = Declaration::of(args.class)?;
-    let seed = args.seed.unwrap_or(declaration.seed());
-    let count = args.count.unwrap_or(declaration.count());
-    args.check(count)?;
+    args.check()?;
+    let image = match args.device {
+        DeviceName::Native => None,
+        _ => Some(chip_image(args.image.as_deref())?),
+    };
     let interruption = interrupt::heed()?;
-    let campaign = match args.device {
-        DeviceName::Native => Campaign::native(seed, &declaration)?,
-        _ => Campaign::on_chip(seed, &declaration, &chip_image(args.image.as_deref())?)?,
-    };
-    let place = args.out.as_deref().map(|dir| Place::given(dir, false));
-    let place = place.transpose()?;
-    let bar = output.bar(&format!("faults: {}", args.class));
-    let cases = match args.only {
-        Some(index) => vec![campaign.case(index)?],
-        None => campaign.play(count, &mut |part| {
-            bar.set(part);
-            interruption.asked().is_none()
-        })?,
-    };
-    bar.finish();
-    let (outcome, notes) = (Outcome::of(args.class, &cases), campaign.notes());
-    let on = (&*args.device.typed(), seed);
-    let mut result = outcome.result(&declaration, on, &notes);
-    let is_whole = args.only.is_some() || cases.len() as u64 == count;
-    let done = format!("{} of {count} cases, the first ones", cases.len());
-    if !is_whole {
-        result.cut_short = Some(format!("Cut short: {done}."));
-    }
-    let shown = args.only.is_some().then_some(&cases);
-    // What was played is told, whatever becomes of the folder.
-    let written = match &place {
-        Some(place) => write(place.dir(), args.class, &result, &cases),
-        None => Ok(()),
-    };
-    let folder = args.out.as_ref().filter(|_| written.is_ok());
-    let machines = json!({ "result": result, "folder": folder });
-    let ended = interruption.asked().filter(|_| !is_whole);
-    let ended = ended.map(|signal| interrupt::Ended(signal, format!("after {done}")).into());
-    match written.err().or(ended) {
-        None => output.say(|| people(&outcome, &notes, shown), || machines),
-        Some(error) => {
-            if !output.json {
-                output.say(|| people(&outcome, &notes, shown), || Value::Null)?;
-            }
-            let result = machines;
-            Err(Incomplete { error, result }.into())
+    let mut all = Vec::new();
+    for class in args.classes() {
+        let played = match Played::of(args, class, image.as_ref(), output, &interruption) {
+            Err(error) if is_elsewhere(&error) && args.class == Asked::All => continue,
+            played => played?,
+        };
+        let is_over = played.error.is_some();
+        all.push(played);
+        if is_over {
+            break;
         }
     }
+    let error = all.last_mut().and_then(|it| it.error.take());
+    let machines = match args.class {
+        Asked::One(_) => all.first().map_or(Value::Null, Played::machines),
+        Asked::All => json!({ "campaigns": all.iter().map(Played::machines).collect::<Vec<_>>() }),
+    };
+    let Some(error) = error else {
+        return output.say(|| people(&all), || machines);
+    };
+    if !output.json {
+        output.say(|| people(&all), || Value::Null)?;
+    }
+    let result = machines;
+    Err(Incomplete { error, result }.into())
+}
+
+/// Whether another simulator than the one asked for has what it takes.
+fn is_elsewhere(error: &anyhow::Error) -> bool {
+    let error = error.downcast_ref::<FaultsError>();
+    matches!(error, Some(FaultsError::ChipOnly(_)))
 }
 
 impl FaultsArgs {
     /// That it can be played at all.
-    fn check(&self, count: u64) -> anyhow::Result<()> {
-        if count == 0 || count > MOST {
+    fn check(&self) -> anyhow::Result<()> {
+        if let Some(count) = self.count.filter(|count| !(1..=MOST).contains(count)) {
             return wrong(format!("--count is {count}, allowed is 1 to {MOST}"));
+        }
+        if self.only.is_some() && self.class == Asked::All {
+            return wrong("--only needs a class: allowed with --class all is --count".to_owned());
         }
         match self.device {
             DeviceName::Chip => Ok(()),
@@ -114,6 +134,129 @@ impl FaultsArgs {
             )),
         }
     }
+
+    fn classes(&self) -> Vec<Class> {
+        match self.class {
+            Asked::One(class) => vec![class],
+            Asked::All => Class::ALL.to_vec(),
+        }
+    }
+
+    /// The folder of a class.
+    fn dir(&self, class: Class) -> Option<PathBuf> {
+        let out = self.out.as_ref()?;
+        Some(match self.class {
+            Asked::One(_) => out.clone(),
+            Asked::All => out.join(class.name()),
+        })
+    }
+}
+
+/// A class that was played.
+struct Played {
+    outcome: Outcome,
+    result: laboratory::Outcome,
+    notes: Vec<String>,
+    /// The case that was asked for alone.
+    alone: Option<Case>,
+    folder: Option<PathBuf>,
+    speed: Option<String>,
+    /// What came in between, with what there is.
+    error: Option<anyhow::Error>,
+}
+
+impl Played {
+    fn of(
+        args: &FaultsArgs,
+        class: Class,
+        image: Option<&Image>,
+        output: Output,
+        interruption: &Interruption,
+    ) -> anyhow::Result<Self> {
+        let declaration = Declaration::of(class)?;
+        let seed = args.seed.unwrap_or(declaration.seed());
+        let count = args.count.unwrap_or(declaration.count());
+        let campaign = match image {
+            None => Campaign::native(seed, &declaration)?,
+            Some(image) => Campaign::on_chip(seed, &declaration, image)?,
+        };
+        let flashed = image.map(|image| sha256(&image.flash));
+        let identity = Identity::of(&declaration, &args.device.typed(), seed, flashed);
+        let folder = args.dir(class);
+        let journal = folder.as_deref().map(|dir| journal(dir, &identity));
+        let (place, mut journal, mut cases) = match journal.transpose()? {
+            Some((place, journal, cases)) => (Some(place), Some(journal), cases),
+            None => (None, None, Vec::new()),
+        };
+        let (known, begun) = (cases.len() as u64, Instant::now());
+        let mut lost = None;
+        if let Some(index) = args.only {
+            cases = vec![campaign.case(index)?];
+        } else {
+            let bar = output.bar(&format!("faults: {class}"));
+            campaign.play_from(known, count, &mut |part, some| {
+                cases.extend_from_slice(some);
+                bar.set(part);
+                if let Some(journal) = &mut journal
+                    && let Err(error) = journal.add(some)
+                {
+                    // What was played is told, whatever becomes of the folder.
+                    lost = Some(error);
+                    return Ok(false);
+                }
+                Ok(interruption.asked().is_none())
+            })?;
+            bar.finish();
+            cases.truncate(usize::try_from(count).unwrap_or(usize::MAX));
+        }
+        let played = (cases.len() as u64).saturating_sub(known);
+        let speed = (played > 0 && args.only.is_none()).then(|| speed(played, begun));
+        let (outcome, notes) = (Outcome::of(class, &cases), campaign.notes());
+        let on = (args.device.typed(), seed);
+        let mut result = outcome.result(&declaration, (&*on.0, on.1), &notes);
+        let is_whole = args.only.is_some() || cases.len() as u64 == count;
+        let done = format!("{} of {count} cases, the first ones", cases.len());
+        if !is_whole {
+            result.cut_short = Some(format!("Cut short: {done}."));
+        }
+        let written = match &place {
+            Some(place) => write(place.dir(), class, &result, &cases),
+            None => Ok(()),
+        };
+        let ended = interruption.asked().filter(|_| !is_whole);
+        let ended = ended.map(|signal| interrupt::Ended(signal, format!("after {done}")).into());
+        let written = written.and(lost.map_or(Ok(()), |error| Err(error.into())));
+        Ok(Self {
+            outcome,
+            result,
+            notes,
+            alone: args.only.and_then(|_| cases.pop()),
+            folder: folder.filter(|_| written.is_ok()),
+            speed,
+            error: written.err().or(ended),
+        })
+    }
+
+    fn machines(&self) -> Value {
+        json!({ "result": self.result, "folder": self.folder })
+    }
+}
+
+/// The folder `dir` and what it has: nothing, or the first cases of the same campaign.
+fn journal(dir: &Path, identity: &Identity) -> anyhow::Result<(Place, Journal, Vec<Case>)> {
+    let place = match dir.join(JOURNAL).is_file() {
+        true => Place::existing(dir)?,
+        false => Place::given(dir, false)?,
+    };
+    let (journal, cases) = Journal::open(dir, identity)?;
+    Ok((place, journal, cases))
+}
+
+/// How fast it went, by the clock of this machine, whatever else it did.
+fn speed(played: u64, begun: Instant) -> String {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let rate = played as f64 / begun.elapsed().as_secs_f64().max(1e-3) / cores as f64;
+    format!("Played {played} cases, {rate:.2} a second and core.")
 }
 
 fn write(
@@ -127,13 +270,19 @@ fn write(
     Ok(())
 }
 
-fn people(outcome: &Outcome, notes: &[String], shown: Option<&Vec<Case>>) -> String {
-    let mut text = format!("{}\n{}", Outcome::head(), outcome.lines());
-    for case in shown.into_iter().flatten() {
-        text += &format!("\n{case:#?}");
+fn people(all: &[Played]) -> String {
+    let mut text = Outcome::head();
+    for it in all {
+        text += &format!("\n{}", it.outcome.lines());
     }
-    for note in notes {
-        text += &format!("\n{}", in_columns(note, 80));
+    for it in all {
+        if let Some(case) = &it.alone {
+            text += &format!("\n{case:#?}");
+        }
+        let notes = it.notes.iter().cloned().chain(it.outcome.remarks());
+        for note in notes.chain(it.speed.clone()) {
+            text += &format!("\n{}", in_columns(&note, 80));
+        }
     }
     text + "\nSimulated: a model of chip and stages; no board and no person."
 }

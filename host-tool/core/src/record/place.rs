@@ -13,7 +13,7 @@ const LOCK: &str = ".lock";
 
 /// What a record has beside its trials' folders.
 const RUN_FILES: &str = "run.json summary.json report.html picture.svg image.elf outputs.vcd compare.html \
-     result.json result.html declaration.toml sweep.json draws.csv faults.csv";
+     result.json result.html declaration.toml sweep.json draws.csv faults.csv faults.jsonl";
 
 /// What a comparison of records has alone in its folder.
 const COMPARE_PAGE: &str = "compare.html";

@@ -31,6 +31,16 @@ pub enum FaultsError {
     /// The program's own files.
     #[error("E619 what the campaigns declare cannot be read: {0}")]
     Declaration(String),
+    /// The folder goes on with what it has, or not at all.
+    #[error(
+        "E790 {0} has another campaign, which does not go on as this one: {1}; name another folder with --out"
+    )]
+    AnotherCampaign(String, String),
+    /// The file of cases that were played.
+    #[error(
+        "E791 {0} keeps the cases that were played and cannot be used: {1}; take its folder away to begin anew"
+    )]
+    Journal(String, String),
     /// The chip simulator or its image.
     #[error(transparent)]
     Chip(#[from] ChipError),
