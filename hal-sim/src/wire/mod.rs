@@ -1,7 +1,8 @@
 //! Wires between a simulated board and its host.
 //!
-//! Lives here: byte streams a host program can open (TCP, pseudo-terminal) and
-//! a line in virtual time that loses, corrupts and delays on purpose. Not here:
+//! Lives here: byte streams a host program can open (TCP, pseudo-terminal),
+//! a line in virtual time that loses, corrupts and delays on purpose, and a recorded
+//! stream that is broken once. Not here:
 //! frames and messages; a wire knows bytes only.
 //! In and out: bytes.
 
@@ -11,6 +12,7 @@ use std::time::{Duration, Instant};
 pub mod faults;
 #[cfg(unix)]
 pub mod pty;
+pub mod stream;
 pub mod tcp;
 
 /// A stream of bytes to a host that may come and go. Nothing here waits for

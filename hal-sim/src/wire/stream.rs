@@ -1,0 +1,186 @@
+//! What a host sent, each write with its time, and how a line can break it once.
+//!
+//! Unlike a [`FaultyLine`](super::faults::FaultyLine), which draws for every frame, this
+//! breaks what it is told to, and need not keep the order.
+
+use super::faults::DELIMITER;
+
+/// Bytes that a host writes at once.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Write {
+    /// When, µs.
+    pub t_us: u64,
+    /// Which.
+    pub bytes: Vec<u8>,
+}
+
+/// Writes in order of time; of one time, in the order they were made.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Stream {
+    writes: Vec<Write>,
+}
+
+impl Stream {
+    /// Of these writes.
+    #[must_use]
+    pub fn new(mut writes: Vec<Write>) -> Self {
+        writes.sort_by_key(|write| write.t_us);
+        Self { writes }
+    }
+
+    /// In order of time.
+    #[must_use]
+    pub fn writes(&self) -> &[Write] {
+        &self.writes
+    }
+
+    /// One more, behind those of its time.
+    pub fn add(&mut self, t_us: u64, bytes: Vec<u8>) {
+        let place = self.writes.partition_point(|write| write.t_us <= t_us);
+        self.writes.insert(place, Write { t_us, bytes });
+    }
+
+    /// Bits of write `index` turn, each counted from its first byte's lowest; those beyond
+    /// its end do not.
+    pub fn turn(&mut self, index: usize, bits: &[usize]) {
+        let Some(write) = self.writes.get_mut(index) else {
+            return;
+        };
+        for bit in bits {
+            if let Some(byte) = write.bytes.get_mut(bit / 8) {
+                *byte ^= 1 << (bit % 8);
+            }
+        }
+    }
+
+    /// Two writes change places.
+    pub fn exchange(&mut self, one: usize, other: usize) {
+        if one.max(other) < self.writes.len() && one != other {
+            let bytes = std::mem::take(&mut self.writes[one].bytes);
+            let bytes = std::mem::replace(&mut self.writes[other].bytes, bytes);
+            self.writes[one].bytes = bytes;
+        }
+    }
+
+    /// Write `index` comes once more, `after_us` later.
+    pub fn repeat(&mut self, index: usize, after_us: u64) {
+        if let Some(Write { t_us, bytes }) = self.writes.get(index).cloned() {
+            self.add(t_us + after_us, bytes);
+        }
+    }
+
+    /// Of write `index` only the first `length` bytes come; the rest `late_us` later, or
+    /// never.
+    pub fn cut(&mut self, index: usize, length: usize, late_us: Option<u64>) {
+        let Some(write) = self.writes.get_mut(index) else {
+            return;
+        };
+        let rest = write.bytes.split_off(length.min(write.bytes.len()));
+        let t_us = write.t_us;
+        if let Some(late_us) = late_us {
+            self.add(t_us + late_us, rest);
+        }
+    }
+
+    /// Writes of `from_us..until_us` are lost.
+    pub fn lose(&mut self, from_us: u64, until_us: u64) {
+        self.writes
+            .retain(|write| !(from_us..until_us).contains(&write.t_us));
+    }
+
+    /// What a receiver reads: bytes up to a [`DELIMITER`], with it, and when that came.
+    #[must_use]
+    pub fn frames(&self) -> Vec<Write> {
+        let (mut frames, mut bytes) = (Vec::new(), Vec::new());
+        for write in &self.writes {
+            for &byte in &write.bytes {
+                bytes.push(byte);
+                if byte == DELIMITER {
+                    let bytes = std::mem::take(&mut bytes);
+                    frames.push(Write {
+                        t_us: write.t_us,
+                        bytes,
+                    });
+                }
+            }
+        }
+        frames
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stream() -> Stream {
+        let write = |k: u8| Write {
+            t_us: 10 * u64::from(k),
+            bytes: vec![k, 0x80 | k, DELIMITER],
+        };
+        Stream::new([3, 1, 2].map(write).into())
+    }
+
+    /// As times and bytes.
+    fn told(writes: &[Write]) -> Vec<(u64, &[u8])> {
+        let all = writes.iter();
+        all.map(|write| (write.t_us, &*write.bytes)).collect()
+    }
+
+    #[test]
+    fn writes_are_in_order_and_read_as_frames() {
+        let whole: [(u64, &[u8]); 3] = [(10, &[1, 129, 0]), (20, &[2, 130, 0]), (30, &[3, 131, 0])];
+        assert_eq!(told(stream().writes()), whole);
+        assert_eq!(stream().frames(), stream().writes());
+    }
+
+    #[test]
+    fn a_turned_delimiter_joins_two_frames_and_a_made_one_divides_one() {
+        let mut joined = stream();
+        joined.turn(0, &[16, 999]);
+        assert_eq!(told(&joined.frames())[0], (20, &[1, 129, 1, 2, 130, 0][..]));
+        let mut divided = stream();
+        divided.turn(0, &[0]);
+        let frames = divided.frames();
+        assert_eq!(told(&frames)[..2], [(10, &[0][..]), (10, &[129, 0][..])]);
+    }
+
+    #[test]
+    fn frames_change_places_and_come_twice() {
+        let mut exchanged = stream();
+        exchanged.exchange(0, 2);
+        exchanged.exchange(1, 7);
+        let bytes = |stream: &Stream| -> Vec<u8> {
+            let writes = stream.writes().iter();
+            writes.map(|write| write.bytes[0]).collect()
+        };
+        assert_eq!(bytes(&exchanged), [3, 2, 1]);
+        let mut twice = stream();
+        twice.repeat(0, 10);
+        assert_eq!(bytes(&twice), [1, 2, 1, 3]);
+        assert_eq!(twice.writes()[2].t_us, 20);
+    }
+
+    #[test]
+    fn the_rest_of_a_cut_frame_comes_late_or_never() {
+        let mut lost = stream();
+        lost.cut(0, 1, None);
+        assert_eq!(told(&lost.frames())[0], (20, &[1, 2, 130, 0][..]));
+        let mut late = stream();
+        late.cut(0, 1, Some(5));
+        assert_eq!(told(&late.frames())[0], (15, &[1, 129, 0][..]));
+        let mut behind = stream();
+        behind.cut(0, 1, Some(15));
+        let read = behind.frames();
+        let whole: [(u64, &[u8]); 2] = [(20, &[1, 2, 130, 0]), (25, &[129, 0])];
+        assert_eq!(told(&read)[..2], whole);
+    }
+
+    #[test]
+    fn what_comes_while_nothing_is_heard_is_lost() {
+        let mut heard = stream();
+        heard.lose(20, 30);
+        assert_eq!(heard.frames().len(), 2);
+        heard.lose(0, u64::MAX);
+        assert_eq!(heard.frames(), []);
+    }
+}
