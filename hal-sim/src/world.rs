@@ -3,7 +3,7 @@
 //! In: bytes from a host and how far time goes. Out: bytes for the host, the
 //! trace of everything the device put out, the wearer's motion.
 
-use crate::body::{Body, CHANNELS, Lead, Load, Pulse};
+use crate::body::{Body, BrokenSensor, CHANNELS, Lead, Load, Pulse};
 use crate::lockstep::{Device, Output};
 use crate::trace::{Levels, State, Trace, Unwrap};
 use crate::wire::faults::{Faults, FaultyLine};
@@ -125,6 +125,8 @@ pub struct World {
     pub outputs: [Option<Output>; CHANNELS],
     /// Angle sensor: conversion per degree and at 0°; `None` if not connected.
     joint_adc: Option<(f64, f64)>,
+    /// How that sensor breaks.
+    pub broken_joint: Option<BrokenSensor>,
     /// The sensor was read since the body moved.
     is_sensed: bool,
     /// Edges still to come on the trigger input, rising, and how long each is held, µs.
@@ -155,6 +157,7 @@ impl World {
             wire: FaultyLine::new(faults, seed),
             outputs: [None; CHANNELS],
             joint_adc: None,
+            broken_joint: None,
             is_sensed: false,
             triggers: VecDeque::new(),
             release_us: None,
@@ -302,8 +305,14 @@ impl World {
 
     /// The joint sensor's conversion.
     fn sense(&mut self) {
-        if let Some((per_degree, zero)) = self.joint_adc.filter(|_| !self.is_sensed) {
-            let code = (zero + per_degree * self.body.sensed_deg()).round();
+        // What is broken changes while nothing moves.
+        let is_known = self.is_sensed && self.broken_joint.is_none();
+        if let Some((per_degree, zero)) = self.joint_adc.filter(|_| !is_known) {
+            let (now_us, mut deg) = (self.now_us, self.body.sensed_deg());
+            if let Some(broken) = &mut self.broken_joint {
+                deg = broken.read(now_us, deg);
+            }
+            let code = (zero + per_degree * deg).round();
             self.sensors.joint = Some(code.clamp(0.0, 4095.0) as u16);
             self.is_sensed = true;
         }

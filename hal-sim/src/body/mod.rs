@@ -7,7 +7,8 @@
 //! (and the person who moves it), `hand` (a forearm under many pads), `bench` (limbs
 //! fixed to a force sensor, as a laboratory measures them), `array` (ten electrodes in a
 //! force frame), `arm` (from the shoulder girdle to the hand), `sagittal` (an arm that
-//! lifts), `shared` (a muscle that several electrodes share), `still`.
+//! lifts), `shared` (a muscle that several electrodes share), `still`, `broken_sensor` (an
+//! angle sensor that breaks).
 //! Not here: anything of the firmware. A body shares no code with the device it
 //! tests, so it cannot agree with the device's mistakes.
 //! In: pulses as the electrodes saw them, and time in microseconds.
@@ -16,6 +17,7 @@
 pub mod arm;
 pub mod array;
 pub mod bench;
+mod broken_sensor;
 pub mod elbow;
 pub mod electrode;
 pub mod finger;
@@ -30,6 +32,7 @@ mod still;
 pub mod wearer;
 
 pub use array::Array;
+pub use broken_sensor::{BrokenSensor, SensorFault};
 pub use elbow::{Elbow, ElbowSpec, InvalidElbow};
 pub use electrode::{Drive, Lead, Load};
 pub use finger::{Finger, FingerSpec, InvalidSpec};

@@ -1,0 +1,123 @@
+//! A joint's angle sensor that breaks: what it says in place of what it would.
+
+use std::collections::VecDeque;
+
+/// How it breaks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SensorFault {
+    /// It says for ever what it said first.
+    Stuck,
+    /// It says this, °.
+    Says(f64),
+    /// One reading is off by so much, °.
+    Outlier(f64),
+    /// Every reading is off by so much, °.
+    Step(f64),
+    /// Every reading is off by so much more each second, °/s.
+    Drift(f64),
+    /// It says what it would have said so long ago, µs; at first, what it said last.
+    Delayed(u64),
+    /// It turns the other way about this angle, °.
+    Reversed(f64),
+}
+
+/// A sensor that broke; its readings come in order of time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BrokenSensor {
+    fault: SensorFault,
+    from_us: u64,
+    first_deg: Option<f64>,
+    said_deg: Option<[f64; 2]>,
+    /// Readings that are not yet old enough, and the one that is; with their times.
+    earlier: VecDeque<(u64, f64)>,
+}
+
+impl BrokenSensor {
+    /// One that breaks at `from_us`.
+    #[must_use]
+    pub const fn new(fault: SensorFault, from_us: u64) -> Self {
+        Self {
+            fault,
+            from_us,
+            first_deg: None,
+            said_deg: None,
+            earlier: VecDeque::new(),
+        }
+    }
+
+    /// What it says at `t_us` where it would say `deg`.
+    pub fn read(&mut self, t_us: u64, deg: f64) -> f64 {
+        if let SensorFault::Delayed(by_us) = self.fault {
+            self.earlier.push_back((t_us, deg));
+            while (self.earlier.get(1)).is_some_and(|(at, _)| at + by_us <= t_us) {
+                self.earlier.pop_front();
+            }
+        }
+        if t_us < self.from_us {
+            return deg;
+        }
+        let is_first = self.first_deg.is_none();
+        let first_deg = *self.first_deg.get_or_insert(deg);
+        let said = match self.fault {
+            SensorFault::Stuck => first_deg,
+            SensorFault::Says(deg) => deg,
+            SensorFault::Outlier(off_deg) if is_first => deg + off_deg,
+            SensorFault::Outlier(_) => deg,
+            SensorFault::Step(off_deg) => deg + off_deg,
+            SensorFault::Drift(deg_per_s) => deg + deg_per_s * (t_us - self.from_us) as f64 * 1e-6,
+            SensorFault::Delayed(_) => self.earlier.front().map_or(deg, |it| it.1),
+            SensorFault::Reversed(about_deg) => 2.0 * about_deg - deg,
+        };
+        let [low, high] = self.said_deg.unwrap_or([said; 2]);
+        self.said_deg = Some([low.min(said), high.max(said)]);
+        said
+    }
+
+    /// The least and the greatest that it said since it broke, °.
+    #[must_use]
+    pub const fn said_deg(&self) -> Option<[f64; 2]> {
+        self.said_deg
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A reading each millisecond of an angle that rises by 1° in each, broken at 3 ms.
+    fn readings(fault: SensorFault) -> [f64; 7] {
+        let mut sensor = BrokenSensor::new(fault, 3_000);
+        [0u32, 1, 2, 3, 4, 5, 6].map(|ms| sensor.read(u64::from(ms) * 1_000, ms.into()))
+    }
+
+    #[test]
+    fn each_fault_says_what_it_is_called() {
+        for (fault, said) in [
+            (SensorFault::Stuck, [3.0, 3.0, 3.0, 3.0]),
+            (SensorFault::Says(-9.0), [-9.0; 4]),
+            (SensorFault::Outlier(50.0), [53.0, 4.0, 5.0, 6.0]),
+            (SensorFault::Step(-10.0), [-7.0, -6.0, -5.0, -4.0]),
+            (SensorFault::Drift(2_000.0), [3.0, 6.0, 9.0, 12.0]),
+            (SensorFault::Delayed(2_000), [1.0, 2.0, 3.0, 4.0]),
+            (SensorFault::Delayed(9_000), [0.0; 4]),
+            (SensorFault::Reversed(5.0), [7.0, 6.0, 5.0, 4.0]),
+        ] {
+            let [a, b, c, broken @ ..] = readings(fault);
+            assert_eq!([a, b, c], [0.0, 1.0, 2.0], "{fault:?}");
+            assert_eq!(broken, said, "{fault:?}");
+        }
+    }
+
+    #[test]
+    fn the_least_and_the_greatest_count_from_when_it_broke() {
+        let mut sensor = BrokenSensor::new(SensorFault::Step(10.0), 2);
+        for (t_us, deg) in [(0, -99.0), (1, 99.0)] {
+            sensor.read(t_us, deg);
+        }
+        assert_eq!(sensor.said_deg(), None);
+        for (t_us, deg) in [(2, 4.0), (3, 1.0), (4, 7.0)] {
+            sensor.read(t_us, deg);
+        }
+        assert_eq!(sensor.said_deg(), Some([11.0, 17.0]));
+    }
+}
