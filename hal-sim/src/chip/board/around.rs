@@ -86,6 +86,17 @@ impl Around {
         self.soc.reschedule();
     }
 
+    /// The USB cable is plugged in at `at`, the present cycle, or pulled.
+    pub fn plug(&mut self, is_in: bool, at: Cycle) {
+        self.host.advance(at, &mut self.soc.otg);
+        if is_in {
+            self.host.plug(at, &mut self.soc.otg);
+        } else {
+            self.host.unplug(at, &mut self.soc.otg);
+        }
+        self.reschedule();
+    }
+
     /// The world as the sensors have it, from `at` on.
     pub(super) fn sense(&mut self, sensors: &Sensors, at: Cycle) -> Modelled {
         self.load_ohm = sensors.load_ohm;

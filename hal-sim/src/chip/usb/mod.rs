@@ -166,6 +166,11 @@ impl Host {
         });
     }
 
+    /// Whether a program's bytes flow: the device is configured, its line state set.
+    pub fn is_open(&self) -> bool {
+        self.open
+    }
+
     /// Bytes that wait to be sent.
     pub fn unsent(&self) -> usize {
         self.outgoing.iter().map(|w| w.bytes.len() - w.sent).sum()
