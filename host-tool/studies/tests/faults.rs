@@ -82,6 +82,23 @@ fn electrodes_are_found_but_for_a_short_at_the_limiter() {
 }
 
 #[test]
+fn nothing_comes_of_what_is_broken_on_the_link() {
+    for (campaign, count) in [(native(Class::Link), 150), (on_chip(Class::Link), 6)] {
+        let outcome = played(Class::Link, &campaign, count);
+        assert_eq!((outcome.found, outcome.stopped), (outcome.to_find, 0));
+        assert!(outcome.to_find > 0 && outcome.listed.is_empty());
+    }
+}
+
+#[test]
+fn angles_beyond_belief_are_found_and_none_is_severe() {
+    for (campaign, count) in [(native(Class::Sensor), 60), (on_chip(Class::Sensor), 2)] {
+        let outcome = played(Class::Sensor, &campaign, count);
+        assert_eq!((outcome.found, outcome.stopped), (outcome.to_find, 0));
+    }
+}
+
+#[test]
 fn what_a_simulator_has_not_is_refused() {
     for class in [Class::Flips, Class::Registers] {
         let declaration = Declaration::of(class).unwrap();

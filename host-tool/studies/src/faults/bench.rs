@@ -4,7 +4,7 @@ use super::error::FaultsError;
 use firmware::device::Draft;
 use firmware::link::{BROADCAST, Decoder, Event, Request, Response, SCHEMA, ToDevice, encode};
 use firmware::lockstep::Sensors;
-use firmware::safety::FaultRecord;
+use firmware::safety::{FaultRecord, StopCause};
 use firmware::units::Micros;
 use hal_sim::lockstep::Device;
 use hal_sim::world::Recorder;
@@ -44,6 +44,8 @@ pub(super) struct Bench<D> {
 pub(super) struct Heard {
     /// The first fault since it was greeted.
     pub fault: Option<FaultRecord>,
+    /// Why it stopped first, and when.
+    pub stopping: Option<(Micros, StopCause)>,
     /// Numbers and fields of what was refused.
     pub refused: Vec<(u16, String)>,
     /// It greeted back.
@@ -51,11 +53,11 @@ pub(super) struct Heard {
 }
 
 impl<D: Device> Bench<D> {
-    /// A device whose time is `now_us`, greeted.
-    pub fn greeted(device: D, now_us: u64, sensors: Sensors) -> Result<Self, FaultsError> {
-        let mut bench = Self {
+    /// A device whose time is `now_us`, and what it has put out; nobody speaks to it.
+    pub fn of(device: D, recorder: Recorder, now_us: u64, sensors: Sensors) -> Self {
+        Self {
             device,
-            recorder: Recorder::default(),
+            recorder,
             sensors,
             speaks: true,
             wanted: None,
@@ -67,7 +69,12 @@ impl<D: Device> Bench<D> {
             draft: Draft::default(),
             half: Vec::new(),
             heard: Heard::default(),
-        };
+        }
+    }
+
+    /// A device whose time is `now_us`, greeted.
+    pub fn greeted(device: D, now_us: u64, sensors: Sensors) -> Result<Self, FaultsError> {
+        let mut bench = Self::of(device, Recorder::default(), now_us, sensors);
         bench.ask(Request::Hello { schema: SCHEMA }, ANSWER_US)?;
         match bench.heard.hello {
             Some(session) => bench.session = session,
@@ -157,6 +164,16 @@ impl<D: Device> Bench<D> {
         self.device.receive(at, &frame, sensors, &mut self.recorder)
     }
 
+    /// Somebody else writes these bytes to it at `at_us`, or now if that is past.
+    ///
+    /// # Errors
+    /// As of [`Self::run_to`].
+    pub fn receive(&mut self, at_us: u64, bytes: &[u8]) -> io::Result<()> {
+        self.advance(at_us.max(self.now_us))?;
+        let (at, sensors) = (Micros::new(self.now_us as u32), &self.sensors);
+        self.device.receive(at, bytes, sensors, &mut self.recorder)
+    }
+
     /// Time goes on to `to_us`, the host speaking at its times.
     ///
     /// # Errors
@@ -202,6 +219,12 @@ impl Heard {
                 ..
             }) => {
                 self.fault.get_or_insert(record);
+            }
+            Ok(Response::Event {
+                at,
+                event: Event::Stopping(cause) | Event::Stopped(cause),
+            }) => {
+                self.stopping.get_or_insert((at, cause));
             }
             Ok(Response::Refused { refusal, .. }) => {
                 let field = refusal.field.to_owned();

@@ -20,6 +20,8 @@ const fn file(class: Class) -> (&'static str, &'static str) {
             include_str!("../../../faults/electrode.toml"),
         ),
         Class::Flips => ("flips.toml", include_str!("../../../faults/flips.toml")),
+        Class::Link => ("link.toml", include_str!("../../../faults/link.toml")),
+        Class::Sensor => ("sensor.toml", include_str!("../../../faults/sensor.toml")),
         Class::Registers => (
             "registers.toml",
             include_str!("../../../faults/registers.toml"),
@@ -28,9 +30,17 @@ const fn file(class: Class) -> (&'static str, &'static str) {
 }
 
 /// Of what stimulates meanwhile.
-const SCENES: [(&str, &str); 2] = [
+const SCENES: [(&str, &str); 7] = [
     ("scene.toml", include_str!("../../../faults/scene.toml")),
     ("pair.toml", include_str!("../../../faults/pair.toml")),
+    ("orders.toml", include_str!("../../../faults/orders.toml")),
+    ("finger.toml", include_str!("../../../faults/finger.toml")),
+    (
+        "finger_board.toml",
+        include_str!("../../../faults/finger_board.toml"),
+    ),
+    ("lift.toml", include_str!("../../../faults/lift.toml")),
+    ("arm.toml", include_str!("../../../faults/arm.toml")),
 ];
 
 /// A class of faults.
@@ -44,15 +54,21 @@ pub enum Class {
     Declarations,
     /// An electrode that opens, shorts, peels, loses a phase or its reading.
     Electrode,
+    /// What a host says, broken on its way.
+    Link,
+    /// A joint's measured angle that is wrong, late or missing.
+    Sensor,
 }
 
 impl Class {
     /// All of them.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 6] = [
         Self::Flips,
         Self::Declarations,
         Self::Registers,
         Self::Electrode,
+        Self::Link,
+        Self::Sensor,
     ];
 
     /// As a command takes it.
@@ -63,6 +79,8 @@ impl Class {
             Self::Registers => "registers",
             Self::Declarations => "declarations",
             Self::Electrode => "electrode",
+            Self::Link => "link",
+            Self::Sensor => "sensor",
         }
     }
 }
@@ -93,7 +111,9 @@ pub struct Declaration {
     pub(super) of: Written,
     /// What stimulates meanwhile.
     pub(super) scene: SessionFile,
-    /// SHA-256 of both, by file.
+    /// What else may, of classes that draw that.
+    pub(super) scenes: Vec<SessionFile>,
+    /// SHA-256 of all of them, by file.
     pub sha256: BTreeMap<String, String>,
 }
 
@@ -101,6 +121,8 @@ pub struct Declaration {
 #[serde(deny_unknown_fields)]
 pub(super) struct Written {
     scene: String,
+    #[serde(default)]
+    more_scenes: Vec<String>,
     seed: u64,
     count: u64,
     warm_ms: u64,
@@ -144,6 +166,11 @@ pub(super) struct Timing {
     pub silent_us: u64,
 }
 
+/// A file by its name, with its SHA-256.
+fn hash((file, text): (&str, &str)) -> (String, String) {
+    (file.to_owned(), sha256(text.as_bytes()))
+}
+
 impl Declaration {
     /// The program's own of this class.
     ///
@@ -153,16 +180,22 @@ impl Declaration {
         let (name, text) = file(class);
         let told = |why: String| FaultsError::Declaration(format!("{name}: {why}"));
         let of: Written = toml::from_str(text).map_err(|e| told(e.to_string()))?;
-        let mut scenes = SCENES.into_iter();
-        let scene = scenes.find(|(file, _)| *file == of.scene);
-        let (file, session) = scene.ok_or_else(|| told(format!("no scene `{}`", of.scene)))?;
-        let scene = SessionFile::parse(file, session).map_err(|e| told(e.lines()))?;
-        let hash = |(file, text): (&str, &str)| (file.to_owned(), sha256(text.as_bytes()));
+        let mut sha256 = BTreeMap::from([hash((name, text))]);
+        let mut read = |wanted: &String| {
+            let scene = SCENES.into_iter().find(|(file, _)| file == wanted);
+            let (file, session) = scene.ok_or_else(|| told(format!("no scene `{wanted}`")))?;
+            sha256.extend([hash((file, session))]);
+            SessionFile::parse(file, session).map_err(|e| told(e.lines()))
+        };
+        let scene = read(&of.scene)?;
+        let scenes: Result<_, _> = of.more_scenes.iter().map(read).collect();
+        let scenes = scenes?;
         Ok(Self {
             class,
             of,
             scene,
-            sha256: [(name, text), (file, session)].map(hash).into(),
+            scenes,
+            sha256,
         })
     }
 

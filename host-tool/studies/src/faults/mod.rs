@@ -15,8 +15,13 @@ mod error;
 mod flips;
 mod journal;
 mod kinds;
+mod link;
+mod measured;
+mod orders;
 mod outcome;
 mod registers;
+mod script;
+mod sensor;
 mod simulated;
 mod stem;
 mod table;
@@ -34,8 +39,10 @@ use declared::Declared;
 use electrode::Electrode;
 use flips::Flips;
 use hal_sim::chip::image::Image;
+use link::Link;
 use rayon::prelude::*;
 use registers::Registers;
+use sensor::Sensor;
 use simulated::Native;
 
 /// Cases computed between two questions whether to go on, for each core.
@@ -70,6 +77,8 @@ impl Campaign {
             Class::Registers => Box::new(Registers::new(seed, declaration, image)?),
             Class::Declarations => Box::new(Declared::new(seed, declaration, image.clone())?),
             Class::Electrode => Box::new(Electrode::new(seed, declaration, image.clone())?),
+            Class::Link => Box::new(Link::new(seed, declaration, image.clone())?),
+            Class::Sensor => Box::new(Sensor::new(seed, declaration, image.clone())?),
         };
         Ok(Self { draws })
     }
@@ -82,6 +91,8 @@ impl Campaign {
         let draws: Box<dyn Draws + Send> = match declaration.class {
             Class::Declarations => Box::new(Declared::new(seed, declaration, Native)?),
             Class::Electrode => Box::new(Electrode::new(seed, declaration, Native)?),
+            Class::Link => Box::new(Link::new(seed, declaration, Native)?),
+            Class::Sensor => Box::new(Sensor::new(seed, declaration, Native)?),
             class => return Err(FaultsError::ChipOnly(class.name())),
         };
         Ok(Self { draws })

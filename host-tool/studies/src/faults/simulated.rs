@@ -34,6 +34,10 @@ pub(super) trait Simulated: Device {
     fn break_lines(&mut self, lines: Levels);
     /// The converter of the current sense no longer heeds its trigger.
     fn deafen(&mut self);
+    /// The cable to the host is plugged in, or pulled.
+    fn plug(&mut self, is_in: bool);
+    /// What the host writes goes to the device.
+    fn is_connected(&self) -> bool;
 }
 
 impl Simulated for Board<()> {
@@ -59,9 +63,18 @@ impl Simulated for Board<()> {
     fn deafen(&mut self) {
         self.around.soc.adc.deaf = true;
     }
+
+    fn plug(&mut self, is_in: bool) {
+        self.around.plug(is_in, self.cpu.cycle);
+    }
+
+    fn is_connected(&self) -> bool {
+        self.around.host.is_open()
+    }
 }
 
-/// It has no chip that could be reset, no lines and no converter: nothing draws those.
+/// It has no chip that could be reset, no lines, no converter and no cable: nothing draws
+/// the first three, and what a cable that is out does not carry is not said to it.
 impl Simulated for Lockstep {
     fn reset_us(&self) -> Option<u64> {
         None
@@ -78,6 +91,12 @@ impl Simulated for Lockstep {
     fn break_lines(&mut self, _: Levels) {}
 
     fn deafen(&mut self) {}
+
+    fn plug(&mut self, _: bool) {}
+
+    fn is_connected(&self) -> bool {
+        true
+    }
 }
 
 /// Where boards come from.

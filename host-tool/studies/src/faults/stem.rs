@@ -132,7 +132,7 @@ fn never(lost: io::Error) -> FaultsError {
 }
 
 /// When the first line or code differs from `from_us` on and before `to_us`.
-fn first_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<u64> {
+pub(super) fn first_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<u64> {
     let within = |t: &u64| (from_us..to_us).contains(t);
     let levels = |trace: &Trace| {
         let all = trace.levels.iter().map(|&(t, levels)| (t, levels.0));

@@ -1,0 +1,335 @@
+//! What a host says, broken on its way: nothing comes of what is not whole, and silence
+//! and `Stop` end what plays.
+
+use super::Draws;
+use super::bench::Bench;
+use super::case::{Case, Fate};
+use super::declaration::Declaration;
+use super::error::FaultsError;
+use super::kinds::Kinds;
+use super::orders::{Orders, broken_frames};
+use super::script::{Replays, Script, name, request};
+use super::simulated::judged;
+use super::stem::first_difference;
+use firmware::link::{Code, Request, ToDevice, encode};
+use hal_sim::random::Random;
+use hal_sim::trace::State;
+use hal_sim::wire::stream::{Stream, Write};
+
+/// Of the streams that this class draws from.
+const STREAM: u64 = 0x114C;
+/// Bytes of a full packet, and how many of those a full-speed frame of 1 ms carries.
+const PACKET: (usize, u64) = (64, 19);
+/// Played after the latest moment at which silence has ended everything, µs.
+const AFTER_US: u64 = 60_000;
+/// Until bytes that were written before the cable was pulled are there, µs.
+const ON_THE_WAY_US: u64 = 1_500;
+/// Longest that one frame keeps a device, µs (docs/protocol.md, Stop).
+const FRAME_US: u64 = 60;
+
+/// What is broken.
+pub(super) struct Link<B: Replays> {
+    boards: B,
+    scripts: Vec<Script<B>>,
+    kinds: Kinds,
+}
+
+/// One of them, drawn.
+struct Drawn {
+    stream: Stream,
+    /// Frames that the host wrote, besides those of the script.
+    written: Vec<Vec<u8>>,
+    /// The cable is out from the first to the second, µs.
+    out: Option<(u64, u64)>,
+    moment_us: u64,
+    what: String,
+}
+
+impl<B: Replays> Link<B> {
+    pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
+        let files = std::iter::once(&declaration.scene).chain(&declaration.scenes);
+        let scripts = files.map(|file| Script::record(&boards, file));
+        let scripts = scripts.collect::<Result<_, _>>()?;
+        let kinds = Kinds::of(declaration, &boards, seed, STREAM);
+        Ok(Self {
+            boards,
+            scripts,
+            kinds,
+        })
+    }
+
+    fn draw(&self, index: u64) -> Result<(&Script<B>, Drawn), FaultsError> {
+        let (kind, mut random) = self.kinds.draw(index)?;
+        let script = pick(&mut random, &self.scripts)?;
+        let at = message(script, &mut random);
+        let said = script.said.writes();
+        let Write { t_us, bytes } = &said[at];
+        let mut drawn = Drawn {
+            stream: script.said.clone(),
+            written: Vec::new(),
+            out: None,
+            moment_us: *t_us,
+            what: String::new(),
+        };
+        let told = drawn.break_it(kind, at, script, &mut random);
+        let asked = request(bytes).map_or_else(String::new, |asked| name(&asked));
+        let file = &script.file.name;
+        drawn.what = format!("{kind}: {file}, message {at}, {asked}{told}");
+        Ok((script, drawn))
+    }
+
+    fn play(&self, script: &Script<B>, drawn: &Drawn) -> Result<Fate, FaultsError> {
+        let Drawn {
+            stream,
+            moment_us,
+            out,
+            ..
+        } = drawn;
+        let session = &script.file.session;
+        let mut orders = Orders::of(session, script.said.writes(), B::LINE_US);
+        let last = stream.writes().last().map_or(0, |write| write.t_us);
+        let flooded = (drawn.written.len() as u64).max(1);
+        orders.line_us += if B::IS_EXACT { 0 } else { FRAME_US * flooded };
+        let end_us = last.max(*moment_us) + orders.silence_us() + AFTER_US;
+        let mut bench = script.board(&self.boards, *moment_us)?;
+        let (passed, played) = script.say(&mut bench, stream, *out, end_us);
+        let sent = script.said.writes().iter().map(|write| &*write.bytes);
+        let sent: Vec<&[u8]> = sent.chain(drawn.written.iter().map(|it| &**it)).collect();
+        let (whole, broken) = broken_frames(&passed, &sent);
+        let mut truth = script.truth();
+        let (quiet, is_silenced) = orders.quiet(&whole, *moment_us, end_us);
+        truth.quiet = quiet;
+        let (mut fate, verdict) = judged(&mut bench, *moment_us, truth);
+        let bare = verdict.bare.findings.iter();
+        fate.bare = bare.map(ToString::to_string).collect();
+        fate.stopped = played.err().map(|e| e.to_string());
+        let trace = &bench.recorder.trace;
+        let changed = first_difference(&script.whole, trace, *moment_us, end_us);
+        fate.changed_us = changed.map(|at| at - moment_us);
+        let tells = broken > 0 && out.is_none();
+        let is_told = !tells || bench.heard().refused.iter().any(|it| is_of_a_frame(it.0));
+        let applied = B::IS_EXACT && broken > 0 && self.applies(script, &bench, &whole, end_us)?;
+        let is_over = !is_silenced || bench.heard().stopping.is_some() || out.is_some();
+        let unexpected = fate.found && broken == 0 && !is_silenced;
+        fate.must_find = (tells || is_silenced) && fate.stopped.is_none();
+        fate.found = match fate.must_find {
+            true => is_told && is_over && !applied,
+            false => unexpected,
+        };
+        if is_silenced && is_isolated(&bench) {
+            let last = bench.recorder.trace.levels.last();
+            fate.isolated_us = last.map(|(at, _)| at.saturating_sub(*moment_us));
+        }
+        Ok(fate)
+    }
+
+    /// Whether anything else came out than if what was broken had not been sent at all.
+    fn applies(
+        &self,
+        script: &Script<B>,
+        bench: &Bench<B::Board>,
+        whole: &[Write],
+        end_us: u64,
+    ) -> Result<bool, FaultsError> {
+        let mut other = script.board(&self.boards, 0)?;
+        let (_, played) = script.say(&mut other, &Stream::new(whole.to_vec()), None, end_us);
+        let differs = || {
+            let traces = (&bench.recorder.trace, &other.recorder.trace);
+            first_difference(traces.0, traces.1, 0, end_us).is_some()
+        };
+        Ok(played.is_err() || differs())
+    }
+}
+
+impl Drawn {
+    /// Breaks it at write `at`; says what is not the kind's name.
+    fn break_it<B: Replays>(
+        &mut self,
+        kind: &str,
+        at: usize,
+        script: &Script<B>,
+        random: &mut Random,
+    ) -> String {
+        let timeout_us = 1000 * u64::from(script.file.session.wearer.host_timeout_ms);
+        let (t_us, length) = (self.moment_us, self.stream.writes()[at].bytes.len());
+        let for_us = random.log_between(5e3, 5e5) as u64;
+        match kind {
+            "silence" => self.stream.lose(t_us, u64::MAX),
+            "pause" => {
+                let for_us = timeout_us - 40_000 + random.below(80_000);
+                self.stream.lose(t_us, t_us + for_us);
+                return format!(", for {for_us} us");
+            }
+            "random bytes" | "flood of bytes" | "frames out of place" | "flood of frames" => {
+                return self.babble(kind, script, random);
+            }
+            "corrupted" => {
+                let count = 1 + random.below(2) * random.below(8);
+                let bits = (0..count).map(|_| random.below(8 * length as u64) as usize);
+                let bits: Vec<usize> = bits.collect();
+                self.stream.turn(at, &bits);
+                return format!(", bits {bits:?}");
+            }
+            "reordered" => {
+                let other = (at + 1 + random.below(5) as usize).min(script.stop.0);
+                self.stream.exchange(at, other);
+                return format!(", with {other}");
+            }
+            "duplicated" => {
+                let count = 1 + random.below(5);
+                for _ in 0..count {
+                    self.stream.repeat(at, random.below(20_000));
+                }
+                return format!(", {count} times more");
+            }
+            "cut" => {
+                let (kept, late_us) = (random.below(length as u64), random.below(30_000));
+                let late_us = (random.below(2) == 1).then_some(late_us);
+                self.stream.cut(at, kept as usize, late_us);
+                return format!(", after {kept} bytes, the rest {late_us:?} us late");
+            }
+            _ => {
+                let is_half = random.below(2) == 1;
+                if is_half {
+                    self.stream
+                        .cut(at, random.below(length as u64) as usize, None);
+                }
+                let out_us = t_us + ON_THE_WAY_US;
+                let in_us = match kind {
+                    "unplugged" => u64::MAX,
+                    _ => out_us + for_us,
+                };
+                self.out = Some((out_us, in_us));
+                self.stream.lose(out_us, in_us);
+                let after = if is_half { "within it" } else { "after it" };
+                return format!(", {after}, for {} us", in_us - out_us);
+            }
+        }
+        String::new()
+    }
+
+    /// Bytes and frames that nobody meant, between two writes; half of the floods end with
+    /// a `Stop`.
+    fn babble<B: Replays>(
+        &mut self,
+        kind: &str,
+        script: &Script<B>,
+        random: &mut Random,
+    ) -> String {
+        let begin_us = self.moment_us + 1 + random.below(5_000);
+        let ms = random.log_between(5.0, 50.0) as u64;
+        let mut t_us = begin_us;
+        let (length, packets) = match kind {
+            "random bytes" => (1 + random.below(600), 1),
+            "frames out of place" => (random.below(400), 1),
+            _ => (PACKET.0 as u64, PACKET.1 * ms),
+        };
+        for _ in 0..packets {
+            let packet = match kind.ends_with("bytes") {
+                true => (0..length).map(|_| random.word() as u8).collect(),
+                false => self.frames(script, length as usize, random),
+            };
+            self.stream.add(t_us, packet);
+            t_us += 1_000 / PACKET.1;
+        }
+        let stops = kind.starts_with("flood") && random.below(2) == 1;
+        if stops {
+            let stop = script.said.writes()[script.stop.0].bytes.clone();
+            self.stream.add(t_us, [vec![0], stop].concat());
+        } else if random.below(2) == 1 {
+            self.stream.add(t_us, vec![0]);
+        }
+        let stops = if stops { ", then a stop" } else { "" };
+        format!(
+            ", {} bytes in {} us{stops}",
+            length * packets,
+            t_us - begin_us
+        )
+    }
+
+    /// Whole frames of at least `length` bytes: of the script, or of nobody's session.
+    fn frames<B: Replays>(
+        &mut self,
+        script: &Script<B>,
+        length: usize,
+        random: &mut Random,
+    ) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        while bytes.len() <= length {
+            let said = script.said.writes();
+            let frame = &said[random.below(said.len() as u64) as usize].bytes;
+            let mut asked = request(frame);
+            if random.below(2) == 1
+                && let Some(asked) = &mut asked
+                && asked.request != Request::Stop
+            {
+                asked.session ^= 1 + random.below(0xFFFF) as u16;
+            }
+            let seq = random.word() as u16;
+            let frame = asked.and_then(|asked| encode(&ToDevice { seq, ..asked }));
+            let Some(frame) = frame else { continue };
+            bytes.extend_from_slice(&frame);
+            self.written.push(frame.to_vec());
+        }
+        bytes
+    }
+}
+
+/// One of the script's writes: as often one that configures, arms, starts or stops as one
+/// of the many while it plays.
+fn message<B: Replays>(script: &Script<B>, random: &mut Random) -> usize {
+    let (all, (start, _), (stop, _)) = (script.said.writes().len(), script.start, script.stop);
+    let around = start + 1 + (all - stop);
+    match random.below(2) {
+        0 => random.below(all as u64) as usize,
+        _ => match random.below(around as u64) as usize {
+            before if before <= start => before,
+            after => stop + after - start - 1,
+        },
+    }
+}
+
+fn pick<'a, T>(random: &mut Random, all: &'a [T]) -> Result<&'a T, FaultsError> {
+    let drawn = random.below(all.len().max(1) as u64) as usize;
+    let none = || FaultsError::Declaration("no scenes".into());
+    all.get(drawn).ok_or_else(none)
+}
+
+/// Whether a refusal is of a frame, not of what it asks.
+fn is_of_a_frame(code: u16) -> bool {
+    (Code::BadCrc as u16..=Code::UnknownMessage as u16).contains(&code)
+}
+
+fn is_isolated<D>(bench: &Bench<D>) -> bool {
+    let last = bench.recorder.trace.levels.last();
+    last.is_none_or(|(_, levels)| (0..10).all(|c| levels.state(c) == State::Isolated))
+}
+
+impl<B: Replays> Draws for Link<B> {
+    fn case(&self, index: u64) -> Result<Case, FaultsError> {
+        let (script, drawn) = self.draw(index)?;
+        let fate = self.play(script, &drawn)?;
+        Ok(Case {
+            index,
+            moment_us: drawn.moment_us,
+            what: drawn.what,
+            fate,
+        })
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let kinds = self.kinds.in_words();
+        let exact = match B::IS_EXACT {
+            true => "and what comes out is the same as without that frame",
+            false => "(that nothing comes of it is compared natively)",
+        };
+        vec![
+            format!("Drawn: {kinds}."),
+            format!(
+                "To find: a frame that is not whole, which is told by a number {exact}; a \
+                     silence longer than the timeout, which ends stimulation."
+            ),
+            "Not to find: what is whole, and only late, early or there twice.".to_owned(),
+        ]
+    }
+}

@@ -1,0 +1,82 @@
+//! The angles that a session's device is told, and what it may believe of them.
+
+use firmware::control::{PostureSpec, SensorSource};
+use host_core::session::Session;
+
+/// A measurement this far outside a joint's range is a broken sensor's, ° (docs/protocol.md).
+const MARGIN_DEG: f64 = 20.0;
+
+/// A measured angle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Measured {
+    /// Its number in `Measurement`.
+    pub index: u8,
+    /// Age at which it is stale, µs.
+    pub stale_us: u64,
+    range_deg: [f64; 2],
+    /// What a converter can read, °; nothing where the host measures.
+    converted_deg: Option<[f64; 2]>,
+}
+
+impl Measured {
+    /// Whether the board's converter measures it.
+    pub const fn is_converted(&self) -> bool {
+        self.converted_deg.is_some()
+    }
+
+    /// The middle of its range, °.
+    pub fn middle_deg(&self) -> f64 {
+        0.5 * (self.range_deg[0] + self.range_deg[1])
+    }
+
+    /// Whether the least or the greatest that was said is a broken sensor's, by more than a
+    /// step of a converter.
+    pub fn is_beyond(&self, said: [f64; 2]) -> bool {
+        let [can_low, can_high] = self.converted_deg.unwrap_or([-327.68, 327.67]);
+        let [low, high] = said.map(|deg| deg.clamp(can_low, can_high));
+        let [least, most] = self.range_deg;
+        low < least - MARGIN_DEG - 0.1 || high > most + MARGIN_DEG + 0.1
+    }
+}
+
+/// Those of a session, if it has any.
+pub(super) fn angles(session: &Session) -> Vec<Measured> {
+    let degrees = |mdeg: [i32; 2]| mdeg.map(|it| f64::from(it) * 1e-3);
+    let mut all = Vec::new();
+    if let Some(joint) = &session.joint {
+        let converted_deg = match joint.sensor {
+            SensorSource::Adc {
+                code_at_0,
+                code_at_100,
+            } => {
+                let (zero, hundred) = (f64::from(code_at_0), f64::from(code_at_100));
+                Some([0.0, 4095.0].map(|code| 100.0 * (code - zero) / (hundred - zero)))
+            }
+            SensorSource::Host => None,
+        };
+        all.push(Measured {
+            index: 0,
+            stale_us: 1000 * u64::from(joint.stale_after_ms),
+            range_deg: degrees([joint.angle_min_mdeg, joint.angle_max_mdeg]),
+            converted_deg,
+        });
+    }
+    all.extend(session.modulations.iter().map(|joint| Measured {
+        index: joint.spec.joint,
+        stale_us: 1000 * u64::from(joint.spec.stale_after_ms),
+        range_deg: degrees([joint.spec.angle_min_mdeg, joint.spec.angle_max_mdeg]),
+        converted_deg: None,
+    }));
+    if let Some(limb) = &session.limb
+        && let PostureSpec::Measured { stale_after_ms } = limb.spec.posture
+    {
+        let ranges = (0u8..).zip(limb.spec.ranges_mdeg);
+        all.extend(ranges.map(|(index, (least, most))| Measured {
+            index,
+            stale_us: 1000 * u64::from(stale_after_ms),
+            range_deg: degrees([least, most]),
+            converted_deg: None,
+        }));
+    }
+    all
+}

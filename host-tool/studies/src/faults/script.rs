@@ -1,0 +1,309 @@
+//! What the host of a scene says, recorded once, and said again to a board made anew.
+
+use super::bench::Bench;
+use super::error::FaultsError;
+use super::simulated::{Boards, Native, Simulated};
+use super::truth::declared_truth;
+use firmware::link::{Decoder, ToDevice};
+use firmware::lockstep::{Lockstep, Sensors, Sink};
+use firmware::units::Micros;
+use hal_sim::body::Load;
+use hal_sim::chip::board::Board;
+use hal_sim::chip::image::Image;
+use hal_sim::lockstep::{Device, Output};
+use hal_sim::native::native;
+use hal_sim::trace::Trace;
+use hal_sim::trace::judge::Truth;
+use hal_sim::wire::stream::{Stream, Write};
+use hal_sim::world::Recorder;
+use host_core::run::{SessionFile, power_on, run, simulated};
+use host_core::session::Session;
+use std::convert::Infallible;
+use std::io;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// From one kept board to the next, µs.
+const KEPT_US: u64 = 50_000;
+/// Played after the host's last word, µs.
+const AFTER_US: u64 = 250_000;
+
+/// Where the boards of scripts come from.
+pub(super) trait Replays: Boards<Board: 'static> {
+    /// What is kept of a board to fork it.
+    type Kept: Send + Sync;
+
+    /// Longest from a write of the host to when the device has read it, µs.
+    const LINE_US: u64;
+    /// Work on one frame delays nothing else, so that runs can be compared to the
+    /// microsecond.
+    const IS_EXACT: bool;
+
+    /// A board with the stages of `session`, booted, that nobody has spoken to.
+    fn booted(
+        &self,
+        session: &Session,
+        sensors: Sensors,
+    ) -> Result<Bench<Self::Board>, FaultsError>;
+
+    /// What forks it, where that is quicker than to play it anew.
+    fn keep(bench: &Bench<Self::Board>) -> Option<Self::Kept>;
+
+    /// The board that was kept.
+    fn fork(kept: &Self::Kept) -> Bench<Self::Board>;
+}
+
+impl Replays for Image {
+    type Kept = Bench<Board<()>>;
+
+    /// A frame of the bus, and one that is under way.
+    const LINE_US: u64 = 2_000;
+    const IS_EXACT: bool = false;
+
+    fn booted(&self, session: &Session, sensors: Sensors) -> Result<Bench<Board<()>>, FaultsError> {
+        let mut board = power_on(session, self, ())?;
+        board.boot(&Sensors::default())?;
+        let now_us = board.now_us();
+        Ok(Bench::of(board, Recorder::default(), now_us, sensors))
+    }
+
+    fn keep(bench: &Bench<Board<()>>) -> Option<Bench<Board<()>>> {
+        Some(bench.clone())
+    }
+
+    fn fork(kept: &Bench<Board<()>>) -> Bench<Board<()>> {
+        kept.clone()
+    }
+}
+
+impl Replays for Native {
+    type Kept = Infallible;
+
+    const LINE_US: u64 = 0;
+    const IS_EXACT: bool = true;
+
+    fn booted(&self, _: &Session, sensors: Sensors) -> Result<Bench<Lockstep>, FaultsError> {
+        let device = native(Micros::new(0));
+        Ok(Bench::of(device, Recorder::default(), 0, sensors))
+    }
+
+    fn keep(_: &Bench<Lockstep>) -> Option<Infallible> {
+        None
+    }
+
+    fn fork(kept: &Infallible) -> Bench<Lockstep> {
+        match *kept {}
+    }
+}
+
+/// A scene, and what its host says.
+pub(super) struct Script<B: Replays> {
+    /// Of the scene.
+    pub file: SessionFile,
+    /// All of it, nothing broken.
+    pub said: Stream,
+    /// What comes out then.
+    pub whole: Trace,
+    /// Index and time of `Start` and of `Stop` in it.
+    pub start: (usize, u64),
+    pub stop: (usize, u64),
+    sensors: Sensors,
+    /// Each with its time.
+    kept: Vec<(u64, B::Kept)>,
+}
+
+/// Says what it hears, and passes it on.
+struct Tap<D> {
+    device: D,
+    heard: Arc<Mutex<Vec<Write>>>,
+}
+
+impl<D: Device> Device for Tap<D> {
+    fn receive(
+        &mut self,
+        at: Micros,
+        bytes: &[u8],
+        sensors: &Sensors,
+        sink: &mut dyn Sink,
+    ) -> io::Result<()> {
+        let mut heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
+        heard.push(Write {
+            t_us: at.get().into(), // far from wrapping
+            bytes: bytes.to_vec(),
+        });
+        drop(heard);
+        self.device.receive(at, bytes, sensors, sink)
+    }
+
+    fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
+        self.device.advance(to, sensors, sink)
+    }
+
+    fn output(&self, channel: usize) -> Option<Output> {
+        self.device.output(channel)
+    }
+}
+
+impl<B: Replays> Script<B> {
+    /// Plays the scene with its own host and its wearer, and again from what was said.
+    ///
+    /// # Errors
+    /// It does not come to its end without any fault.
+    pub fn record(boards: &B, file: &SessionFile) -> Result<Self, FaultsError> {
+        let session = &file.session;
+        let bench = boards.booted(session, Sensors::default())?;
+        let (boot_us, heard) = (bench.now_us(), Arc::default());
+        let tap = Box::new(Tap {
+            device: bench.device,
+            heard: Arc::clone(&heard),
+        });
+        let boot = Micros::new(boot_us as u32); // far from wrapping
+        let port = simulated(session, 0, tap, boot).map_err(never)?;
+        let (outcome, port) = run(file, port, None, |_: f64| {});
+        let (None, Some(port)) = (outcome.error.as_ref(), port) else {
+            let why = outcome.error.map_or_else(String::new, |e| e.to_string());
+            return Err(FaultsError::NeverStimulates(format!(
+                "{}: {why}",
+                file.name
+            )));
+        };
+        let sensors = Sensors {
+            load_ohm: port.world.sensors.load_ohm,
+            ..Sensors::default()
+        };
+        drop(port);
+        let heard = Arc::into_inner(heard).map(Mutex::into_inner);
+        let heard = heard.map(|it| it.unwrap_or_else(PoisonError::into_inner));
+        let said = Stream::new(heard.unwrap_or_default());
+        let mut script = Self {
+            file: file.clone(),
+            start: find(&said, "Start")?,
+            stop: find(&said, "Stop")?,
+            said,
+            whole: Trace::default(),
+            sensors,
+            kept: Vec::new(),
+        };
+        script.keep(boards)?;
+        Ok(script)
+    }
+
+    /// Plays all of it, and keeps boards to fork.
+    fn keep(&mut self, boards: &B) -> Result<(), FaultsError> {
+        let mut bench = boards.booted(&self.file.session, self.sensors)?;
+        let (mut kept, mut next_us) = (Vec::new(), 0);
+        for write in self.said.writes() {
+            if write.t_us >= next_us {
+                bench.run_to(write.t_us).map_err(never)?;
+                kept.extend(B::keep(&bench).map(|it| (write.t_us, it)));
+                next_us = write.t_us + KEPT_US;
+            }
+            bench.receive(write.t_us, &write.bytes).map_err(never)?;
+        }
+        bench.run_to(self.end_us()).map_err(never)?;
+        self.whole = bench.recorder.trace;
+        self.kept = kept;
+        Ok(())
+    }
+
+    /// When its host says its first word, µs.
+    pub fn first_us(&self) -> u64 {
+        self.said.writes().first().map_or(0, |write| write.t_us)
+    }
+
+    /// When a run of it is over, µs.
+    pub fn end_us(&self) -> u64 {
+        let last = self.said.writes().last();
+        last.map_or(0, |write| write.t_us) + AFTER_US
+    }
+
+    /// What is true of its board and wearer.
+    pub fn truth(&self) -> Truth {
+        let loads = self.sensors.load_ohm.map(|ohm| Load::Ohms(ohm.into()));
+        declared_truth(&self.file.session, &loads)
+    }
+
+    /// A board at the last kept moment up to `to_us`, all said before.
+    pub fn board(&self, boards: &B, to_us: u64) -> Result<Bench<B::Board>, FaultsError> {
+        let after = self.kept.partition_point(|kept| kept.0 <= to_us);
+        match self.kept[..after].last() {
+            Some((_, kept)) => Ok(B::fork(kept)),
+            None => boards.booted(&self.file.session, self.sensors),
+        }
+    }
+
+    /// Says `stream` to it from where it is, up to `end_us`, the cable out meanwhile.
+    /// Back comes what the cable took.
+    ///
+    /// # Errors
+    /// The device is gone: the simulator does not model what it did.
+    pub fn say(
+        &self,
+        bench: &mut Bench<B::Board>,
+        stream: &Stream,
+        out: Option<(u64, u64)>,
+        end_us: u64,
+    ) -> (Stream, io::Result<()>) {
+        let mut passed = Vec::new();
+        let done = say(bench, stream, out, end_us, &mut passed);
+        (Stream::new(passed), done)
+    }
+}
+
+fn say<D: Simulated>(
+    bench: &mut Bench<D>,
+    stream: &Stream,
+    out: Option<(u64, u64)>,
+    end_us: u64,
+    passed: &mut Vec<Write>,
+) -> io::Result<()> {
+    let begin_us = bench.now_us();
+    let (out_us, in_us) = out.unwrap_or((u64::MAX, u64::MAX));
+    let mut cable = [(out_us, false), (in_us, true)].into_iter().peekable();
+    for write in stream.writes() {
+        if write.t_us < begin_us {
+            passed.push(write.clone()); // before the fork
+            continue;
+        }
+        while let Some((at, is_in)) = cable.next_if(|it| it.0 <= write.t_us) {
+            bench.run_to(at)?;
+            bench.device.plug(is_in);
+        }
+        bench.run_to(write.t_us)?;
+        let is_lost = (out_us..in_us).contains(&write.t_us) || !bench.device.is_connected();
+        if !is_lost {
+            bench.receive(write.t_us, &write.bytes)?;
+            passed.push(write.clone());
+        }
+    }
+    for (at, is_in) in cable.filter(|it| it.0 < end_us) {
+        bench.run_to(at)?;
+        bench.device.plug(is_in);
+    }
+    bench.run_to(end_us)
+}
+
+/// The request of a whole frame.
+pub(super) fn request(frame: &[u8]) -> Option<ToDevice> {
+    let mut decoder = Decoder::default();
+    let message = decoder.take(&mut &*frame)?.ok()?;
+    postcard::from_bytes(message).ok()
+}
+
+/// What a request is called.
+pub(super) fn name(asked: &ToDevice) -> String {
+    let all = format!("{:?}", asked.request);
+    let end = all.find(|c: char| !c.is_alphanumeric());
+    all[..end.unwrap_or(all.len())].to_owned()
+}
+
+/// The first write that is this request.
+fn find(said: &Stream, wanted: &str) -> Result<(usize, u64), FaultsError> {
+    let is = |write: &Write| request(&write.bytes).is_some_and(|it| name(&it) == wanted);
+    let found = said.writes().iter().position(is);
+    let write = found.map(|index| (index, said.writes()[index].t_us));
+    write.ok_or_else(|| FaultsError::NeverStimulates(format!("its host says no {wanted}")))
+}
+
+fn never(why: impl ToString) -> FaultsError {
+    FaultsError::NeverStimulates(why.to_string())
+}
