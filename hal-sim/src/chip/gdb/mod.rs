@@ -25,11 +25,19 @@ use gdbstub::stub::{DisconnectReason, GdbStub, SingleThreadStopReason};
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
 
-/// A socket that is looked at without waiting, and written to with.
-struct Line(TcpStream);
+/// What gdb is at the other end of.
+pub trait Line: Connection<Error = io::Error> {
+    /// A byte; `None`: nothing is there now, and `wait` did not ask to wait for it.
+    ///
+    /// # Errors
+    /// gdb is gone.
+    fn read(&mut self, wait: bool) -> io::Result<Option<u8>>;
+}
 
-impl Line {
-    /// A byte; `None`: nothing is there now.
+/// A socket that is looked at without waiting, and written to with.
+pub struct Socket(TcpStream);
+
+impl Line for Socket {
     fn read(&mut self, wait: bool) -> io::Result<Option<u8>> {
         let mut byte = [0];
         self.0.set_nonblocking(!wait)?;
@@ -44,7 +52,7 @@ impl Line {
     }
 }
 
-impl Connection for Line {
+impl Connection for Socket {
     type Error = io::Error;
 
     fn write(&mut self, byte: u8) -> io::Result<()> {
@@ -64,22 +72,35 @@ impl Connection for Line {
     }
 }
 
-type State = GdbStubStateMachine<'static, Board<Points>, Line>;
+type State<L> = GdbStubStateMachine<'static, Board<Points>, L>;
 
 /// A board that gdb holds until it lets go.
-pub struct Debugger {
+pub struct Debugger<L: Line = Socket> {
     board: Board<Points>,
     /// `None` once gdb has left: the core runs on alone.
-    gdb: Option<State>,
+    gdb: Option<State<L>>,
     killed: bool,
 }
 
-impl Debugger {
+impl Debugger<Socket> {
     /// Waits for gdb at `listener`, with `board`'s core halted at reset.
-    pub fn accept(listener: &TcpListener, mut board: Board<Points>) -> io::Result<Self> {
+    ///
+    /// # Errors
+    /// gdb is gone.
+    pub fn accept(listener: &TcpListener, board: Board<Points>) -> io::Result<Self> {
         let (stream, _) = listener.accept()?;
+        Self::attach(Socket(stream), board)
+    }
+}
+
+impl<L: Line + 'static> Debugger<L> {
+    /// gdb is at the other end of `line`, and `board`'s core halted at reset.
+    ///
+    /// # Errors
+    /// gdb is gone.
+    pub fn attach(line: L, mut board: Board<Points>) -> io::Result<Self> {
         board.cpu.system.set_debugger(true);
-        let stub = GdbStub::new(Line(stream));
+        let stub = GdbStub::new(line);
         let gdb = stub.run_state_machine(&mut board);
         let gdb = gdb.map_err(|error| io::Error::other(format!("gdb: {error}")))?;
         Ok(Self {
@@ -93,6 +114,14 @@ impl Debugger {
     pub fn boot(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
         while !self.run(0, |board| board.boot_on(sensors))? {}
         Ok(())
+    }
+
+    /// [`Board::run_to`], as gdb lets it.
+    ///
+    /// # Errors
+    /// The core stopped without gdb to tell, or gdb ended the run.
+    pub fn run_to(&mut self, cycle: Cycle) -> Result<(), BoardError> {
+        self.run(cycle, |board| board.run_to(cycle))
     }
 
     /// The board.
@@ -157,7 +186,7 @@ impl Debugger {
     }
 
     /// One byte from gdb.
-    fn serve(&mut self, gdb: State) -> Result<Served, Box<dyn std::error::Error>> {
+    fn serve(&mut self, gdb: State<L>) -> Result<Served<L>, Box<dyn std::error::Error>> {
         let board = &mut self.board;
         let gdb = match gdb {
             State::Idle(mut idle) => match idle.borrow_conn().read(true)? {
@@ -216,11 +245,11 @@ impl Debugger {
 }
 
 /// What came of a byte.
-enum Served {
+enum Served<L: Line> {
     /// The core may run, and nothing is there to be read.
-    Runs(State),
+    Runs(State<L>),
     /// There may be more.
-    Holds(State),
+    Holds(State<L>),
     /// gdb has let go.
     Left,
 }
@@ -234,13 +263,13 @@ const fn signal(stop: Stop) -> Signal {
     }
 }
 
-impl AsMut<Around> for Debugger {
+impl<L: Line> AsMut<Around> for Debugger<L> {
     fn as_mut(&mut self) -> &mut Around {
         &mut self.board.around
     }
 }
 
-impl Device for Debugger {
+impl<L: Line + Send + 'static> Device for Debugger<L> {
     fn receive(
         &mut self,
         at: Micros,

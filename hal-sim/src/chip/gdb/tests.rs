@@ -34,7 +34,7 @@ impl Gdb {
             let mut debugger = Debugger::accept(&listener, board).unwrap();
             for step in 1..=length_ms {
                 let end = step * 16_000; // 16 MHz after reset
-                debugger.run(end, |board| board.run_to(end))?;
+                debugger.run_to(end)?;
             }
             Ok(debugger)
         });

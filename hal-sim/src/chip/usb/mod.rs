@@ -54,6 +54,10 @@ pub struct Host {
     control: Option<Control>,
     /// Line state to set once endpoint 0 is free.
     line_state: Option<Request>,
+    /// Requests of other programs: SETUP and the data towards the device.
+    foreign: VecDeque<([u8; 8], Vec<u8>)>,
+    /// Its own next request, once those are served.
+    interrupted: Option<Request>,
     control_pipe: Pipe,
     notify: Pipe,
     data_in: Pipe,
@@ -96,6 +100,8 @@ impl Host {
             total: 0,
             control: None,
             line_state: None,
+            foreign: VecDeque::new(),
+            interrupted: None,
             control_pipe: Pipe::default(),
             notify: Pipe::default(),
             data_in: Pipe::default(),
@@ -150,6 +156,29 @@ impl Host {
         self.outlook = None;
         self.outgoing.clear();
         self.request_line_state(Request::Close, at);
+    }
+
+    /// Another program asks the device on endpoint 0 at `at`, whatever `setup` says; `data`
+    /// go towards the device if it says that there are any. Before frames run, and while
+    /// a request is under way, it waits. What the device does not know it may refuse; if it
+    /// answers no more, that is a failure until the cable is pulled.
+    pub fn control(&mut self, setup: [u8; 8], data: Vec<u8>, at: Cycle) {
+        self.outlook = None;
+        match (&self.control, self.port, self.failure) {
+            (None, Port::Running, None) => self.ask(setup, data, at),
+            _ => self.foreign.push_back((setup, data)),
+        }
+    }
+
+    /// Requests of other programs that are not done.
+    pub fn asked(&self) -> usize {
+        let is_foreign = |it: &Control| matches!(it.request, Request::Foreign(_));
+        self.foreign.len() + usize::from(self.control.as_ref().is_some_and(is_foreign))
+    }
+
+    /// Why the host gave up, if it did.
+    pub const fn failure(&self) -> Option<Failure> {
+        self.failure
     }
 
     /// Queues `bytes` for the device, as one write of a program at `at`. The

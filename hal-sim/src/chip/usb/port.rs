@@ -155,6 +155,8 @@ impl Host {
         self.flight = None;
         self.control = None;
         self.line_state = None;
+        self.foreign.clear();
+        self.interrupted = None;
         self.outgoing.clear();
         self.configured = false;
         self.open = false;
@@ -188,7 +190,13 @@ impl Host {
                 self.address = 0;
                 self.free = at;
                 self.device.max_packet = 8;
-                self.request(Request::MaxPacket, at);
+                match self.foreign.pop_front() {
+                    Some((setup, data)) => {
+                        self.interrupted = Some(Request::MaxPacket);
+                        self.ask(setup, data, at);
+                    }
+                    None => self.request(Request::MaxPacket, at),
+                }
                 Port::Running
             }
             port => port,

@@ -38,6 +38,8 @@ pub enum Request {
     Open,
     /// SET_CONTROL_LINE_STATE with neither.
     Close,
+    /// One of another program, as it stands in its SETUP.
+    Foreign([u8; 8]),
 }
 
 impl Request {
@@ -54,12 +56,14 @@ impl Request {
             Self::LineCoding => "SET_LINE_CODING",
             Self::Open => "SET_CONTROL_LINE_STATE open",
             Self::Close => "SET_CONTROL_LINE_STATE close",
+            Self::Foreign(_) => "another program's request",
         }
     }
 
-    /// Strings are optional (USB 2.0 9.6.7).
+    /// Strings are optional (USB 2.0 9.6.7), and nobody need know what another program
+    /// asks.
     pub fn may_stall(self) -> bool {
-        matches!(self, Self::String(_))
+        matches!(self, Self::String(_) | Self::Foreign(_))
     }
 
     /// The eight bytes of SETUP (USB 2.0 table 9-2); `total` is wTotalLength.
@@ -79,6 +83,7 @@ impl Request {
             Self::LineCoding => (0x21, 0x20, 0, interface, 7),
             Self::Open => (0x21, 0x22, 0b11, interface, 0),
             Self::Close => (0x21, 0x22, 0b00, interface, 0),
+            Self::Foreign(setup) => return setup,
         };
         let [v, i, l] = [value, index, length].map(u16::to_le_bytes);
         [what, code, v[0], v[1], i[0], i[1], l[0], l[1]]
@@ -107,7 +112,7 @@ impl Request {
             Self::String(n) => string(n + 1),
             Self::Configure => Self::LineCoding,
             Self::LineCoding => Self::Open,
-            Self::Open | Self::Close => return None,
+            Self::Open | Self::Close | Self::Foreign(_) => return None,
         })
     }
 
@@ -164,6 +169,8 @@ pub struct Control {
     pub request: Request,
     /// SETUP's data.
     pub setup: [u8; 8],
+    /// Of a request that has data towards the device.
+    data: Vec<u8>,
     /// What comes next.
     pub stage: Stage,
     /// Next data packet is DATA1.
@@ -182,6 +189,7 @@ impl Control {
         Self {
             request,
             setup: request.setup(device, total),
+            data: request.data().to_vec(),
             stage: Stage::Setup,
             data1: false,
             received: Vec::new(),
@@ -190,14 +198,21 @@ impl Control {
         }
     }
 
+    /// With these data towards the device instead, cut or filled up with zeros to wLength.
+    pub fn with_data(mut self, mut data: Vec<u8>) -> Self {
+        data.resize(self.length(), 0);
+        self.data = data;
+        self
+    }
+
     /// wLength.
     pub fn length(&self) -> usize {
         usize::from(u16::from_le_bytes([self.setup[6], self.setup[7]]))
     }
 
     /// The next data packet towards the device.
-    pub fn chunk(&self, max_packet: usize) -> &'static [u8] {
-        let rest = self.request.data().get(self.sent..).unwrap_or_default();
+    pub fn chunk(&self, max_packet: usize) -> &[u8] {
+        let rest = self.data.get(self.sent..).unwrap_or_default();
         rest.get(..max_packet).unwrap_or(rest)
     }
 
@@ -228,7 +243,7 @@ impl Control {
         }
         self.sent += bytes;
         self.data1 = !self.data1;
-        if self.sent >= self.request.data().len() {
+        if self.sent >= self.data.len() {
             self.stage = Stage::StatusIn;
             self.data1 = true;
         }

@@ -58,14 +58,32 @@ impl Host {
     }
 
     fn request_next(&mut self, served: Request, at: Cycle) {
-        let next = served.next(&self.device).or(self.line_state.take());
-        let rest = match served {
+        let own = match served {
+            Request::Foreign(_) => self.interrupted.take(),
+            _ => served.next(&self.device),
+        };
+        if let Some((setup, data)) = self.foreign.pop_front() {
+            self.interrupted = own;
+            self.ask(setup, data, at + self.rest_after(served));
+            return;
+        }
+        let next = own.or(self.line_state.take());
+        if let Some(next) = next {
+            self.request(next, at + self.rest_after(served));
+        }
+    }
+
+    fn rest_after(&self, served: Request) -> Cycle {
+        match served {
             Request::Address => ADDRESS_RECOVERY_MS * self.hz / 1_000,
             _ => 0,
-        };
-        if let Some(next) = next {
-            self.request(next, at + rest);
         }
+    }
+
+    /// Begins another program's request with the frame after `at`.
+    pub(super) fn ask(&mut self, setup: [u8; 8], data: Vec<u8>, at: Cycle) {
+        self.request(Request::Foreign(setup), at);
+        self.control = self.control.take().map(|it| it.with_data(data));
     }
 
     /// The endpoints begin with DATA0 (USB 2.0 9.1.1.5).

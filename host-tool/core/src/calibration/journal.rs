@@ -269,7 +269,7 @@ pub fn read(path: &Path) -> Result<Kept, CalibrationError> {
         let why = "nothing was recorded in it; begin anew without --resume";
         return Err(unusable(why.to_owned()));
     }
-    let kept = parse(path, &text)?;
+    let kept = kept(path, &text)?;
     if kept.head.format > FORMAT {
         return Err(unusable(format!(
             "its format is {}, and this flexor knows {FORMAT}: use a later one",
@@ -284,7 +284,11 @@ pub fn read(path: &Path) -> Result<Kept, CalibrationError> {
     Ok(kept)
 }
 
-fn parse(path: &Path, text: &[u8]) -> Result<Kept, CalibrationError> {
+/// What the bytes of the journal at `path` hold; what was cut off does not count.
+///
+/// # Errors
+/// They are damaged: where, and why.
+pub fn kept(path: &Path, text: &[u8]) -> Result<Kept, CalibrationError> {
     let damaged = |line: usize, why: &str| {
         CalibrationError::Damaged(path.to_owned(), line, crate::session::visible(why))
     };
@@ -350,18 +354,18 @@ mod tests {
     fn what_was_cut_off_does_not_count_and_what_was_changed_is_damage() {
         let path = Path::new("x.journal");
         let whole = text(3);
-        let kept = parse(path, whole.as_bytes()).unwrap();
+        let kept = kept(path, whole.as_bytes()).unwrap();
         assert_eq!(kept.entries.len(), 3);
         assert_eq!(kept.head.wearer, "K05");
         for end in text(2).len()..whole.len() {
-            let kept = parse(path, &whole.as_bytes()[..end]).unwrap();
+            let kept = kept(path, &whole.as_bytes()[..end]).unwrap();
             assert_eq!(
                 (kept.entries.len(), kept.whole),
                 (2, text(2).len()),
                 "{end}"
             );
         }
-        let told = |text: &str| parse(path, text.as_bytes()).unwrap_err().to_string();
+        let told = |text: &str| kept(path, text.as_bytes()).unwrap_err().to_string();
         assert!(told(&whole.replace("\"n\":2", "\"n\":9")).contains("line 2: it is line 9"));
         let line = text(2);
         let second = line.lines().nth(1).unwrap();

@@ -1,13 +1,12 @@
 //! Another program orders: JSON lines on standard input and output.
 
 use crate::live::{AT_ONCE, Inlet, State, early, leave_unread, put, sift};
-use host_core::calibration::{Gone, Level, Operator, Order, OrderError, Phase, Step, Told, View};
+use host_core::calibration::{
+    Gone, Level, Operator, Order, OrderError, Phase, Step, Told, Unread, View,
+};
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
-
-/// Longest line that is read, bytes: what is longer is no order.
-const LONGEST: usize = 16_384;
 
 /// Most lines that wait to be read by the other program.
 const UNREAD: usize = 1024;
@@ -132,40 +131,6 @@ impl Lines {
     }
 }
 
-/// The part of a line that has come.
-#[derive(Default)]
-struct Unread {
-    bytes: Vec<u8>,
-    is_long: bool,
-}
-
-impl Unread {
-    /// The lines that end in `bytes`, whatever is in them; with `is_last` the rest, too.
-    fn lines(&mut self, bytes: &[u8], is_last: bool) -> Vec<String> {
-        let mut lines = Vec::new();
-        for byte in bytes {
-            match byte {
-                b'\n' => lines.push(self.line()),
-                _ if self.bytes.len() < LONGEST => self.bytes.push(*byte),
-                _ => self.is_long = true,
-            }
-        }
-        if is_last && !self.bytes.is_empty() {
-            lines.push(self.line());
-        }
-        lines
-    }
-
-    fn line(&mut self) -> String {
-        let mut bytes = std::mem::take(&mut self.bytes);
-        if std::mem::take(&mut self.is_long) {
-            // Whatever it begins with.
-            bytes.push(b'?');
-        }
-        String::from_utf8_lossy(&bytes).trim_end().to_owned()
-    }
-}
-
 /// A view as a line, with what may be ordered.
 fn view_line(view: &View) -> Value {
     let mut said = json!(view);
@@ -222,26 +187,5 @@ impl Operator for Lines {
             Told::Written => json!({ "event": "written" }),
         };
         self.say(&said, false);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_line_is_read_whatever_is_in_it() {
-        let mut unread = Unread::default();
-        let long = format!("{{\"order\":\"raise\"}}{}", " ".repeat(40_000));
-        let text = format!("one\n\u{fffd}\n{long}\nla");
-        let lines = unread.lines(text.as_bytes(), false);
-        assert_eq!(lines[..2], ["one", "\u{fffd}"]);
-        assert!(lines.len() == 3 && Order::parse(&lines[2]).is_err());
-        assert!(unread.bytes.capacity() <= 2 * LONGEST);
-        assert_eq!(unread.lines(b"st", true), ["last"]);
-        assert!(unread.lines(b"", true).is_empty());
-        let broken = unread.lines(b"\xff\xfe\nnext\n", false);
-        assert!(Order::parse(&broken[0]).is_err());
-        assert_eq!(broken[1], "next");
     }
 }
