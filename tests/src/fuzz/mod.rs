@@ -1,17 +1,75 @@
 //! What is fuzzed: one function for each thing that parses bytes.
 //!
 //! Each takes any bytes and panics if the code behind it breaks a promise.
-//! The libFuzzer targets in tests/fuzz and the test `fuzz_short` run the same
-//! functions.
+//! The libFuzzer targets in tests/fuzz, the test `fuzz_short` and the program `fuzz` run
+//! the same functions.
 //! In: bytes. Out: nothing, or a panic that says which promise was broken.
 
+mod campaign;
+mod chip;
+mod device;
+mod files;
+mod mutate;
 mod session;
+mod usb;
 mod watch;
 
 use crate::desk;
+pub use campaign::{Campaign, Find, broken, corpus};
+pub use chip::{elf, gdb};
+pub use device::device;
+pub use files::{journal, lines, record, stage_words, wearer};
+use firmware::link::Request;
 use hal_sim::trace::{read_csv, write_csv};
 use host_core::session::Session as SessionFile;
+pub use mutate::mutation;
 pub use session::{Session, payload, sealed};
+pub use usb::usb;
+
+/// Something that is fuzzed.
+pub struct Target {
+    /// As commands and folders call it.
+    pub name: &'static str,
+    /// What it is given.
+    pub about: &'static str,
+    /// Panics if its input breaks a promise.
+    pub function: fn(&[u8]),
+    /// Folders of the repository whose files its inputs are like.
+    pub corpus: &'static [&'static str],
+    /// Mutations that `cargo verify` runs.
+    pub short: u64,
+}
+
+macro_rules! targets {
+    ($($name:ident $corpus:literal $short:literal $about:literal)*) => {
+        /// All of them.
+        pub const TARGETS: &[Target] = &[$(Target {
+            name: stringify!($name),
+            about: $about,
+            function: $name,
+            corpus: &[$corpus],
+            short: $short,
+        }),*];
+    };
+}
+
+#[rustfmt::skip]
+targets! {
+    frame "tests/fuzz/corpus/frame" 50_000 "bytes on a session's line, and what a host hears"
+    lockstep "tests/fuzz/corpus/lockstep" 50_000 "requests at random between time and inputs"
+    skipping "tests/fuzz/corpus/lockstep" 5_000 "the same beside a board that skips no refill"
+    device "tests/fuzz/corpus/lockstep" 3_000 "the same for a second, judged at the electrode"
+    edge_file "tests/fuzz/corpus/edge_file" 20_000 "a file of edges"
+    session_toml "host-tool/sessions" 20_000 "a session file"
+    wearer "host-tool/wearers" 10_000 "a wearer file"
+    journal "tests/fuzz/corpus/journal" 10_000 "a calibration's journal"
+    record "tests/fuzz/corpus/record" 3_000 "a record of which one file is spoilt"
+    lines "tests/fuzz/corpus/lines" 20_000 "lines of orders at a calibration"
+    stage_words "tests/fuzz/corpus/stage_words" 50_000 "a board's stored table of stages"
+    elf "tests/fuzz/corpus/elf" 5_000 "an image's file, and the chip that runs it"
+    gdb "tests/fuzz/corpus/gdb" 3_000 "packets at the port for gdb"
+    usb "tests/fuzz/corpus/usb" 20 "control requests of other programs to the flashed image"
+}
 
 /// Whatever bytes arrive on a session's line: the device never panics, drives
 /// no output before it was asked to arm, and says only well-formed answers.
@@ -28,9 +86,6 @@ pub fn frame(data: &[u8]) {
 
 /// Requests with their payloads at random, but well framed, between steps of
 /// time and changes of the board's inputs.
-///
-/// A step is a byte for its kind, a byte `n`, and for a request `n` bytes of
-/// payload, for a joint reading two bytes.
 pub fn lockstep(data: &[u8]) {
     steps(Session::open(), data);
 }
@@ -41,9 +96,46 @@ pub fn skipping(data: &[u8]) {
 }
 
 fn steps(mut session: Session, data: &[u8]) {
-    let mut rest = data;
-    let mut budget_us = MAX_US;
-    for _ in 0..MAX_STEPS {
+    for step in read_steps(data, Budget::SHORT) {
+        step.run(&mut session);
+    }
+    session.advance(5_000);
+}
+
+/// How much of an input is played, so that long inputs end.
+#[derive(Clone, Copy)]
+struct Budget {
+    steps: usize,
+    /// Device time, µs.
+    time_us: u32,
+}
+
+impl Budget {
+    const SHORT: Self = Self {
+        steps: MAX_STEPS,
+        time_us: 150_000,
+    };
+    const LONG: Self = Self {
+        steps: 4 * MAX_STEPS,
+        time_us: 1_000_000,
+    };
+}
+
+/// One step of an input.
+enum Step<'a> {
+    Request(&'a [u8]),
+    Time(u32),
+    Inputs(u8),
+    /// A trigger edge; whether the input is held from then on.
+    Trigger(bool),
+    Joint(&'a [u8]),
+}
+
+/// A step is a byte for its kind, a byte `n`, and for a request `n` bytes of payload, for a
+/// joint reading two bytes.
+fn read_steps(data: &[u8], mut budget: Budget) -> Vec<Step<'_>> {
+    let (mut rest, mut steps) = (data, Vec::new());
+    for _ in 0..budget.steps {
         let [kind, n, tail @ ..] = rest else { break };
         let payload = match kind % 8 {
             0..=3 => usize::from(*n),
@@ -52,19 +144,42 @@ fn steps(mut session: Session, data: &[u8]) {
         };
         let (payload, tail) = tail.split_at(payload.min(tail.len()));
         rest = tail;
-        match kind % 8 {
-            0..=3 => session.request(payload),
+        steps.push(match kind % 8 {
+            0..=3 => Step::Request(payload),
             4 => {
-                let step = (u32::from(*n) * 100 + 1).min(budget_us);
-                budget_us -= step;
-                session.advance(step);
+                let time_us = (u32::from(*n) * 100 + 1).min(budget.time_us);
+                budget.time_us -= time_us;
+                Step::Time(time_us)
             }
-            5 => session.inputs(*n),
-            6 => session.trigger(),
-            _ => session.joint(payload),
+            5 => Step::Inputs(*n),
+            6 => Step::Trigger(n % 2 == 1),
+            _ => Step::Joint(payload),
+        });
+    }
+    steps
+}
+
+impl Step<'_> {
+    /// The request, if it is one that a device would understand.
+    fn request(&self) -> Option<Request> {
+        match self {
+            Self::Request(payload) => postcard::from_bytes(payload).ok(),
+            _ => None,
         }
     }
-    session.advance(5_000);
+
+    fn run(&self, session: &mut Session) {
+        match self {
+            Self::Request(payload) => session.request(payload),
+            Self::Time(time_us) => session.advance(*time_us),
+            Self::Inputs(bits) => session.inputs(*bits),
+            Self::Trigger(held) => {
+                session.hold(*held);
+                session.trigger();
+            }
+            Self::Joint(code) => session.joint(code),
+        }
+    }
 }
 
 /// An edge file: refused, or read and written back to the same edges.
@@ -107,6 +222,3 @@ pub fn session_toml(data: &[u8]) {
 
 /// Steps of one input, so that long inputs end.
 const MAX_STEPS: usize = 64;
-
-/// Device time of one input, µs.
-const MAX_US: u32 = 150_000;

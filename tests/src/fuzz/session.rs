@@ -1,15 +1,18 @@
 //! A board whose host sends anything.
 
+use super::device::{Judged, Told};
 use super::watch::Watch;
 use crate::desk;
+use crate::record::Record;
 use firmware::device::Draft;
 use firmware::link::{Decoder, Kind, MAX_MESSAGE, Request, Response, SCHEMA, ToDevice, encode};
 use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::Levels;
+use firmware::safety::{StageTable, Stages};
 use firmware::units::{DacCode, Micros, us};
 
 /// The board boots shortly before its clock wraps.
-const BOOT: Micros = Micros::new(u32::MAX - 20_000);
+pub const BOOT: Micros = Micros::new(u32::MAX - 20_000);
 
 /// The longest step between two looks at the device's state, µs.
 const LOOK_US: u32 = 250;
@@ -24,6 +27,8 @@ pub struct Session {
     twin: Option<Lockstep>,
     sensors: Sensors,
     watch: Watch,
+    record: Record,
+    judged: Judged,
     heard: Decoder,
     /// What it was sent, as far as it accepts that whatever its state.
     draft: Draft,
@@ -33,21 +38,29 @@ pub struct Session {
 impl Session {
     /// A freshly booted board that has answered `Hello`.
     pub fn open() -> Self {
-        Self::boot(false)
+        Self::boot(false, Stages::AsDeclared)
+    }
+
+    /// The same, of a board with these stages.
+    pub fn with_stages(stages: StageTable) -> Self {
+        Self::boot(false, Stages::Stored(stages))
     }
 
     /// The same, beside a board that leaves no refill out.
     pub fn beside_unskipping() -> Self {
-        Self::boot(true)
+        Self::boot(true, Stages::AsDeclared)
     }
 
-    fn boot(has_twin: bool) -> Self {
-        let identity = desk::identity(Kind::Native, SESSION);
+    fn boot(has_twin: bool, stages: Stages) -> Self {
+        let mut identity = desk::identity(Kind::Native, SESSION);
+        identity.stages = stages;
         let mut session = Self {
             board: Lockstep::new(identity, BOOT),
             twin: has_twin.then(|| Lockstep::new(identity, BOOT).unskipping()),
             sensors: Sensors::default(),
             watch: Watch::default(),
+            record: Record::from(BOOT),
+            judged: Judged::default(),
             heard: Decoder::default(),
             draft: Draft::default(),
             seq: 0,
@@ -73,9 +86,17 @@ impl Session {
         }
         let bytes = meant.as_deref().unwrap_or(bytes);
         let now = self.board.now();
+        self.judged.hear(now);
         self.watch.look(now, self.board.state());
         self.drive(|board, sensors, sink| board.receive(now, bytes, sensors, sink));
+        self.look();
+    }
+
+    fn look(&mut self) {
         self.watch.look(self.board.now(), self.board.state());
+        if let Some(setup) = self.board.setup() {
+            self.judged.note(setup);
+        }
     }
 
     /// Drives the board, and its twin to the same.
@@ -90,6 +111,7 @@ impl Session {
         }
         for put_out in outputs.0 {
             put_out.tell(&mut self.watch);
+            put_out.tell(&mut self.record);
         }
     }
 
@@ -110,7 +132,7 @@ impl Session {
             let to = if next.is_before(end) { next } else { end };
             self.watch.look(self.board.now(), self.board.state());
             self.drive(|board, sensors, sink| board.advance(to, sensors, sink));
-            self.watch.look(self.board.now(), self.board.state());
+            self.look();
             self.sensors.trigger = None;
         }
     }
@@ -121,11 +143,14 @@ impl Session {
         self.sensors.arm = bits & 1 == 0;
         self.sensors.hand_stop = bits & 2 == 0;
         self.sensors.over_current = bits & 4 != 0;
-        self.sensors.load_ohm = Sensors::default().load_ohm;
-        if bits & 8 != 0
-            && let Some(load) = self.sensors.load_ohm.get_mut(usize::from(bits >> 4))
-        {
-            *load = u32::MAX;
+        let now = self.board.now();
+        let off = (bits & 8 != 0).then_some(usize::from(bits >> 4));
+        for (channel, load) in self.sensors.load_ohm.iter_mut().enumerate() {
+            let is_on = off != Some(channel);
+            if is_on != (*load != u32::MAX) {
+                self.judged.load(now, channel, is_on);
+            }
+            *load = if is_on { 2_000 } else { u32::MAX };
         }
     }
 
@@ -138,6 +163,21 @@ impl Session {
     pub fn joint(&mut self, bytes: &[u8]) {
         let code = <[u8; 2]>::try_from(bytes).ok();
         self.sensors.joint = code.map(u16::from_le_bytes);
+    }
+
+    /// The trigger input is held, or not.
+    pub fn hold(&mut self, held: bool) {
+        self.sensors.held = held;
+    }
+
+    /// The device's time.
+    pub fn now(&self) -> Micros {
+        self.board.now()
+    }
+
+    /// What a judge needs.
+    pub fn told(self) -> Told {
+        (self.judged, self.record.trace, self.watch.faults)
     }
 
     /// Whether any output has been driven.

@@ -1,7 +1,7 @@
 //! The promises about a board's outputs and answers that hold for any input.
 //! It decides by what comes out, not by how the scheduler works.
 
-use firmware::link::{Decoder, Response};
+use firmware::link::{Decoder, Event, Response};
 use firmware::lockstep::Sink;
 use firmware::pulse::{CHANNELS, Levels, State as Line};
 use firmware::safety::State;
@@ -35,6 +35,8 @@ pub struct Watch {
     may_drive: Option<Micros>,
     channels: [Channel; CHANNELS],
     answers: Decoder,
+    /// When the board says that it went into a fault.
+    pub faults: Vec<Micros>,
     /// Whether any output has been driven.
     pub has_driven: bool,
     /// Requests that the board carried out.
@@ -54,6 +56,7 @@ impl Default for Watch {
             may_drive: None,
             channels: [quiet; CHANNELS],
             answers: Decoder::default(),
+            faults: Vec::new(),
             has_driven: false,
             acknowledged: 0,
             refused: 0,
@@ -128,6 +131,10 @@ impl Sink for Watch {
             match postcard::from_bytes(message).expect("the board says what it means") {
                 Response::Ack { .. } | Response::Hello(_) => self.acknowledged += 1,
                 Response::Refused { .. } => self.refused += 1,
+                Response::Event {
+                    event: Event::Faulted(record),
+                    ..
+                } => self.faults.push(record.at),
                 Response::Status { .. } | Response::Event { .. } | Response::Telemetry(_) => {}
             }
             self.answers.clear();

@@ -21,7 +21,7 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
     ("host-tool/core", &[&["calibration", "choice", "report"], &["run"], &["analysis"], &["record"], &["session"], &["wearer"], &["disk", "fields", "link", "plot"], &["identify", "limb", "number", "statistics"]]),
     ("host-tool/methods", &[&["bench"], &["control", "muscle"], &["real"]]),
     ("host-tool/studies", &[&["experiments", "faults", "figures"], &["electrodes", "hands"], &["distributed", "endpoint", "lee", "lift", "ramps", "two_points"], &["accuracy", "laboratory", "ladder", "limb", "stability"], &["tracking"], &["bench", "subjects"]]),
-    ("tests", &[&["differential", "expectation", "fuzz", "verify"], &["desk"]]),
+    ("tests", &[&["differential", "expectation", "fuzz", "verify"], &["desk", "record"]]),
 ];
 
 /// Both rules, and what breaks them.

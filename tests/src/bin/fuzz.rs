@@ -1,0 +1,196 @@
+//! `cargo run --release -p tests --bin fuzz -- TARGET`: a long fuzz on the stable compiler,
+//! docs/fuzz.md.
+
+use anyhow::Context;
+use clap::Parser;
+use indicatif::{ProgressBar, ProgressStyle};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+use tests::fuzz::{self, Campaign, Find, TARGETS, Target};
+
+/// Run inputs like those of a target's corpus, but wrong, until something breaks a promise.
+#[derive(Parser)]
+#[command(name = "fuzz")]
+struct Arguments {
+    /// What is fuzzed
+    #[arg(value_parser = targets())]
+    target: String,
+    /// How many inputs
+    #[arg(long, default_value_t = 1_000_000)]
+    runs: u64,
+    /// Which stream of inputs
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Number of the first input: goes on where another run ended
+    #[arg(long, default_value_t = 0)]
+    from: u64,
+    /// Threads; default: all cores
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Run the inputs in these files instead
+    #[arg(long, num_args = 1..)]
+    input: Vec<PathBuf>,
+    /// One line of JSON
+    #[arg(long)]
+    json: bool,
+}
+
+fn targets() -> clap::builder::PossibleValuesParser {
+    let all = TARGETS.iter();
+    let value = |it: &Target| clap::builder::PossibleValue::new(it.name).help(it.about);
+    all.map(value).collect::<Vec<_>>().into()
+}
+
+fn main() -> anyhow::Result<ExitCode> {
+    let arguments = Arguments::parse();
+    let mut all = TARGETS.iter();
+    let target = all.find(|it| it.name == arguments.target);
+    let target = target.context("a target")?; // clap has checked
+    if !arguments.input.is_empty() {
+        return files(target, &arguments.input);
+    }
+    let end = arguments.from.checked_add(arguments.runs);
+    let end = end.context("E782 --from and --runs together are beyond 2^64: give less")?;
+    if let Some(threads) = arguments.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build_global().context("E783 no threads")?;
+    }
+    let signal = signals()?;
+    let campaign = Campaign {
+        target,
+        corpus: fuzz::corpus(target.corpus),
+        seed: arguments.seed,
+        inputs: arguments.from..end,
+    };
+    let since = Instant::now();
+    let shown = Shown::new(&arguments);
+    let (done, finds) = campaign.run(|done, finds| {
+        shown.show(done, finds.len());
+        signal.load(Ordering::Relaxed) == 0
+    });
+    shown.bar.finish_and_clear();
+    conclude(&arguments, done, &finds, since.elapsed())?;
+    Ok(match (signal.load(Ordering::Relaxed), finds.is_empty()) {
+        (_, false) => ExitCode::from(1),
+        (signal @ 1.., true) if done < arguments.runs => ExitCode::from(128 + signal as u8),
+        _ => ExitCode::SUCCESS,
+    })
+}
+
+/// The number of the first signal, 0 before; a second one ends the program at once.
+fn signals() -> anyhow::Result<Arc<AtomicUsize>> {
+    let (signal, again) = (
+        Arc::new(AtomicUsize::new(0)),
+        Arc::new(AtomicBool::new(false)),
+    );
+    for number in [SIGINT, SIGTERM] {
+        flag::register_conditional_shutdown(number, 128 + number, again.clone())?;
+        flag::register(number, again.clone())?;
+        flag::register_usize(number, signal.clone(), number as usize)?;
+    }
+    Ok(signal)
+}
+
+/// A bar on a terminal, a line a minute elsewhere.
+struct Shown<'a> {
+    arguments: &'a Arguments,
+    bar: ProgressBar,
+    since: Instant,
+    minutes: AtomicUsize,
+}
+
+impl<'a> Shown<'a> {
+    fn new(arguments: &'a Arguments) -> Self {
+        let bar = ProgressBar::new(arguments.runs); // hidden where there is no terminal
+        let style = "{msg} {wide_bar} {human_pos}/{human_len} {per_sec} {eta}";
+        if let Ok(style) = ProgressStyle::with_template(style) {
+            bar.set_style(style);
+        }
+        let (since, minutes) = (Instant::now(), AtomicUsize::new(0));
+        Self {
+            arguments,
+            bar,
+            since,
+            minutes,
+        }
+    }
+
+    fn show(&self, done: u64, finds: usize) {
+        let name = &self.arguments.target;
+        self.bar.set_position(done);
+        self.bar.set_message(format!("{name}, {finds} finds"));
+        let minute = (self.since.elapsed().as_secs() / 60) as usize;
+        if self.bar.is_hidden() && self.minutes.swap(minute, Ordering::Relaxed) != minute {
+            let (seed, from) = (self.arguments.seed, self.arguments.from);
+            eprintln!("{name}, seed {seed}: {done} from {from} on, {finds} finds");
+        }
+    }
+}
+
+/// Tells what was done, and keeps what was found.
+fn conclude(
+    arguments: &Arguments,
+    done: u64,
+    finds: &[Find],
+    time: Duration,
+) -> anyhow::Result<()> {
+    let (name, seed, from) = (&arguments.target, arguments.seed, arguments.from);
+    let mut kept = Vec::new();
+    for find in finds {
+        let file = keep(name, seed, find)?;
+        eprintln!(
+            "E780 {name}: input {} of seed {seed} breaks a promise at {}; it is kept in {}; \
+             again: --input {}",
+            find.index,
+            find.told,
+            file.display(),
+            file.display()
+        );
+        kept.push(file);
+    }
+    let rate = done as f64 / time.as_secs_f64();
+    if arguments.json {
+        let found = serde_json::json!({
+            "target": name, "seed": seed, "from": from, "done": done, "asked": arguments.runs,
+            "seconds": time.as_secs_f64(), "finds": kept,
+        });
+        println!("{found}");
+    } else {
+        println!(
+            "{name}, seed {seed}: {done} inputs from number {from} on in {:.0} s ({rate:.0} a \
+             second), {} finds",
+            time.as_secs_f64(),
+            finds.len()
+        );
+    }
+    if done < arguments.runs {
+        let (next, rest) = (from + done, arguments.runs - done);
+        eprintln!("E781 interrupted; go on: {name} --seed {seed} --from {next} --runs {rest}");
+    }
+    Ok(())
+}
+
+fn keep(name: &str, seed: u64, find: &Find) -> anyhow::Result<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/artifacts");
+    let file = folder.join(name).join(format!("{seed}-{}", find.index));
+    let written = std::fs::create_dir_all(folder.join(name))
+        .and_then(|()| std::fs::write(&file, &find.input));
+    written.with_context(|| format!("E784 cannot keep the input in {}", file.display()))?;
+    Ok(file)
+}
+
+/// Each file once, its panic as it comes.
+fn files(target: &Target, files: &[PathBuf]) -> anyhow::Result<ExitCode> {
+    for file in files {
+        let input = std::fs::read(file)
+            .with_context(|| format!("E785 {} cannot be read", file.display()))?;
+        (target.function)(&input);
+        println!("{}: {} holds", target.name, file.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}

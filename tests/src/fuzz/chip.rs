@@ -1,0 +1,133 @@
+//! What the chip simulator is given from outside: an image's file, gdb's bytes.
+
+use gdbstub::conn::Connection;
+use hal_sim::chip::board::{Board, BoardError};
+use hal_sim::chip::gdb::{Debugger, Line, Points};
+use hal_sim::chip::image::{FLASH, Image, ImageError};
+use hal_sim::chip::soc::Pace;
+use std::cell::OnceCell;
+use std::collections::VecDeque;
+use std::io;
+use std::path::Path;
+
+/// An image's file: refused with a number, or taken; then it fits the flash, starts in it
+/// and names what lies where, and a chip that runs it for a thousand instructions or so
+/// comes to an end that it can tell.
+pub fn elf(data: &[u8]) {
+    let image = match Image::parse(Path::new("image.elf"), data) {
+        Ok(image) => image,
+        Err(error) => {
+            let told = error.to_string();
+            assert!(told.starts_with("E53"), "{told}");
+            let is_told = !matches!(error, ImageError::Unreadable(..));
+            return assert!(is_told, "{told}");
+        }
+    };
+    let end = FLASH.start + image.flash.len() as u32;
+    assert!(end <= FLASH.end, "{} bytes of flash", image.flash.len());
+    assert!((FLASH.start..end).contains(&image.reset) && image.reset.is_multiple_of(2));
+    for symbol in image.symbols.functions() {
+        assert!(!image.symbols.describe(symbol.address).is_empty());
+    }
+    image.symbols.describe(image.reset);
+    let board = Board::power_on(image, [None; _], Pace::Lazy, ());
+    match board.and_then(|mut board| board.run_to(RUN)) {
+        Ok(()) => {}
+        Err(BoardError::Stopped { stop, .. }) => assert!(!stop.to_string().is_empty()),
+        Err(other) => panic!("{other}"),
+    }
+}
+
+/// How long a made-up image runs, cycles.
+const RUN: u64 = 2_000;
+
+/// Whatever bytes come to the port for gdb: the board behind it lets go or goes on as gdb
+/// lets it, and says only what gdb can read.
+pub fn gdb(data: &[u8]) {
+    thread_local!(static BOARD: OnceCell<Board<Points>> = const { OnceCell::new() });
+    let power_on = || {
+        let bytes = include_bytes!("../../fuzz/corpus/elf/made");
+        let image = Image::parse(Path::new("made.elf"), bytes).expect("a committed image");
+        Board::power_on(image, [None; _], Pace::Lazy, Points::default()).expect("it starts")
+    };
+    let board = BOARD.with(|board| board.get_or_init(power_on).clone());
+    let Ok(mut debugger) = Debugger::attach(Script::of(data), board) else {
+        return;
+    };
+    for step in 1..=4 {
+        match debugger.run_to(step * RUN) {
+            Ok(()) => {}
+            Err(BoardError::Killed | BoardError::Stopped { .. }) => return,
+            Err(other) => panic!("{other}"),
+        }
+    }
+}
+
+/// gdb, of which all bytes are known; once they are through it is gone.
+struct Script {
+    bytes: VecDeque<u8>,
+    said: Said,
+}
+
+impl Script {
+    /// Packets with the right sum, since what has a wrong one is only asked for again:
+    /// each line is one, but for those that begin with `!`, which are sent as they are.
+    fn of(data: &[u8]) -> Self {
+        let mut bytes = VecDeque::new();
+        for line in data.split(|byte| *byte == b'\n') {
+            if let Some(raw) = line.strip_prefix(b"!") {
+                bytes.extend(raw);
+                continue;
+            }
+            let sum = line.iter().copied().fold(0, u8::wrapping_add);
+            bytes.push_back(b'$');
+            bytes.extend(line);
+            bytes.extend(format!("#{sum:02x}+").bytes());
+        }
+        let said = Said::Between;
+        Self { bytes, said }
+    }
+}
+
+/// Where in what gdb is told.
+#[derive(Clone, Copy, PartialEq)]
+enum Said {
+    Between,
+    Packet(u8),
+    Sum(u8, Option<u8>),
+}
+
+impl Connection for Script {
+    type Error = io::Error;
+
+    fn write(&mut self, byte: u8) -> io::Result<()> {
+        let digit = |byte: u8| char::from(byte).to_digit(16).expect("a digit of a sum") as u8;
+        self.said = match (self.said, byte) {
+            (Said::Between, b'+' | b'-') => Said::Between,
+            (Said::Between, b'$') => Said::Packet(0),
+            (Said::Between, other) => panic!("gdb is told {other:#04x} outside of a packet"),
+            (Said::Packet(sum), b'#') => Said::Sum(sum, None),
+            (Said::Packet(sum), byte) => Said::Packet(sum.wrapping_add(byte)),
+            (Said::Sum(sum, None), byte) => Said::Sum(sum, Some(digit(byte))),
+            (Said::Sum(sum, Some(high)), byte) => {
+                assert_eq!(16 * high + digit(byte), sum, "gdb is told a wrong sum");
+                Said::Between
+            }
+        };
+        Ok(())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Line for Script {
+    fn read(&mut self, wait: bool) -> io::Result<Option<u8>> {
+        match self.bytes.pop_front() {
+            Some(byte) => Ok(Some(byte)),
+            None if wait => Err(io::ErrorKind::ConnectionReset.into()),
+            None => Ok(None),
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! Files and lines that people or a cut-off program leave behind.
+
+use firmware::range::OutOfRange;
+use firmware::safety::{StageKind, StageTable, StageWords, Stages};
+use host_core::calibration::{self, Entry, Machine, Order, Plan, Unread};
+use host_core::record::{self, RecordError};
+use host_core::report::{self, Compared, Report, compare_page, compare_text};
+use host_core::wearer::Wearer;
+use std::cell::OnceCell;
+use std::path::{Path, PathBuf};
+
+/// A wearer file: refused with a report that can be shown, or taken; then what is
+/// written of it reads back to the same, and a calibration can be planned from it or says
+/// why not.
+pub fn wearer(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else {
+        return;
+    };
+    let wearer = match Wearer::parse("wearer.toml", text) {
+        Ok(wearer) => wearer,
+        Err(error) => return numbered(&error.lines()),
+    };
+    let written = wearer.to_toml();
+    match Wearer::parse("written.toml", &written) {
+        Ok(again) => assert_eq!(again, wearer, "a wearer changes when it is written"),
+        Err(error) => panic!("what was written is refused: {}", error.lines()),
+    }
+    if let Err(error) = Plan::of(&wearer) {
+        numbered(&error.to_string());
+    }
+}
+
+/// A calibration's journal: refused with its line, or kept; then it goes on to where it
+/// was. Once as it is, and once with its lines' sums made right, so that what they say is
+/// read, too.
+pub fn journal(data: &[u8]) {
+    for text in [data.to_vec(), summed(data)] {
+        let kept = match calibration::kept(Path::new("x.journal"), &text) {
+            Ok(kept) => kept,
+            Err(error) => {
+                numbered(&error.to_string());
+                continue;
+            }
+        };
+        assert!(kept.whole <= text.len(), "more was kept than there is");
+        assert!(matches!(kept.entries.first(), Some(Entry::Begun(_))));
+        let again = calibration::kept(Path::new("x.journal"), &text[..kept.whole]);
+        assert_eq!(again.ok().as_ref(), Some(&kept), "a whole journal is cut");
+        let mut machine = Machine::new(plan(), &kept.entries);
+        let ceiling = machine.plan().electrodes[0].ceiling;
+        machine.begin();
+        for found in machine.found() {
+            let levels = [found.threshold, found.limit, found.minimum, found.maximum];
+            let highest = levels.into_iter().flatten().max();
+            assert!(highest <= Some(ceiling), "{highest:?} above {ceiling:?}");
+        }
+    }
+}
+
+/// The plan of the journals in the corpus.
+fn plan() -> Plan {
+    thread_local!(static PLAN: OnceCell<Plan> = const { OnceCell::new() });
+    let text = include_str!("../../../host-tool/calibrations/one_electrode.toml");
+    let read = || Plan::parse("plan.toml", text).expect("a shipped plan");
+    PLAN.with(|plan| plan.get_or_init(read).clone())
+}
+
+/// The lines with numbers and sums as the program would have written them: the first 64
+/// bits of SHA-256 over the last sum and the line up to its own.
+fn summed(data: &[u8]) -> Vec<u8> {
+    let (mut out, mut sum) = (Vec::new(), String::new());
+    for line in data.split_inclusive(|byte| *byte == b'\n') {
+        let text = String::from_utf8_lossy(line);
+        let told = text.rsplit_once(",\"sum\":\"").map(|(told, _)| told);
+        let Some(told) = told.filter(|_| line.ends_with(b"\n")) else {
+            out.extend_from_slice(line);
+            continue;
+        };
+        sum = record::sha256(format!("{sum}{told}").as_bytes());
+        sum.truncate(16);
+        out.extend_from_slice(format!("{told},\"sum\":\"{sum}\"}}\n").as_bytes());
+    }
+    out
+}
+
+/// What another program or a person types at a calibration, in pieces: orders, or refused
+/// with a number. An order reads back from what is written of it.
+pub fn lines(data: &[u8]) {
+    let (mut whole, mut pieces) = (Unread::default(), Unread::default());
+    let lines = whole.lines(data, true);
+    let mut again = Vec::new();
+    for piece in data.chunks(7) {
+        again.extend(pieces.lines(piece, false));
+    }
+    again.extend(pieces.lines(&[], true));
+    assert_eq!(lines, again, "lines depend on how they come");
+    for line in lines {
+        match Order::parse(&line) {
+            Ok(order) => {
+                let written = serde_json::to_string(&order).expect("orders are JSON");
+                assert_eq!(Order::parse(&written), Ok(order));
+            }
+            Err(error) => numbered(&error.to_string()),
+        }
+    }
+}
+
+/// Two copies of a board's stage table as they lie in its flash, the chip's number before
+/// them. A board knows its stages only if both copies say the same, whole, for this chip,
+/// within the ranges; then they are what would be written. Once as they are, and once
+/// with magic, version and sums made right.
+pub fn stage_words(data: &[u8]) {
+    let words: Vec<u32> = data
+        .chunks_exact(4)
+        .filter_map(|word| word.first_chunk().copied().map(u32::from_le_bytes))
+        .collect();
+    let Some((unique_id, rest)) = words.split_first_chunk::<3>() else {
+        return;
+    };
+    let mut copies = [[0; size_of::<StageWords>() / 4]; 2];
+    for (to, from) in copies.iter_mut().flatten().zip(rest) {
+        *to = *from;
+    }
+    check_stages(&copies, *unique_id);
+    check_stages(&copies.map(|words| resummed(words, *unique_id)), *unique_id);
+}
+
+/// The words with the first and the last as a board writes them.
+fn resummed(mut words: StageWords, [a, b, c]: [u32; 3]) -> StageWords {
+    let [magic, version, x, y, z, ..] = &mut words;
+    (*magic, *version) = (u32::from_le_bytes(*b"FXST"), *version & 1 | 1 << 16);
+    (*x, *y, *z) = (a, b, c);
+    let last = words.len() - 1;
+    let bytes: Vec<u8> = words[..last].iter().flat_map(|w| w.to_le_bytes()).collect();
+    words[last] = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&bytes);
+    words
+}
+
+fn check_stages(copies: &[StageWords; 2], unique_id: [u32; 3]) {
+    let [first, second] = copies;
+    match Stages::stored([first, second], unique_id) {
+        Stages::Stored(table) => {
+            assert!(is_within(&table).is_ok(), "{table:?} is beyond its ranges");
+            let written = table.words(unique_id);
+            assert_eq!([&written, &written], [first, second]);
+        }
+        Stages::Unknown(_) => {}
+        Stages::AsDeclared => panic!("a board with a memory believes its host"),
+    }
+}
+
+/// The ranges of docs/protocol.md, typed again: a mistake in them is not shared.
+fn is_within(table: &StageTable) -> Result<(), OutOfRange> {
+    for stage in table.stages.iter().flatten() {
+        let (value, highest) = match *stage {
+            StageKind::Current { full_scale_ua } => (full_scale_ua, 100_000),
+            StageKind::Voltage { full_scale_mv } => (full_scale_mv, 150_000),
+        };
+        assert!((1_000..=highest).contains(&value), "{value}");
+    }
+    table.validate()
+}
+
+/// A record of which one file is anything: its name, a line, its contents. Refused with a
+/// number, or loaded; then it can be shown, compared and checked for damage.
+pub fn record(data: &[u8]) {
+    let end = data.iter().position(|byte| *byte == b'\n');
+    let (name, contents) = match end {
+        Some(end) => (&data[..end], &data[end + 1..]),
+        None => (data, &[][..]),
+    };
+    let known = RECORD.iter().position(|(file, _)| file.as_bytes() == name);
+    let index = known.unwrap_or(name.len() % RECORD.len());
+    thread_local!(static FOLDER: Folder = Folder::of_a_record());
+    FOLDER.with(|folder| folder.with(index, contents, load));
+}
+
+/// What `report`, `rerun` and `compare` do with a folder before they write anything.
+fn load(dir: &Path) {
+    let run = match record::load(dir) {
+        Ok(run) => run,
+        Err(error) => return numbered(&error.to_string()),
+    };
+    let damaged: Option<RecordError> = run.damaged(dir);
+    if let Some(error) = damaged {
+        numbered(&error.to_string());
+    }
+    let page = report::page(&Report::of(&run));
+    assert!(page.ends_with("</html>\n"), "a page without an end");
+    let name = "one".to_owned();
+    let both = [Compared { name, run }];
+    assert!(!compare_text(&both).is_empty());
+    assert!(!compare_page(&both).is_empty());
+}
+
+/// The files of the record that is spoilt, each with its name's line before it.
+const RECORD: [(&str, &str); 6] = [
+    (
+        "run.json",
+        include_str!("../../fuzz/corpus/record/run.json"),
+    ),
+    (
+        "summary.json",
+        include_str!("../../fuzz/corpus/record/summary.json"),
+    ),
+    (
+        "trial.json",
+        include_str!("../../fuzz/corpus/record/trial.json"),
+    ),
+    (
+        "samples.csv",
+        include_str!("../../fuzz/corpus/record/samples.csv"),
+    ),
+    (
+        "edges.csv",
+        include_str!("../../fuzz/corpus/record/edges.csv"),
+    ),
+    (
+        "session.toml",
+        include_str!("../../fuzz/corpus/record/session.toml"),
+    ),
+];
+
+/// A folder of this thread's own, taken away with it.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn of_a_record() -> Self {
+        let thread = format!("{:?}", std::thread::current().id());
+        let thread: String = thread.chars().filter(char::is_ascii_digit).collect();
+        let name = format!("flexor-fuzz-{}-{thread}", std::process::id());
+        let folder = Self(std::env::temp_dir().join(name));
+        std::fs::create_dir_all(folder.0.join(TRIAL)).expect("a folder for temporary files");
+        for (index, (_, told)) in RECORD.iter().enumerate() {
+            folder.write(
+                index,
+                told.split_once('\n').map_or("", |it| it.1).as_bytes(),
+            );
+        }
+        folder
+    }
+
+    fn write(&self, index: usize, contents: &[u8]) {
+        let (file, _) = RECORD[index];
+        let folder = match file {
+            "run.json" | "summary.json" => self.0.clone(),
+            _ => self.0.join(TRIAL),
+        };
+        std::fs::write(folder.join(file), contents).expect("a temporary file");
+    }
+
+    /// Calls with one file replaced, and puts it back.
+    fn with(&self, index: usize, contents: &[u8], call: fn(&Path)) {
+        self.write(index, contents);
+        let done = std::panic::catch_unwind(|| call(&self.0));
+        let (_, told) = RECORD[index];
+        self.write(
+            index,
+            told.split_once('\n').map_or("", |it| it.1).as_bytes(),
+        );
+        if let Err(why) = done {
+            std::panic::resume_unwind(why);
+        }
+    }
+}
+
+/// The folder of the record's only trial.
+const TRIAL: &str = "01-ten-channels-and-the-finger";
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0); // a temporary folder may stay
+    }
+}
+
+/// An error that a person can look up: it begins with its number.
+fn numbered(error: &str) {
+    let digits = error.strip_prefix('E').unwrap_or_default();
+    let is_numbered = digits.len() > 3 && digits.as_bytes()[..3].iter().all(u8::is_ascii_digit);
+    assert!(is_numbered, "an error without a number: {error}");
+}

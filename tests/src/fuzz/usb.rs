@@ -1,0 +1,205 @@
+//! Requests that any program may send on a board's endpoint 0, to the flashed image on the
+//! chip simulator.
+
+use crate::desk;
+use crate::record::Record;
+use firmware::device::Draft;
+use firmware::link::{BROADCAST, HelloInfo, Request, Response, SCHEMA};
+use firmware::lockstep::Sensors;
+use firmware::pulse::TrainSpec;
+use firmware::safety::State;
+use firmware::units::{Amplitude, Micros};
+use hal_sim::chip::board::Board;
+use hal_sim::chip::soc::Pace;
+use hal_sim::chip::usb::Failure;
+use hal_sim::lockstep::Device;
+use std::sync::LazyLock;
+
+/// Control requests with any SETUP packet and any data: the device never stops or resets,
+/// never answers more than was asked for, its outputs stay as they were to the
+/// microsecond, and once the cable was out it enumerates and answers.
+///
+/// The first byte says where: a board that is not enumerated, one that is, or one that
+/// stimulates. Then for each request eight bytes of SETUP, one `n` and `n` modulo 70 bytes
+/// of data.
+pub fn usb(data: &[u8]) {
+    let Some((place, mut rest)) = data.split_first() else {
+        return;
+    };
+    let case = &CASES[usize::from(*place) % CASES.len()];
+    let mut board = case.board.clone();
+    let before = board.last_reset();
+    let mut asked = 0;
+    while let Some((setup, tail)) = rest.split_first_chunk::<8>()
+        && asked < MOST
+    {
+        let length = tail.first().map_or(0, |n| usize::from(*n) % 70);
+        let (data, tail) = tail
+            .get(1..)
+            .unwrap_or_default()
+            .split_at_checked(length)
+            .unwrap_or((tail.get(1..).unwrap_or_default(), &[]));
+        let (at, around) = (board.cpu.cycle, &mut board.around);
+        around.host.control(*setup, data.to_vec(), at);
+        around.soc.reschedule();
+        (rest, asked) = (tail, asked + 1);
+    }
+    serve(&mut board, &case.outputs);
+    assert_eq!(board.last_reset(), before, "the board was reset");
+    let failure = board.around.host.failure();
+    let is_fair = matches!(
+        failure,
+        None | Some(Failure::NoAnswer(_) | Failure::Stalled(_))
+    );
+    assert!(is_fair || case.is_new, "{failure:?}");
+    again(&mut board);
+    assert_eq!(board.last_reset(), before, "the board was reset");
+}
+
+/// Requests of one input.
+const MOST: usize = 8;
+
+/// While requests are served, and how long at least, ms of the chip's time.
+const SERVED_MS: u64 = 12;
+
+/// Where a board is when somebody asks.
+struct Case {
+    board: Board<()>,
+    /// What it puts out in [`SERVED_MS`] if nobody does.
+    outputs: Vec<(u64, u32)>,
+    is_new: bool,
+}
+
+static CASES: LazyLock<[Case; 3]> = LazyLock::new(|| {
+    [new(), enumerated(), stimulating()].map(|board| {
+        let mut alone = board.clone();
+        Case {
+            is_new: !is_begun(&board),
+            outputs: play(&mut alone),
+            board,
+        }
+    })
+});
+
+/// Whether device time is known, so that outputs can be told.
+fn is_begun(board: &Board<()>) -> bool {
+    board.now_us() > 0
+}
+
+/// Frames run, nothing was asked.
+fn new() -> Board<()> {
+    let (image, outputs) = (desk::flashed(), desk::stages(100.0));
+    let mut board = Board::power_on(image, outputs, Pace::Lazy, ()).expect("it starts");
+    while board.around.host.frame(board.cpu.cycle).is_none() {
+        let to = board.cpu.cycle + MS;
+        board.run_to(to).expect("it boots");
+    }
+    board
+}
+
+fn enumerated() -> Board<()> {
+    let mut board = new();
+    board.boot(&Sensors::default()).expect("it enumerates");
+    board
+}
+
+/// Two channels at 200 Hz, and a host that may be silent for a second.
+fn stimulating() -> Board<()> {
+    let mut board = enumerated();
+    let session = hello(&mut board).session;
+    let train = |offset_us| TrainSpec {
+        offset_us,
+        ..TrainSpec::biphasic(200, 50, 5_000)
+    };
+    let wearer = Request::Wearer(desk::wearer(1_000));
+    let [first, second] = [(0, 0), (9, 1_700)].map(|(channel, offset_us)| {
+        let spec = desk::channel(train(offset_us), 100_000, 20_000);
+        Request::Channel { channel, spec }
+    });
+    let amplitudes = Request::Amplitudes {
+        mask: 0x201,
+        values: [Amplitude::new(10_000); 2].into_iter().collect(),
+        widths: Default::default(),
+    };
+    let mut draft = Draft::default();
+    let orders = [wearer, first, second, desk::ARM, Request::Start, amplitudes];
+    for (seq, request) in (1..).zip(orders) {
+        let is_arm = matches!(request, Request::Arm { .. });
+        let frame = desk::frame(session, seq, draft.sending(request));
+        say(&mut board, &frame, if is_arm { 40 } else { 5 });
+    }
+    let told = hello(&mut board); // keeps the session's state
+    assert_eq!(told.state, State::Stimulating, "nothing would be watched");
+    board
+}
+
+const MS: u64 = 168_000;
+
+/// Bytes to the board, and what it does in `ms`.
+fn say(board: &mut Board<()>, bytes: &[u8], ms: u64) -> Record {
+    let (sensors, now) = (Sensors::default(), board.now_us());
+    let (at, to) = (
+        Micros::new(now as u32),
+        Micros::new((now + 1_000 * ms) as u32),
+    );
+    let mut record = Record::from(at);
+    let done = board.receive(at, bytes, &sensors, &mut record);
+    let done = done.and_then(|()| board.advance(to, &sensors, &mut record));
+    done.unwrap_or_else(|why| panic!("{why}"));
+    record
+}
+
+/// The board answers.
+fn hello(board: &mut Board<()>) -> HelloInfo {
+    let request = Request::Hello { schema: SCHEMA };
+    let frame = [&[0][..], &desk::frame(BROADCAST, 0, request)].concat();
+    let said = say(board, &frame, 10);
+    let told = desk::messages(&said.bytes).find_map(|message| {
+        match postcard::from_bytes(&message).expect("a response") {
+            Response::Hello(info) => Some(info),
+            _ => None,
+        }
+    });
+    told.expect("an answer to Hello")
+}
+
+/// The changes of all lines, from now on.
+fn play(board: &mut Board<()>) -> Vec<(u64, u32)> {
+    if !is_begun(board) {
+        let to = board.cpu.cycle + SERVED_MS * MS;
+        board.run_to(to).unwrap_or_else(|why| panic!("{why}"));
+        return Vec::new();
+    }
+    let levels = say(board, &[], SERVED_MS).trace.levels;
+    levels
+        .into_iter()
+        .map(|(t, levels)| (t, levels.0))
+        .collect()
+}
+
+/// Lets the requests be served, and holds the outputs against those of a board that
+/// nobody asked; they may be served no faster than the host's frames.
+fn serve(board: &mut Board<()>, outputs: &[(u64, u32)]) {
+    assert_eq!(play(board), outputs, "the outputs changed");
+    for _ in 0..4 {
+        if board.around.host.asked() == 0 || board.around.host.failure().is_some() {
+            return;
+        }
+        play(board);
+    }
+}
+
+/// The cable out and in again.
+fn again(board: &mut Board<()>) {
+    let around = &mut board.around;
+    around.host.unplug(board.cpu.cycle, &mut around.soc.otg);
+    around.soc.reschedule();
+    let to = board.cpu.cycle + 5 * MS;
+    board.run_to(to).unwrap_or_else(|why| panic!("{why}"));
+    let around = &mut board.around;
+    around.host.plug(board.cpu.cycle, &mut around.soc.otg);
+    around.soc.reschedule();
+    let open = board.boot(&Sensors::default());
+    open.unwrap_or_else(|why| panic!("it does not enumerate again: {why}"));
+    hello(board);
+}
