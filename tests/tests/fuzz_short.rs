@@ -1,52 +1,37 @@
-//! A short fuzz on the stable compiler: the functions that the libFuzzer
-//! targets run, on the committed corpus and on seeded mutations of it. Their
-//! seed is that of the property tests (.cargo/config.toml).
+//! A short fuzz on the stable compiler: each target of `tests::fuzz` on the committed
+//! corpus and on seeded mutations of it. Their seed is that of the property tests
+//! (.cargo/config.toml). A long one is a command: docs/fuzz.md.
 //!
 //! `RENEW_CORPUS=1 cargo test -p tests fuzz_short` writes the
 //! seeds again after a change of the messages.
 
-mod mutate;
 mod seeds;
 
-use mutate::Mutator;
 use proptest::test_runner::{Config as ProptestConfig, RngSeed};
-use std::panic::catch_unwind;
-use std::path::{Path, PathBuf};
-use tests::fuzz;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use tests::fuzz::{self, Campaign, TARGETS, mutation};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz");
 
-/// Every file in `folder`, by name.
-fn files(folder: &Path) -> Vec<Vec<u8>> {
-    let entries = std::fs::read_dir(folder).expect("the corpus is committed");
-    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
-    paths.sort();
-    let files = paths.iter().filter(|path| path.is_file());
-    files.map(|path| std::fs::read(path).unwrap()).collect()
-}
-
-/// Runs the corpus, then `count` mutations of it.
-fn run(target: &str, function: fn(&[u8]), count: u32) {
-    let folder = Path::new(FOLDER).join("corpus").join(target);
-    run_on(files(&folder), target, function, count);
-}
-
-fn run_on(inputs: Vec<Vec<u8>>, target: &str, function: fn(&[u8]), count: u32) {
+/// Runs a target's corpus, then mutations of it.
+fn run(name: &str) {
+    let target = TARGETS.iter().find(|it| it.name == name).expect("a target");
     let RngSeed::Fixed(seed) = ProptestConfig::default().rng_seed else {
         panic!("no seed: .cargo/config.toml has one for `cargo test`");
     };
-    for input in &inputs {
-        check(target, function, input);
+    let corpus = fuzz::corpus(target.corpus);
+    for input in &corpus {
+        check(name, target.function, input);
     }
-    let mut mutator = Mutator::new(seed, inputs);
-    for _ in 0..count {
-        check(target, function, &mutator.next());
+    for index in 0..target.short {
+        check(name, target.function, &mutation(&corpus, seed, index));
     }
 }
 
 /// Runs one input; one that breaks a promise is kept as a file.
 fn check(target: &str, function: fn(&[u8]), input: &[u8]) {
-    if catch_unwind(|| function(input)).is_err() {
+    if std::panic::catch_unwind(|| function(input)).is_err() {
         let folder = Path::new(FOLDER).join("artifacts").join(target);
         let file = folder.join("short");
         std::fs::create_dir_all(&folder).unwrap();
@@ -57,31 +42,95 @@ fn check(target: &str, function: fn(&[u8]), input: &[u8]) {
 
 #[test]
 fn frame() {
-    run("frame", fuzz::frame, 50_000);
+    run("frame");
 }
 
 #[test]
 fn lockstep() {
-    run("lockstep", fuzz::lockstep, 50_000);
+    run("lockstep");
 }
 
 /// A board that leaves out refills that would do nothing is the same board.
 #[test]
 fn skipping() {
-    run("lockstep", fuzz::skipping, 5_000);
+    run("skipping");
+}
+
+#[test]
+fn device() {
+    run("device");
 }
 
 #[test]
 fn edge_file() {
-    run("edge_file", fuzz::edge_file, 20_000);
+    run("edge_file");
 }
 
-/// Its corpus are the session files that the program comes with.
 #[test]
 fn session_toml() {
-    let sessions = concat!(env!("CARGO_MANIFEST_DIR"), "/../host-tool/sessions");
-    let inputs = files(Path::new(sessions));
-    run_on(inputs, "session_toml", fuzz::session_toml, 20_000);
+    run("session_toml");
+}
+
+#[test]
+fn wearer() {
+    run("wearer");
+}
+
+#[test]
+fn journal() {
+    run("journal");
+}
+
+#[test]
+fn record() {
+    run("record");
+}
+
+#[test]
+fn lines() {
+    run("lines");
+}
+
+#[test]
+fn stage_words() {
+    run("stage_words");
+}
+
+#[test]
+fn elf() {
+    run("elf");
+}
+
+#[test]
+fn gdb() {
+    run("gdb");
+}
+
+#[test]
+fn usb() {
+    run("usb");
+}
+
+#[test]
+fn no_target_is_left_out() {
+    let run = [
+        "frame",
+        "lockstep",
+        "skipping",
+        "device",
+        "edge_file",
+        "session_toml",
+        "wearer",
+        "journal",
+        "record",
+        "lines",
+        "stage_words",
+        "elf",
+        "gdb",
+        "usb",
+    ];
+    let all: Vec<_> = TARGETS.iter().map(|it| it.name).collect();
+    assert_eq!(all, run);
 }
 
 /// A seed that the device refuses at its door would fuzz nothing behind it.
@@ -106,4 +155,39 @@ fn seeds_are_current_and_carried_out() {
         assert!(acknowledged > 5, "{name}: {acknowledged}");
         assert!(session.has_driven(), "{name} drives nothing");
     }
+}
+
+/// A long fuzz that cannot find anything would be worth nothing: this one looks for inputs
+/// with the byte 0x5A in them, ends at a word, and says the same on one core and on two.
+#[test]
+fn a_campaign_finds_what_is_there_and_goes_on_where_it_ended() {
+    static SEEN: AtomicU64 = AtomicU64::new(0);
+    let target = fuzz::Target {
+        name: "no_0x5a",
+        about: "",
+        function: |input| {
+            SEEN.fetch_add(1, Ordering::Relaxed);
+            assert!(!input.contains(&0x5A), "it is there, {}", input.len());
+        },
+        corpus: &[],
+        short: 0,
+    };
+    let campaign = |inputs| Campaign {
+        target: &target,
+        corpus: vec![vec![0; 8], vec![1; 30]],
+        seed: 7,
+        inputs,
+    };
+    let (done, finds) = campaign(0..20_000).run(|_, _| true);
+    assert_eq!((done, SEEN.load(Ordering::Relaxed)), (20_000, 20_000));
+    // One place, one find: the first, whatever else the words say.
+    let [find] = &finds[..] else {
+        panic!("{finds:?}");
+    };
+    assert!(find.input.contains(&0x5A) && find.told.contains("it is there"));
+    assert_eq!(find.input, mutation(&campaign(0..1).corpus, 7, find.index));
+    let (done, none) = campaign(0..find.index).run(|_, _| true);
+    assert_eq!((done, none), (find.index, vec![]));
+    let (stopped, _) = campaign(0..20_000).run(|done, _| done < 100);
+    assert!((100..20_000).contains(&stopped), "{stopped}");
 }
