@@ -354,9 +354,9 @@ mod tests {
     fn what_was_cut_off_does_not_count_and_what_was_changed_is_damage() {
         let path = Path::new("x.journal");
         let whole = text(3);
-        let kept = kept(path, whole.as_bytes()).unwrap();
-        assert_eq!(kept.entries.len(), 3);
-        assert_eq!(kept.head.wearer, "K05");
+        let read = kept(path, whole.as_bytes()).unwrap();
+        assert_eq!(read.entries.len(), 3);
+        assert_eq!(read.head.wearer, "K05");
         for end in text(2).len()..whole.len() {
             let kept = kept(path, &whole.as_bytes()[..end]).unwrap();
             assert_eq!(
