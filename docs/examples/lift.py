@@ -25,11 +25,11 @@ from hand import whole
 
 # Elbow and shoulder, degrees, of docs/buatier.md's example: at the table, and at each shelf
 # before the object is set down and when it stands.
-TABLE = (80.0, 20.0)
+TABLE = (61.0, 18.0)
 SHELVES = {
-    "high": ((95.0, 60.0), (70.0, 70.0)),
-    "middle": ((95.0, 50.0), (65.0, 55.0)),
-    "low": ((90.0, 40.0), (60.0, 40.0)),
+    "high": ((87.0, 70.0), (64.0, 74.0)),
+    "middle": ((97.0, 48.0), (72.0, 55.0)),
+    "low": ((97.0, 29.0), (68.0, 42.0)),
 }
 FORGET, FALL = "forget", "fall"
 JOINTS = "left-elbow left-shoulder right-elbow right-shoulder".split()

@@ -28,6 +28,7 @@ mod interruptions;
 #[cfg(unix)]
 mod lee_cli;
 mod lift_cli;
+mod lift_live;
 mod live_frame;
 mod live_lines;
 #[cfg(unix)]

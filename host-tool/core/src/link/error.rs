@@ -71,6 +71,8 @@ impl From<Refusal<'_>> for Refused {
             Code::OutOfRange,
             Code::AmplitudeCount,
             Code::WrenchOutOfReach,
+            Code::NoPhaseJoint,
+            Code::NoAngle,
         ];
         let only_zero = Code::from_number(refusal.code).is_some_and(|c| ranged.contains(&c));
         Self {
@@ -104,6 +106,11 @@ impl Refused {
     fn is_sum(&self) -> bool {
         matches!(self.code(), Some(Code::SumLimit | Code::SumRmsLimit))
     }
+
+    /// Whether the range is the joint concerned.
+    fn is_of_joint(&self) -> bool {
+        matches!(self.code(), Some(Code::NoPhaseJoint | Code::NoAngle))
+    }
 }
 
 impl fmt::Display for Refused {
@@ -122,6 +129,7 @@ impl fmt::Display for Refused {
                 None if self.code() == Some(Code::WrenchOutOfReach) => {
                     write!(f, " ({max} \u{2030} of it can be made)")?;
                 }
+                None if self.is_of_joint() => write!(f, " (joint {min})")?,
                 None if self.is_sum() => write!(f, " ({min} µA, allowed {max})")?,
                 None if min == max => write!(f, " (allowed only {min})")?,
                 None => write!(f, " (allowed {min} to {max})")?,

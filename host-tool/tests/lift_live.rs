@@ -1,0 +1,269 @@
+//! A haptic client over TCP: grabbing, lifting and letting go while `flexor serve` simulates
+//! the board, and what a client says that makes no sense.
+
+use crate::program::{Board, folder, said, written};
+use firmware::haptics::{Hold, Modulation, MotionPhase};
+use firmware::link::{Code, Event, Request, Telemetry};
+use firmware::units::{Angle, Micros};
+use host_core::link::{Client, Error, Incoming, Port, TcpPort};
+use host_core::session::Session;
+use std::process::Command;
+
+const EXAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples");
+const ASSIST: &str = include_str!("../sessions/lift.toml");
+const RESIST: &str = include_str!("../sessions/lift_resist.toml");
+
+/// A session for a computer that stalls at times, with an object held for at most `hold_s`.
+fn patient(text: &str, hold_s: &str) -> String {
+    let hold = format!("longest_hold_s = {hold_s}\nstale_after_ms = 500");
+    let mut text = text.to_owned();
+    for (find, replace) in [
+        ("longest_hold_s = 10", hold.as_str()),
+        ("host_timeout_ms = 100\n", "host_timeout_ms = 1000\n"),
+    ] {
+        assert!(text.contains(find), "{find}");
+        text = text.replace(find, replace);
+    }
+    text
+}
+
+/// Runs an example to its end: exit code, what it printed, what it complained of.
+fn example(name: &str, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let mut python = Command::new("python3");
+    python.arg(format!("{EXAMPLES}/{name}")).args(arguments);
+    said(python.output().expect("python3, which the examples are in"))
+}
+
+#[test]
+fn every_client_encodes_and_decodes_the_vectors() {
+    for name in ["client.py", "hand.py", "lift.py"] {
+        let (exit, told, error) = example(name, &["--selftest"]);
+        assert_eq!(exit, Some(0), "{name}: {told}{error}");
+        print!("{name}: {told}");
+    }
+}
+
+/// What every channel gets at these angles of elbow and shoulder of both arms, in the words
+/// of the example.
+fn wanted(session: &Session, degrees: [f64; 2], phase: MotionPhase) -> String {
+    let joints = session.modulations.iter().flat_map(|joint| {
+        let modulation = Modulation::new(&joint.spec).unwrap();
+        let own = degrees[usize::from(joint.spec.joint) % 2];
+        let angle = Angle::from_centideg((own * 100.0).round() as i16);
+        modulation.amplitudes(angle, Some(phase))
+    });
+    let given = joints.filter(|(_, amplitude)| amplitude.get() > 0);
+    let given = given.map(|(channel, amplitude)| {
+        let channel = session.channels.iter().find(|it| it.index() == channel);
+        let name = &channel.unwrap().name;
+        format!("{name} {} mA", f64::from(amplitude.get()) / 1e3)
+    });
+    given.collect::<Vec<_>>().join(", ")
+}
+
+/// "…, 95.0° and 60.0°, …": the angles of elbow and shoulder that a line tells.
+fn degrees(line: &str) -> [f64; 2] {
+    let (_, from) = line.split_once("at ").unwrap();
+    let (both, _) = from.split_once(" degrees").unwrap();
+    let (elbow, shoulder) = both.split_once(" and ").unwrap();
+    [elbow, shoulder].map(|it| it.parse().unwrap())
+}
+
+/// At rest above and on each shelf the amplitudes are the quartics' at the angles that the
+/// client told; let go, there are none.
+#[test]
+#[cfg(unix)]
+fn a_game_engine_lifts_live() {
+    let folder = folder("lift_live");
+    for (text, deeds) in [(ASSIST, &["high", "middle", "low"][..]), (RESIST, &["low"])] {
+        let text = patient(text, "20");
+        let file = written(&folder, "it.toml", &text);
+        let session = Session::parse("it.toml", &text).unwrap();
+        let board = Board::tcp(&folder);
+        let arguments = [&[&*board.at, file.to_str().unwrap()], deeds].concat();
+        let (exit, told, error) = example("lift.py", &arguments);
+        assert_eq!(exit, Some(0), "{told}{error}");
+        let mut lines = told.lines();
+        for shelf in deeds {
+            for (place, phase) in [("above", MotionPhase::Lift), ("on", MotionPhase::Drop)] {
+                let line = lines.next().unwrap();
+                let where_ = format!("{place} the {shelf} shelf at ");
+                assert!(line.starts_with(&where_), "{where_}: {told}");
+                let given = wanted(&session, degrees(line), phase);
+                assert!(
+                    line.ends_with(&format!(" (held): {given}")),
+                    "{given}: {told}"
+                );
+                assert_eq!(given.matches(" mA").count(), 4, "{given}");
+            }
+            let line = lines.next().unwrap();
+            assert!(line.starts_with("let go at "), "{told}");
+            assert!(line.ends_with(" (released): nothing"), "{told}");
+        }
+    }
+}
+
+/// A client that forgets is let go of by the device, is refused until it says so, and can
+/// grab anew; one that lets fall has no stimulation left.
+#[test]
+#[cfg(unix)]
+fn what_a_client_forgets_or_lets_fall_ends() {
+    let folder = folder("lift_forgotten");
+    let file = written(&folder, "it.toml", patient(ASSIST, "3"));
+    let board = Board::tcp(&folder);
+    let arguments = [&*board.at, file.to_str().unwrap(), "forget", "fall"];
+    let (exit, told, error) = example("lift.py", &arguments);
+    assert_eq!(exit, Some(0), "{told}{error}");
+    let lines: Vec<&str> = told.lines().collect();
+    let (over, refused) = (lines[0], lines[1]);
+    assert!(over.contains("HoldOver"), "{told}");
+    assert_eq!(
+        refused,
+        "E322: held for longer than 3 s, to be released first"
+    );
+    let ways = [
+        "released at",
+        "grabbed anew at",
+        "let go at",
+        "on the way up at",
+        "fallen at",
+    ];
+    for (way, line) in ways.into_iter().zip(&lines[2..]) {
+        assert!(line.starts_with(way), "{way}: {told}");
+        let stimulates = line.contains("left biceps") && line.contains("(held)");
+        let is_still = line.ends_with("(released): nothing");
+        let is_held = way.starts_with("grabbed") || way.starts_with("on");
+        assert_eq!((stimulates, is_still), (is_held, !is_held), "{line}");
+    }
+}
+
+/// What only this client knows, it refuses by name before it says anything to a device.
+#[test]
+fn a_client_s_own_mistakes_never_reach_a_device() {
+    let folder = folder("lift_mistaken");
+    let nobody = "tcp:127.0.0.1:1";
+    let lift = written(&folder, "lift.toml", ASSIST);
+    let other = written(&folder, "other.toml", "title = \"no joints\"\n");
+    let broken = written(&folder, "broken.toml", "title = \n");
+    for (file, deed, part) in [
+        (
+            &lift,
+            "attic",
+            "no shelf attic: high, middle, low, forget, fall",
+        ),
+        (&other, "low", "has no [[modulation]]"),
+        (&broken, "low", "Invalid value"),
+        (&folder.join("nowhere.toml"), "low", "No such file"),
+        (&lift, "low", "refused"), // the connection
+    ] {
+        let (exit, told, error) = example("lift.py", &[nobody, file.to_str().unwrap(), deed]);
+        assert_eq!((exit, told.as_str()), (Some(1), ""), "{error}");
+        assert!(error.contains(part), "{part}: {error}");
+        assert!(!error.contains("Traceback"), "{error}");
+    }
+}
+
+/// A client of a board that is armed with a session's setup.
+struct Wire(Client<TcpPort>);
+
+impl Wire {
+    fn armed(board: &Board, session: &Session) -> Self {
+        let port = TcpPort::connect(board.at.strip_prefix("tcp:").unwrap()).unwrap();
+        let (mut client, _) = Client::open(port).unwrap();
+        for request in session.requests() {
+            client.request(request).unwrap();
+        }
+        client.subscribe(5).unwrap();
+        client.arm().unwrap();
+        Self(client)
+    }
+
+    /// Why it is refused, if it is.
+    fn say(&mut self, request: Request) -> Option<Code> {
+        match self.0.request(request) {
+            Ok(_) => None,
+            Err(Error::Refused(refused)) => Some(refused.code().unwrap()),
+            Err(e) => panic!("{e}"),
+        }
+    }
+
+    fn held(&mut self, held: bool) -> Option<Code> {
+        self.say(Request::Held { held })
+    }
+
+    fn measured(&mut self, joint: u8, centideg: i16) -> Option<Code> {
+        // Of the latest answer, so never in the future.
+        let at: Micros = self.0.request(Request::KeepAlive).unwrap();
+        self.say(Request::Measurement {
+            joint,
+            centideg,
+            at,
+        })
+    }
+
+    /// The first sample with the object held so, within 2 s; nothing faults until then.
+    fn sample(&mut self, hold: Hold) -> Telemetry {
+        let is = |it: &Telemetry| it.lift.as_ref().is_some_and(|lift| lift.hold == hold);
+        let until = self.0.port().now_us() + 2_000_000;
+        while let Some(incoming) = self.0.next(until).unwrap() {
+            match incoming {
+                Incoming::Telemetry(sample) if is(&sample) => return *sample,
+                Incoming::Event(_, event) => {
+                    assert!(!matches!(event, Event::Faulted(_)), "{event:?}");
+                }
+                _ => {}
+            }
+        }
+        panic!("no such sample");
+    }
+}
+
+#[test]
+fn held_makes_sense_or_is_refused_by_number() {
+    let folder = folder("lift_nonsense");
+    let text = patient(ASSIST, "20");
+    let session = Session::parse("it.toml", &text).unwrap();
+    let board = Board::tcp(&folder);
+    let mut wire = Wire::armed(&board, &session);
+    // Held before any angle, and with three of four.
+    assert_eq!(wire.held(true), Some(Code::NoAngle));
+    for joint in 0..3 {
+        assert_eq!(wire.measured(joint, 4_000), None);
+    }
+    match wire.0.request(Request::Held { held: true }) {
+        Err(Error::Refused(refused)) => {
+            assert_eq!(refused.code(), Some(Code::NoAngle));
+            assert!(refused.to_string().contains("(joint 3)"), "{refused}");
+        }
+        other => panic!("{other:?}"),
+    }
+    // A joint that is not there, an angle that none can have.
+    assert_eq!(wire.measured(4, 4_000), Some(Code::NoModulation));
+    assert_eq!(wire.measured(9, 4_000), Some(Code::OutOfRange));
+    // Released without held is no mistake: a release is never refused.
+    assert_eq!(wire.held(false), None);
+    wire.0.start().unwrap();
+    for joint in 0..4 {
+        assert_eq!(wire.measured(joint, 4_000), None);
+    }
+    assert_eq!(wire.held(false), None);
+    assert_eq!(wire.held(true), None);
+    assert_eq!(wire.held(true), None); // twice is once
+    wire.sample(Hold::Held);
+    // Bytes that are no frame end nothing.
+    wire.0.port().send(&[7, 0, 1, 2, 3, 0]).unwrap();
+    wire.sample(Hold::Held);
+    assert_eq!(wire.held(false), None);
+    let let_go = wire.sample(Hold::Released);
+    assert!(let_go.amplitudes.iter().all(Option::is_none), "{let_go:?}");
+    wire.0.stop().unwrap();
+    // No setup of joints: nothing can be held.
+    let text = crate::program::SESSION;
+    let other = Session::parse("one.toml", text).unwrap();
+    drop(wire);
+    drop(board);
+    let board = Board::tcp(&folder);
+    let mut wire = Wire::armed(&board, &other);
+    assert_eq!(wire.held(true), Some(Code::NoModulation));
+    assert_eq!(wire.held(false), Some(Code::NoModulation));
+}
