@@ -1,7 +1,7 @@
 //! `[[modulation]]`: joints whose muscles are stimulated by their angles while an object
 //! is held.
 
-use firmware::device::{Mistake, Rule};
+use firmware::device::{Mistake, Part, Rule};
 use firmware::haptics::{
     Extreme, Form, JOINTS as MOST, ModulatedSpec, ModulationError, ModulationSpec, MotionPhase,
     QuarticSpec,
@@ -97,6 +97,29 @@ fn tell_beside(root: &Table<'_>, first: &Table<'_>) {
     {
         t.say("kind", Problem::NeverGrabbed {});
     }
+}
+
+/// What else the device would say of a joint that it refuses for its shares alone: peaks
+/// above the limits of their channels.
+pub(super) fn behind_shares<'a>(
+    spec: &'a ModulationSpec,
+    channels: &'a Channels,
+) -> impl Iterator<Item = Mistake> + use<'a> {
+    let mut has_peaks = true; // only shares whose coefficients are in range
+    spec.mistakes(&mut |mistake| {
+        has_peaks &= !matches!(mistake, ModulationError::Range(_));
+    });
+    let demands = has_peaks.then(|| spec.demands()).into_iter().flatten();
+    demands.filter_map(|(index, peak, field)| {
+        let channel = channels.list.iter().find(|it| it.index() == index)?;
+        let (part, limit) = (Part::Modulation(spec.joint), channel.spec.limit);
+        let rule = Rule::AboveLimit {
+            channel: index,
+            field,
+            limit,
+        };
+        (peak > limit).then_some(Mistake { part, rule })
+    })
 }
 
 fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<SessionJoint> {

@@ -13,7 +13,7 @@ use super::fields::PARTNERS;
 use super::joint::read_joint;
 use super::limb::{SessionLimb, read_limb};
 use super::limits::{tell_sum, tell_times};
-use super::modulation::{SessionJoint, read_modulations, tell_modulation};
+use super::modulation::{SessionJoint, behind_shares, read_modulations, tell_modulation};
 use super::verdict::{tell, tell_group};
 use super::wall::read_wall;
 use super::worn::Person;
@@ -88,7 +88,9 @@ pub(super) fn read_setup(
             let (part, rule) = (Part::Modulation(joint.spec.joint), mistake.into());
             mistakes.push(Mistake { part, rule });
         });
-        let _ = draft.set_modulation(joint.spec);
+        if draft.set_modulation(joint.spec).is_err() {
+            mistakes.extend(behind_shares(&joint.spec, &channels));
+        }
     }
     let Ok(_) = draft.examine(|mistake| {
         mistakes.push(mistake);
