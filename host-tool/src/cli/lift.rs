@@ -6,7 +6,9 @@ use super::{Output, interrupt, wrong};
 use host_core::record::replace_file;
 use std::path::Path;
 use studies::laboratory::{self, Outcome};
-use studies::lift::{Decides, NAME, Replication, Study, Told, deciding, outcome, replication};
+use studies::lift::{
+    Decides, LiftError, NAME, Replication, Study, Told, deciding, outcome, replication,
+};
 
 /// Most studies.
 const MOST: u64 = 10_000;
@@ -27,14 +29,17 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
     let interruption = interrupt::heed()?;
     let bar = output.bar(NAME);
     let passed = |count| bar.set(count as f64 / (draws + 1) as f64);
-    let find = |index| replication(&study, seed, index);
-    let studies: Vec<Replication> = until_asked(draws, &interruption, passed, find)?;
-    let is_whole = studies.len() as u64 == draws;
+    let is_asked = || interruption.asked().is_some();
+    let find = |index| unless_asked(replication(&study, seed, index, &is_asked));
+    let studies = until_asked(draws, &interruption, passed, find)?;
+    let studies: Vec<Replication> = studies.into_iter().flatten().collect();
     // A quick look does not ask which assumption decides.
-    let decides = match is_whole && draws >= study.studies {
-        true => Some(deciding(&study, seed)?),
+    let is_asked_for = draws >= study.studies;
+    let decides = match studies.len() as u64 == draws && is_asked_for {
+        true => unless_asked(deciding(&study, seed, &is_asked))?,
         false => None,
     };
+    let is_whole = studies.len() as u64 == draws && (decides.is_some() || !is_asked_for);
     bar.finish();
     let of = format!("{} of {draws} studies", studies.len());
     let signal = interruption.asked().filter(|_| !is_whole);
@@ -48,6 +53,14 @@ pub(super) fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> 
     let written = write(place.dir(), &result, &studies, decides.as_ref());
     let ended = signal.map(|it| interrupt::Ended(it, format!("after {of}")).into());
     conclude(output, place.dir(), &result, written.err().or(ended))
+}
+
+/// Nothing of what a signal ended.
+fn unless_asked<T>(found: Result<T, LiftError>) -> Result<Option<T>, LiftError> {
+    match found {
+        Err(LiftError::Asked) => Ok(None),
+        found => found.map(Some),
+    }
 }
 
 /// Refuses what does not go with it.

@@ -1,9 +1,12 @@
 //! What is asked, of persons and of studies.
 
 use super::declaration::{Claim, Condition, Metric, Side, Study};
+use super::error::LiftError;
 use super::participant::Participant;
+use super::person::{Person, middle};
 use super::replication::Replication;
 use super::tests::PAIRS;
+use super::whole::whole;
 use crate::laboratory::{Row, Share};
 
 /// A side of a comparison for one person.
@@ -255,4 +258,24 @@ fn of_stimulation(all: &[Replication]) -> Vec<Row> {
         weak.collect(),
     ));
     rows
+}
+
+/// How much of a lift the whole device does as the fast way says, assist and resist.
+///
+/// # Errors
+/// Those of [`whole`].
+pub(super) fn of_whole_device(study: &Study, seed: u64) -> Result<Row, LiftError> {
+    let person = Person::new(study, middle(study), seed)?;
+    let share = |condition| -> Result<f64, LiftError> {
+        let found = whole(study, &person, condition, (0, seed))?;
+        Ok(100.0 * found.same as f64 / (found.bursts + found.alone) as f64)
+    };
+    Ok(Row::of(
+        "whole-device".to_owned(),
+        "bursts of a lift that the whole device puts out as the fast way, to one DAC code"
+            .to_owned(),
+        "%",
+        None,
+        vec![share(Condition::Assist)?, share(Condition::Resist)?],
+    ))
 }

@@ -62,11 +62,16 @@ fn models(study: &Study) -> Vec<(&'static str, Study)> {
     ]
 }
 
-/// What every claim is with each assumption changed alone.
+/// What every claim is with each assumption changed alone. `is_asked`, before each, whether
+/// to end.
 ///
 /// # Errors
-/// As [`participant`].
-pub fn deciding(study: &Study, seed: u64) -> Result<Decides, LiftError> {
+/// As [`participant`]; asked to end.
+pub fn deciding(
+    study: &Study,
+    seed: u64,
+    is_asked: &(dyn Fn() -> bool + Sync),
+) -> Result<Decides, LiftError> {
     let nominal = middle(study);
     let mut cases = vec![("nothing changed".to_owned(), study.clone(), nominal.clone())];
     for (place, range) in study.ranges.iter().enumerate() {
@@ -79,8 +84,12 @@ pub fn deciding(study: &Study, seed: u64) -> Result<Decides, LiftError> {
     }
     let others = models(study).into_iter();
     cases.extend(others.map(|(name, other)| (name.to_owned(), other, nominal.clone())));
-    let one =
-        |(named, study, values): &(String, Study, Vec<f64>)| changed(study, (named, values), seed);
+    let one = |(named, study, values): &(String, Study, Vec<f64>)| {
+        if is_asked() {
+            return Err(LiftError::Asked);
+        }
+        changed(study, (named, values), seed)
+    };
     let all: Result<Vec<Changed>, LiftError> = cases.par_iter().map(one).collect();
     let mut all = all?.into_iter();
     let nothing = || LiftError::Declaration("nothing to change".to_owned());

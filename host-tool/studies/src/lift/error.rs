@@ -27,6 +27,15 @@ pub enum LiftError {
     /// The device refuses what it is told of a joint.
     #[error("E767 joint {0}: the device refuses its modulation: {1}")]
     Refused(u8, String),
+    /// The whole device refuses, or is lost.
+    #[error(transparent)]
+    Link(#[from] host_core::link::Error),
+    /// The whole device stops.
+    #[error("E759 the whole device stops with fault {0} in the lift that the fast way has")]
+    Faulted(String),
+    /// Whoever waits for it was asked to end.
+    #[error("E580 a signal came before it was computed")]
+    Asked,
     /// A sample.
     #[error("E768 statistics of {0}: {1}")]
     Statistics(String, StatisticsError),

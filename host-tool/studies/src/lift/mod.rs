@@ -1,7 +1,8 @@
 //! Buatier de Mongeot 2024: two arms lift an object while stimulation follows their joints.
 //!
 //! Lives here: the declaration (`host-tool/lift/study.toml`, committed before it was run),
-//! what a device is told (`calibration`), the device's own modulation at work (`device`), the
+//! what a device is told (`calibration`), the device's own modulation at work (`device`) and the
+//! whole device beside it (`whole`), the
 //! way of the hands (`way`), persons (`person`, `control`), the virtual object (`scene`), a lift
 //! (`trial`), studies of eight persons (`participant`, `replication`, `tests`), what they come to
 //! (`outcome`, `comparisons`, `figures`, `deciding`). Not here: arms (`hal_sim::body::sagittal`),
@@ -25,6 +26,7 @@ mod scene;
 mod tests;
 mod trial;
 mod way;
+mod whole;
 
 pub use calibration::{ARMS, CHANNELS, Curves, Told as ToldToDevice, curves};
 pub use comparisons::{holds, value};
@@ -40,3 +42,4 @@ pub use replication::{Replication, replication};
 pub use tests::{Tested, tested};
 pub use trial::{Lifted, Trace, Worker};
 pub use way::Way;
+pub use whole::{Whole, whole};

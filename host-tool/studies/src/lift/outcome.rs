@@ -1,6 +1,6 @@
 //! What all studies come to, as `result.json` and its page have it.
 
-use super::comparisons::{rows, shares};
+use super::comparisons::{of_whole_device, rows, shares};
 use super::deciding::Decides;
 use super::declaration::{DECLARED, Study};
 use super::error::LiftError;
@@ -58,6 +58,8 @@ pub fn outcome(
         sheets.push(tests(study, all));
     }
     sheets.extend(decides.map(|it| it.sheet(study)));
+    let mut all_rows = rows(study, all);
+    all_rows.push(of_whole_device(study, told.seed)?);
     let said = [SIMULATED, MEANING, PROXY, PRINTED, MODEL].map(str::to_owned);
     let decided = decides.map(|it| it.notes(study)).unwrap_or_default();
     Ok(Outcome {
@@ -76,7 +78,7 @@ pub fn outcome(
             as_declared: (told.seed, told.draws) == (study.seed, study.studies),
         },
         conditions: Vec::new(),
-        rows: rows(study, all),
+        rows: all_rows,
         shares: shares(study, all),
         decides: Vec::new(),
         sheets,

@@ -46,12 +46,20 @@ pub(super) fn person(
     Person::new(study, drawn(study, seed, number), own)
 }
 
-/// Study `index` of a seed.
+/// Study `index` of a seed. `is_asked`, before each person, whether to end.
 ///
 /// # Errors
-/// A person who cannot be, a device that refuses, a sample that cannot be tested.
-pub fn replication(study: &Study, seed: u64, index: u64) -> Result<Replication, LiftError> {
+/// A person who cannot be, a device that refuses, a sample that cannot be tested; asked to end.
+pub fn replication(
+    study: &Study,
+    seed: u64,
+    index: u64,
+    is_asked: &(dyn Fn() -> bool + Sync),
+) -> Result<Replication, LiftError> {
     let one = |nth| {
+        if is_asked() {
+            return Err(LiftError::Asked);
+        }
         let person = person(study, seed, (index, nth))?;
         participant(study, &person, study.protocol.target_sets)
     };

@@ -1,0 +1,254 @@
+//! One lift through the whole native device (link, guard, scheduler), beside the fast way,
+//! which has none of them.
+
+use super::calibration::{ARMS, CHANNELS, Curves, curves, specs};
+use super::control::Learnt;
+use super::declaration::{Condition, Study};
+use super::device::Device;
+use super::error::LiftError;
+use super::person::Person;
+use super::trial::{Trace, Worker};
+use firmware::haptics::ModulationSpec;
+use firmware::link::{Event, Request};
+use firmware::pulse::TrainSpec;
+use firmware::safety::{ChannelSpec, StageSpec, WearerSpec};
+use firmware::units::{Amplitude, Micros};
+use hal_sim::body::Still;
+use hal_sim::body::sagittal::{ELBOW, JOINTS};
+use hal_sim::native::native;
+use hal_sim::wire::faults::Faults;
+use hal_sim::world::World;
+use host_core::link::{Client, Error, Incoming, Port, SimulatedPort};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Full scale of the output stages, µA, as [`StageSpec::Current`] has it.
+const FULL_SCALE_UA: u32 = 100_000;
+/// The DAC's largest code.
+const CODES: u64 = 65_535;
+/// Between phases, µs.
+const GAP_US: u16 = 50;
+/// From one channel's burst to the next one's, µs: they do not overlap.
+const APART_US: u64 = 1_000;
+/// Encoders tell their angles so often, µs.
+const WORD_US: u64 = 1_000;
+/// That the object is held is said with every so manyth of them.
+const HELD_EVERY: usize = 20;
+/// Largest lag that is looked for, and in which steps, µs.
+const LAGS_US: (u64, usize) = (8_000, 50);
+/// An amplitude rises over this much: the first burst alone.
+const RISE_MS: u16 = 1;
+
+/// How the whole device's bursts of a lift compare with the fast way's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Whole {
+    /// Bursts that the fast way has, but each channel's first, from which amplitudes rise.
+    pub bursts: usize,
+    /// Those of the device within one DAC code of them, at the time when they are due.
+    pub same: usize,
+    /// Bursts that the device has alone.
+    pub alone: usize,
+    /// By how much its angles are older than the fast way's, µs: at this lag most are the same.
+    pub lag_us: u64,
+}
+
+/// Amplitudes of all channels at each millisecond.
+type Course = Vec<[Amplitude; CHANNELS]>;
+/// DAC codes of first phases, by channel and time, µs from the start.
+type Bursts = BTreeMap<(u8, u64), u64>;
+
+/// A lift of a person to a height in a condition, whose seed decides all that is random in
+/// it: first the fast way, whose encoders' angles the whole device is then told.
+///
+/// # Errors
+/// A lift that cannot be; E759, a device that stops.
+pub fn whole(
+    study: &Study,
+    person: &Person,
+    condition: Condition,
+    lift: (usize, u64),
+) -> Result<Whole, LiftError> {
+    let own = &person.arms[0];
+    let curves = curves(study, own.stature_m, own.mass_kg)?;
+    let (trace, course) = fast(study, person, (&curves, condition), lift)?;
+    let joints = specs(study, &curves, condition, &person.told);
+    let bursts = played(study, &joints, &trace)?;
+    let (most, step) = LAGS_US;
+    let lags = (0..=most).step_by(step);
+    let all = lags.map(|lag_us| compared(study, (&course, &bursts), lag_us));
+    // The first of those with the most.
+    let best = all.reduce(|best, it| if it.same > best.same { it } else { best });
+    Ok(best.unwrap_or(Whole {
+        bursts: 0,
+        same: 0,
+        alone: bursts.len(),
+        lag_us: 0,
+    }))
+}
+
+/// What encoders tell in a lift, and what the device's own modulation makes of it.
+fn fast(
+    study: &Study,
+    person: &Person,
+    (curves, condition): (&Curves, Condition),
+    lift: (usize, u64),
+) -> Result<(Trace, Course), LiftError> {
+    let mut device = Device::new(study, curves, condition, &person.told)?;
+    let mut trace = Trace::default();
+    let mut learnt = [Learnt::NOTHING; 2];
+    let mut worker = Worker::new(study, person)?;
+    worker.lift(&mut device, lift, [0.0; 2], &mut learnt, Some(&mut trace))?;
+    device.reset();
+    let each = trace.encoders_deg.iter().map(|deg| {
+        device.tick(deg.map(|arm| arm[ELBOW]));
+        device.amplitudes(*deg)
+    });
+    let course = each.collect();
+    Ok((trace, course))
+}
+
+/// First phases of all bursts of a native device that is told these angles.
+fn played(study: &Study, joints: &[ModulationSpec], trace: &Trace) -> Result<Bursts, LiftError> {
+    let boot = Micros::new(0);
+    let body = Box::new(Still::new(0.0));
+    let world = World::new(Box::new(native(boot)), body, boot, Faults::default(), 1);
+    let (mut client, _) = Client::open(SimulatedPort::new(world))?;
+    set_up(&mut client, study, joints)?;
+    client.arm()?;
+    if let Some(degrees) = trace.encoders_deg.first() {
+        for word in words(degrees, client.port().now_us()) {
+            client.request(word)?;
+        }
+        client.request(Request::Held { held: true })?;
+    }
+    let epoch = client.start()?;
+    let now_us = client.port().now_us();
+    // The same clock, modulo 2^32.
+    let ahead_us = (epoch - Micros::new(now_us as u32)).us();
+    let begin_us = now_us.saturating_add_signed(ahead_us.into());
+    let mut due_us = begin_us;
+    for (nth, degrees) in trace.encoders_deg.iter().enumerate() {
+        heed(&mut client, due_us)?;
+        for word in words(degrees, due_us) {
+            client.post(word)?;
+        }
+        if nth.is_multiple_of(HELD_EVERY) {
+            client.post(Request::Held { held: true })?;
+        }
+        due_us += WORD_US;
+    }
+    heed(&mut client, due_us)?;
+    let Some(world) = client.port().world() else {
+        return Ok(Bursts::new());
+    };
+    let edges = world.recorder.trace.edges_from(begin_us);
+    let driven = edges.filter(|edge| edge.state.is_driven() && edge.t_us < due_us);
+    let mut bursts = Bursts::new();
+    for edge in driven {
+        let at_us = edge.t_us - begin_us;
+        // Not the second phase of a burst.
+        let phase_us = u64::from(study.protocol.width_us) + u64::from(GAP_US);
+        let is_second = at_us
+            .checked_sub(phase_us)
+            .is_some_and(|first_us| bursts.contains_key(&(edge.channel, first_us)));
+        if !is_second {
+            bursts.insert((edge.channel, at_us), u64::from(edge.dac_code));
+        }
+    }
+    Ok(bursts)
+}
+
+/// Configures what the study stimulates with.
+fn set_up(
+    client: &mut Client<SimulatedPort>,
+    study: &Study,
+    joints: &[ModulationSpec],
+) -> Result<(), Error> {
+    client.wearer(WearerSpec {
+        rise_ms: RISE_MS,
+        ..WearerSpec::default()
+    })?;
+    let (width_us, period_us) = (study.protocol.width_us as u16, study.period_us() as u32);
+    for joint in joints {
+        for muscle in joint.muscles() {
+            let train = TrainSpec {
+                offset_us: offset_us(muscle.channel) as u32,
+                ..TrainSpec::biphasic(width_us, GAP_US, period_us)
+            };
+            let spec = ChannelSpec {
+                train,
+                stage: StageSpec::Current {
+                    full_scale_ua: FULL_SCALE_UA,
+                },
+                limit: muscle.base,
+                area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
+            };
+            client.channel(muscle.channel, spec)?;
+        }
+        client.request(Request::Modulation(*joint))?;
+    }
+    Ok(())
+}
+
+/// Of a channel's train, µs.
+fn offset_us(channel: u8) -> u64 {
+    APART_US * (1 + u64::from(channel))
+}
+
+/// Angles of all four joints, as measured at `at_us`.
+fn words(degrees: &[[f64; JOINTS]; ARMS], at_us: u64) -> impl Iterator<Item = Request> {
+    let at = Micros::new(at_us as u32); // modulo 2^32
+    let all = degrees.iter().flatten();
+    (0u8..)
+        .zip(all)
+        .map(move |(joint, deg)| Request::Measurement {
+            joint,
+            centideg: (100.0 * deg).round() as i16, // within ±180°
+            at,
+        })
+}
+
+/// Lets time go on; nothing may be refused until then.
+fn heed(client: &mut Client<SimulatedPort>, until_us: u64) -> Result<(), LiftError> {
+    while let Some(incoming) = client.next(until_us)? {
+        match incoming {
+            Incoming::Refused(_, refused) => return Err(Error::Refused(refused).into()),
+            Incoming::Event(_, Event::Faulted(record)) => {
+                return Err(LiftError::Faulted(format!("{:?}", record.fault)));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// Each burst that is due against the fast way's amplitude `lag_us` before.
+fn compared(study: &Study, (course, bursts): (&Course, &Bursts), lag_us: u64) -> Whole {
+    let end_us = WORD_US * course.len() as u64;
+    let mut found = Whole {
+        bursts: 0,
+        same: 0,
+        alone: 0,
+        lag_us,
+    };
+    for channel in 0..CHANNELS as u8 {
+        let mut has_risen = false;
+        let all = (0..).map(|nth: u64| offset_us(channel) + nth * study.period_us());
+        for due_us in all.take_while(|due_us| *due_us < end_us) {
+            let before = due_us.checked_sub(lag_us).map(|us| us / WORD_US);
+            let wanted = before.and_then(|ms| course.get(ms as usize));
+            let wanted = wanted.map_or(0, |all| all[usize::from(channel)].get());
+            let got = bursts.get(&(channel, due_us));
+            match (wanted, got) {
+                (0, got) => found.alone += usize::from(got.is_some()),
+                (_, _) if !has_risen => has_risen = true,
+                (wanted, got) => {
+                    let code = u64::from(wanted) * CODES / u64::from(FULL_SCALE_UA);
+                    found.bursts += 1;
+                    found.same += usize::from(got.is_some_and(|got| got.abs_diff(code) <= 1));
+                }
+            }
+        }
+    }
+    found
+}
