@@ -17,35 +17,15 @@ fn edges(file: &SessionFile, device: &DeviceName, until_us: u64) -> Vec<Edge> {
     edges.take_while(|edge| edge.t_us < until_us).collect()
 }
 
-/// A lift, the way back and the release, at 50 Hz, each burst 5 ms and more after the
-/// host's words: over USB those arrive later than on the native device, and a
-/// burst between would have the angle before.
-fn between_words(name: &str) -> SessionFile {
-    let mut text = std::fs::read_to_string(shipped(name)).unwrap();
-    for (find, replace) in [
-        ("duration_s = 9.0", "duration_s = 6.0"),
-        ("period_us = 16667", "frequency_hz = 50.0"),
-        ("width_us = 350", "width_us = 150"),
-    ] {
-        assert!(text.contains(find), "{find}");
-        text = text.replace(find, replace);
-    }
-    for n in 0..8 {
-        let own = format!("offset_us = {} }}", n * 2_000);
-        assert!(text.contains(&own), "{own}");
-        text = text.replacen(&own, &format!("offset_us ={} }}", 5_000 + n * 500), 1);
-    }
-    SessionFile::parse(name, &text).unwrap()
-}
+/// Just before the stop, which comes at a time of each device's own.
+const END_US: u64 = 8_990_000;
 
 #[test]
 fn the_flashed_image_lifts_as_the_native_device_does() {
     for name in ["lift.toml", "lift_resist.toml"] {
-        let file = between_words(name);
-        let [native, chip] = [DeviceName::Native, DeviceName::Chip].map(|device| {
-            // Up to the stop, which comes at a time of each device's own.
-            edges(&file, &device, 5_990_000)
-        });
+        let file = SessionFile::load(&shipped(name)).unwrap();
+        let [native, chip] =
+            [DeviceName::Native, DeviceName::Chip].map(|device| edges(&file, &device, END_US));
         let differ = native.iter().zip(&chip).filter(|(a, b)| a != b);
         for (native, chip) in differ.clone().take(5) {
             println!("native {native:?}\n  chip {chip:?}");
@@ -55,6 +35,63 @@ fn the_flashed_image_lifts_as_the_native_device_does() {
         assert_eq!(playing.len(), 8);
         println!("{name}: {} edges are the same", native.len());
     }
+}
+
+/// The shipped session with 100 words a second, which come at any time between bursts: over
+/// USB they arrive later than on the native device, and a burst between has the angle before.
+/// All edges are at the same times; amplitudes differ by at most what one word moves them.
+#[test]
+fn a_burst_between_arrivals_has_the_word_before() {
+    let text = std::fs::read_to_string(shipped("lift.toml")).unwrap();
+    assert!(text.contains("rate_hz = 60"));
+    let text = text.replace("rate_hz = 60", "rate_hz = 100");
+    let file = SessionFile::parse("words.toml", &text).unwrap();
+    let [native, chip] =
+        [DeviceName::Native, DeviceName::Chip].map(|device| edges(&file, &device, END_US));
+    let place = |it: &Edge| (it.t_us, it.channel, it.state);
+    assert!(native.iter().map(place).eq(chip.iter().map(place)));
+    let bursts = native.iter().zip(&chip);
+    let bursts = bursts.filter(|(a, _)| a.state.is_driven());
+    let (mut count, mut differ, mut latest_us, mut most) = (0, 0, 0, 0);
+    for (native, chip) in bursts {
+        count += 1;
+        if native.dac_code == chip.dac_code {
+            continue;
+        }
+        differ += 1;
+        latest_us = latest_us.max(native.t_us % WORD_US);
+        let by = native.dac_code.abs_diff(chip.dac_code);
+        most = most.max(by);
+        let word = by_one_word(&file.session, native);
+        assert!(f64::from(by) <= word + 1.0, "{native:?} {chip:?} {word}");
+    }
+    let most_ua = f64::from(most) * 40_000.0 / 65_535.0;
+    println!(
+        "of {count} phases {differ} differ, by {most} codes ({most_ua:.0} µA) at the most, \
+         none later than {latest_us} µs after the host's word"
+    );
+    assert!(differ > 0, "nothing was between");
+    assert!(latest_us < 5_000, "{latest_us}");
+}
+
+/// From one word of the host to the next, µs.
+const WORD_US: u64 = 10_000;
+
+/// How far the latest word before a burst moves its DAC code.
+fn by_one_word(session: &Session, burst: &Edge) -> f64 {
+    let last = burst.t_us / WORD_US;
+    let mut joints = session.modulations.iter();
+    let found = joints.find_map(|joint| {
+        let mut muscles = joint.spec.muscles();
+        let muscle = muscles.find(|it| it.channel == burst.channel)?;
+        let quartic = muscle.lift.as_ref().or(muscle.drop.as_ref())?;
+        let code = |word: u64| {
+            let deg = f64::from(joint.angle_at(word * WORD_US)) / 100.0;
+            wanted(&joint.spec, muscle, quartic, deg)
+        };
+        Some((code(last) - code(last.saturating_sub(1))).abs())
+    });
+    found.unwrap_or_else(|| panic!("{burst:?}"))
 }
 
 /// Up the whole range of every joint and down again, `way_s` each, at 200 Hz of pulses and
@@ -67,7 +104,7 @@ fn sweep(way_s: u32) -> SessionFile {
         ("period_us = 16667", "frequency_hz = 200.0".into()),
         ("width_us = 350", "width_us = 100".into()),
         ("longest_hold_s = 10", "longest_hold_s = 60".into()),
-        ("rate_hz = 100", "rate_hz = 200".into()),
+        ("rate_hz = 60", "rate_hz = 200".into()),
         ("at_s = 5.8, held = false", "at_s = 0.4, held = true".into()),
         ("{ at_s = 6.6, held = true },", String::new()),
         ("{ at_s = 7.2, held = false },", String::new()),
@@ -76,7 +113,7 @@ fn sweep(way_s: u32) -> SessionFile {
         text = text.replace(find, &replace);
     }
     for (nth, offset_us) in (0..8).zip((0..8).map(|n| n * 600)) {
-        let own = format!("offset_us = {} }}", nth * 2_000);
+        let own = format!("offset_us = {} }}", 5_000 + nth * 1_250);
         assert!(text.contains(&own), "{own}");
         text = text.replacen(&own, &format!("offset_us = {offset_us} }}"), 1);
     }

@@ -15,12 +15,22 @@ use crate::session_files::load;
 const BOOT: Micros = Micros::new(u32::MAX - 2_000_000);
 const EXAMPLE: &str = include_str!("../../sessions/lift.toml");
 
+/// The example with round shares in its first joint.
 fn with(edits: &[(&str, &str)]) -> String {
     let edit = |text: String, (find, replace): &(&str, &str)| {
         assert!(text.contains(find), "{find}");
         text.replacen(find, replace, 1)
     };
-    edits.iter().fold(EXAMPLE.to_owned(), edit)
+    let mut text = EXAMPLE.to_owned();
+    for (name, share) in [
+        ("lift", "0.20, 0.46, 0.62, 0.55, 0.34"),
+        ("drop", "0.30, 0.42, 0.40, 0.28, 0.12"),
+    ] {
+        let from = text.find(&format!("{name} = [")).unwrap();
+        let to = from + text[from..].find(']').unwrap();
+        text.replace_range(from..to, &format!("{name} = [{share}"));
+    }
+    edits.iter().fold(text, edit)
 }
 
 /// Numbers and lines of what is told of the example with these edits.
@@ -132,17 +142,17 @@ fn every_mistake_is_named_where_it_is() {
             "modulation.flexor.threshold",
         ),
         (
-            &[("angle_max_deg = 125", "angle_max_deg = 10")],
+            &[("angle_max_deg = 114", "angle_max_deg = 10")],
             &[407],
             "modulation.angle_max_deg",
         ),
         (
-            &[("{ at_s = 0.5, deg = 30 }", "{ at_s = 0.5, deg = 126 }")],
+            &[("{ at_s = 0.5, deg = 61 }", "{ at_s = 0.5, deg = 126 }")],
             &[407],
-            "15 to 125, the joint's range",
+            "46 to 114, the joint's range",
         ),
         (
-            &[("{ at_s = 0.5, deg = 30 }", "{ at_s = 0.0, deg = 30 }")],
+            &[("{ at_s = 0.5, deg = 61 }", "{ at_s = 0.0, deg = 61 }")],
             &[410],
             "modulation.angles.at_s",
         ),
@@ -188,6 +198,19 @@ fn every_mistake_is_named_where_it_is() {
         ("channel = 8, base", "channel = 7, base"),
     ]);
     assert_eq!(numbers, [750, 758, 420, 753], "{lines}");
+    // A joint that is refused for a share, and asks for too much besides.
+    let (numbers, lines) = told(&[
+        ("base = 16,", "base = 33,"),
+        ("drop = [0.30, 0.42", "drop = [0.30, 0.99"),
+    ]);
+    assert_eq!(numbers, [750, 758], "{lines}");
+    assert!(lines.contains("channel 1's limit of 20 mA"), "{lines}");
+    // By the same share: above 1, and above the limit there.
+    let (numbers, lines) = told(&[
+        ("base = 16,", "base = 20,"),
+        ("lift = [0.20, 0.46, 0.62", "lift = [0.20, 0.46, 1.0"),
+    ]);
+    assert_eq!(numbers, [750, 758], "{lines}");
 }
 
 fn play(text: &str) -> Outcome {
@@ -227,7 +250,7 @@ fn a_run_follows_the_joints_while_an_object_is_held() {
     let top = Angle::from_centideg(elbow.angle_at(3_000_000));
     let [(_, wanted), _] = joint.amplitudes(top, Some(MotionPhase::Lift));
     let rests = at(3.3);
-    assert_eq!(rests.joint_deg[0], Some(110.0));
+    assert_eq!(rests.joint_deg[0], Some(98.0));
     assert_eq!(rests.amplitudes[0], Some(f64::from(wanted.get()) * 1e-3));
     // All of it reads back.
     let path = std::env::temp_dir().join(format!("flexor-lift-{}.csv", std::process::id()));
@@ -254,11 +277,11 @@ fn a_run_follows_the_joints_while_an_object_is_held() {
 
 #[test]
 fn a_phase_that_nobody_has_moved_to_stimulates_nothing() {
-    let still = "{ at_s = 0, deg = 30 },\n";
+    let still = "{ at_s = 0, deg = 61 },\n";
     let mut text = EXAMPLE.replace("duration_s = 9.0", "duration_s = 3.0");
     for start in [
-        "    { at_s = 0, deg = 30 },\n",
-        "    { at_s = 0, deg = 33 },\n",
+        "    { at_s = 0, deg = 61 },\n",
+        "    { at_s = 0, deg = 64 },\n",
     ] {
         let from = text.find(start).unwrap();
         let to = from + text[from..].find(']').unwrap();

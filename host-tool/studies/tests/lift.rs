@@ -2,9 +2,10 @@
 //! virtual object, a lift without noise, what is refused.
 
 use firmware::haptics::MotionPhase;
+use host_core::session::Session;
 use studies::lift::{
-    Condition, Device, LiftError, Participant, Person, Study, ToldToDevice, Trace, Worker, curves,
-    drawn, holds, middle, participant,
+    Condition, Curves, Device, LiftError, Participant, Person, Study, ToldToDevice, Trace, Worker,
+    curves, drawn, holds, middle, participant, whole,
 };
 
 /// A person in the middle of all ranges, but for these.
@@ -204,6 +205,89 @@ fn draws_lie_within_their_ranges() {
     for index in 0..200 {
         for (value, range) in drawn(&study, 3, index).iter().zip(&study.ranges) {
             assert!((range.low..=range.high).contains(value), "{}", range.field);
+        }
+    }
+}
+
+/// Joints of the shipped sessions are those of a wearer in the middle of all ranges: their
+/// ranges, and each function by five values between which the device's is.
+/// `FLEXOR_OVERWRITE=1` writes them.
+#[test]
+fn shipped_sessions_have_the_functions_of_the_wearer_in_the_middle() {
+    let study = Study::declared().unwrap();
+    let arm = person(&study, &[]).arms[0].clone();
+    let found = curves(&study, arm.stature_m, arm.mass_kg).unwrap();
+    for name in ["lift.toml", "lift_resist.toml"] {
+        let path = format!("{}/../sessions/{name}", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).unwrap();
+        let new = with_curves(&text, &found);
+        if std::env::var_os("FLEXOR_OVERWRITE").is_some() {
+            std::fs::write(&path, &new).unwrap();
+        }
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), new, "{name}");
+        let session = Session::parse(name, &new).unwrap();
+        for joint in &session.modulations {
+            let own = usize::from(joint.spec.joint) % 2;
+            let muscles = || joint.spec.muscles();
+            let [lift, drop] = [
+                muscles().find_map(|it| it.lift).unwrap(),
+                muscles().find_map(|it| it.drop).unwrap(),
+            ];
+            for (share, muscle) in [(lift, 2 * own), (drop, 2 * own + 1)] {
+                // Of coefficients a millionth's half in each value makes at most eight.
+                let wanted = found.muscles[muscle].bernstein.unwrap();
+                let off = share.0.iter().zip(wanted).map(|(a, b)| (a - b).abs());
+                assert!(off.max().unwrap() <= 8, "{name}: {share:?} {wanted:?}");
+            }
+        }
+    }
+}
+
+/// A session's text with these ranges and functions.
+fn with_curves(text: &str, found: &Curves) -> String {
+    let mut own = 0;
+    let line = |line: &str| -> String {
+        if line.starts_with("joint = ") {
+            own = usize::from(line.contains("shoulder"));
+        }
+        let [low, high] = found.range_deg[own];
+        let values = |muscle: usize| {
+            let b = found.muscles[muscle].bernstein.unwrap();
+            let values = [0.0, 0.25, 0.5, 0.75, 1.0].map(|u: f64| {
+                let v = 1.0 - u;
+                let terms = [v.powi(4), 4.0 * u * v.powi(3), 6.0 * u * u * v * v];
+                let more = [4.0 * u.powi(3) * v, u.powi(4)];
+                let terms = terms.into_iter().chain(more).zip(b);
+                let sum: f64 = terms.map(|(term, b)| term * f64::from(b)).sum();
+                format!("{:.6}", 1e-6 * sum)
+            });
+            values.join(", ")
+        };
+        match line.split_once(" = ").map(|(field, _)| field) {
+            Some("lift") => format!("lift = [{}]", values(2 * own)),
+            Some("drop") => format!("drop = [{}]", values(2 * own + 1)),
+            Some("angle_min_deg") => format!("angle_min_deg = {low}"),
+            Some("angle_max_deg") => format!("angle_max_deg = {high}"),
+            _ => line.to_owned(),
+        }
+    };
+    let lines: Vec<String> = text.lines().map(line).collect();
+    lines.join("\n") + "\n"
+}
+
+/// The whole native device, by the link, with guard and scheduler, puts out every burst of a
+/// lift as the fast way has it, to one DAC code; angles take less than 3 ms to a burst.
+#[test]
+fn the_whole_device_lifts_as_the_fast_way_says() {
+    let study = Study::declared().unwrap();
+    let person = person(&study, &[]);
+    for condition in [Condition::Assist, Condition::Resist] {
+        for height in 0..3 {
+            let found = whole(&study, &person, condition, (height, 9)).unwrap();
+            println!("{condition:?} to height {height}: {found:?}");
+            assert!(found.bursts > 400, "{found:?}");
+            assert_eq!((found.same, found.alone), (found.bursts, 0), "{found:?}");
+            assert!(found.lag_us < 3_000, "{found:?}");
         }
     }
 }
