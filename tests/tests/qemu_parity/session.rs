@@ -21,10 +21,10 @@ pub enum Step {
     Advance(Micros, Sensors),
 }
 
-struct Host {
-    log: Vec<Step>,
+pub struct Host {
+    pub log: Vec<Step>,
     /// µs since boot.
-    now: u32,
+    pub now: u32,
     session: u16,
     seq: u16,
     /// What it has sent.
@@ -32,8 +32,28 @@ struct Host {
     sensors: Sensors,
 }
 
+/// Bytes arrive so long after the step before, µs.
+pub const ARRIVAL_US: u32 = 137;
+
 impl Host {
-    fn say(&mut self, request: Request) {
+    /// Of a device whose first session has this number: just opened.
+    pub fn greeting(session: u16) -> Self {
+        let mut host = Self {
+            log: Vec::new(),
+            now: 0,
+            session: BROADCAST,
+            seq: 65_000,
+            draft: Draft::default(),
+            sensors: Sensors::default(),
+        };
+        host.wait_ms(3);
+        host.say(Request::Hello { schema: SCHEMA });
+        host.session = session;
+        host.wait_ms(5);
+        host
+    }
+
+    pub fn say(&mut self, request: Request) {
         let frame = desk::frame(self.session, self.seq, self.draft.sending(request));
         self.seq = self.seq.wrapping_add(1);
         self.send(frame);
@@ -41,12 +61,12 @@ impl Host {
 
     /// Bytes arrive between two of the steps that time goes in.
     fn send(&mut self, bytes: Vec<u8>) {
-        let at = BOOT + us(self.now + 137);
+        let at = BOOT + us(self.now + ARRIVAL_US);
         self.log.push(Step::Receive(at, bytes, self.sensors));
     }
 
     /// The finger follows a slow sine whatever the device does.
-    fn wait_ms(&mut self, ms: u32) {
+    pub fn wait_ms(&mut self, ms: u32) {
         for _ in 0..ms {
             self.now += 1000;
             let phase = f64::from(self.now) * 1e-6 * 2.0;
@@ -230,18 +250,7 @@ fn joint() -> JointSpec {
 
 /// The whole log, for a device whose first session has this number.
 pub fn thirty_seconds(session: u16) -> Vec<Step> {
-    let mut host = Host {
-        log: Vec::new(),
-        now: 0,
-        session: BROADCAST,
-        seq: 65_000,
-        draft: Draft::default(),
-        sensors: Sensors::default(),
-    };
-    host.wait_ms(3);
-    host.say(Request::Hello { schema: SCHEMA });
-    host.session = session;
-    host.wait_ms(5);
+    let mut host = Host::greeting(session);
     host.configure();
     host.arm_and_start();
     host.stimulate(19_000); // over the wrap

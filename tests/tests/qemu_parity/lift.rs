@@ -1,0 +1,48 @@
+//! The shipped lift, as a log of what a device is told: four angles and whether the object
+//! is held, 60 times a second.
+
+use super::session::{ARRIVAL_US, BOOT, Host, Step};
+use firmware::link::Request;
+use firmware::units::us;
+use host_core::session::Session;
+use tests::desk;
+
+/// Words a second.
+const RATE_HZ: u32 = 60;
+
+/// The whole log, for a device whose first session has this number.
+pub fn lift(number: u16, session: &Session) -> Vec<Step> {
+    let mut host = Host::greeting(number);
+    for request in session.requests() {
+        host.say(request);
+        host.wait_ms(1);
+    }
+    host.say(Request::Subscribe { period_ms: 20 });
+    host.say(desk::ARM);
+    host.wait_ms(40);
+    words(&mut host, session, 0);
+    host.say(Request::Start);
+    let mut told = 0;
+    for ms in 1..=(session.duration_us / 1000) as u32 {
+        host.wait_ms(1);
+        if ms * RATE_HZ / 1000 > told {
+            told += 1;
+            words(&mut host, session, u64::from(ms) * 1000);
+        }
+    }
+    host.say(Request::Stop);
+    host.wait_ms(300);
+    host.log
+}
+
+/// What the host says `due_us` after the start.
+fn words(host: &mut Host, session: &Session, due_us: u64) {
+    for joint in &session.modulations {
+        host.say(Request::Measurement {
+            joint: joint.spec.joint,
+            centideg: joint.angle_at(due_us),
+            at: BOOT + us(host.now + ARRIVAL_US),
+        });
+    }
+    host.say(session.setpoints.at(due_us).request(None));
+}
