@@ -23,6 +23,10 @@ const MUSCLES: [&str; 4] = [
 ];
 /// Seconds of figure 3.
 const SHOWN_S: f64 = 30.0;
+/// k is drawn in thousandths: the triceps' is little.
+const THOUSAND: f64 = 1e3;
+/// Points of another height's way are this far, degrees; those of one are nearer.
+const APART_DEG: f64 = 3.0;
 /// A point of a drawn line every so many steps.
 const EVERY: usize = 10;
 
@@ -133,30 +137,7 @@ pub(super) fn activations(study: &Study) -> Result<[Sheet; 2], LiftError> {
     let nominal = Person::new(study, middle(study), 0)?;
     let own = &nominal.arms[0];
     let found = curves(study, own.stature_m, own.mass_kg)?;
-    let plots = found.muscles.iter().enumerate().map(|(muscle, curve)| {
-        let joint = ["elbow flexion (°)", "shoulder flexion (°)"][muscle / 2];
-        let range = found.range_deg[muscle / 2];
-        let at = |deg: f64| {
-            let own = curve.per_degree.iter().rev();
-            curve.peak * own.fold(0.0, |sum, a| sum * deg + a)
-        };
-        let angles = curve.points.iter().map(|it| it[0]);
-        let (low, high) = angles.fold((f64::MAX, f64::MIN), |(low, high), deg| {
-            (low.min(deg), high.max(deg))
-        });
-        let line = (0..=40).map(|n| low + (high - low) * f64::from(n) / 40.0);
-        let dots = Curve {
-            marked: true,
-            ..Curve::line(0, curve.points.iter().step_by(3).copied())
-        };
-        Plot {
-            title: format!("{}, {}", MUSCLES[muscle], ["lift", "drop"][muscle % 2]),
-            x: Along::even(joint, range),
-            y: Along::even("k", [0.0, 1.2 * curve.peak.max(0.01)]),
-            curves: vec![dots, Curve::line(1, line.map(|deg| [deg, at(deg)]))],
-            ..Plot::default()
-        }
-    });
+    let plots = (0..MUSCLES.len()).map(|muscle| activation(&found, muscle));
     let series = ["static optimisation, three heights", "quartic"];
     let caption = "Along the declared way, muscles as the sources have them, a wearer in the \
                    middle. The paper's curves are a picture and their coefficients unpublished.";
@@ -171,6 +152,43 @@ pub(super) fn activations(study: &Study) -> Result<[Sheet; 2], LiftError> {
         },
     );
     Ok([figure, quartics(&found)])
+}
+
+/// Activation of a muscle, and its quartic.
+fn activation(found: &Curves, muscle: usize) -> Plot {
+    let curve = &found.muscles[muscle];
+    let joint = ["elbow flexion (°)", "shoulder flexion (°)"][muscle / 2];
+    let range = found.range_deg[muscle / 2];
+    let at = |deg: f64| {
+        let own = curve.per_degree.iter().rev();
+        THOUSAND * curve.peak * own.fold(0.0, |sum, a| sum * deg + a)
+    };
+    let angles = curve.points.iter().map(|it| it[0]);
+    let (low, high) = angles.fold((f64::MAX, f64::MIN), |(low, high), deg| {
+        (low.min(deg), high.max(deg))
+    });
+    let line = (0..=40).map(|n| low + (high - low) * f64::from(n) / 40.0);
+    let way = |points: &[[f64; 2]]| Curve {
+        marked: true,
+        ..Curve::line(
+            0,
+            points.iter().step_by(3).map(|it| [it[0], THOUSAND * it[1]]),
+        )
+    };
+    let ways = curve
+        .points
+        .chunk_by(|a, b| (a[0] - b[0]).abs() < APART_DEG);
+    let fitted = Curve::line(1, line.map(|deg| [deg, at(deg)]));
+    Plot {
+        title: format!("{}, {}", MUSCLES[muscle], ["lift", "drop"][muscle % 2]),
+        x: Along::even(joint, range),
+        y: Along::even(
+            "k (thousandths)",
+            [0.0, 1.2 * THOUSAND * curve.peak.max(0.01)],
+        ),
+        curves: ways.map(way).chain([fitted]).collect(),
+        ..Plot::default()
+    }
 }
 
 /// Equation 3 with what is left.
