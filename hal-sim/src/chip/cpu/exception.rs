@@ -48,7 +48,7 @@ impl Cpu {
         self.registers = Registers::default();
         self.system.reset();
         self.pipeline = super::timing::Pipeline::default();
-        (self.asleep, self.exclusive) = (false, false);
+        (self.asleep, self.exclusive, self.stands) = (false, false, false);
         let none = Stop::Outside {
             pc: 0,
             what: "no vector table at address 0",
@@ -98,7 +98,7 @@ impl Cpu {
     }
 
     /// Lets everything up to now happen, and samples the lines.
-    fn sample(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
+    pub(super) fn sample(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
         if let Some(at) = self.system.scb.reset_request.take() {
             bus.request_reset(at);
         }

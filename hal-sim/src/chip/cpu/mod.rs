@@ -51,4 +51,22 @@ pub struct Cpu {
     entered: bool,
     /// The exclusive monitor is set (LDREX).
     exclusive: bool,
+    /// What an encoding does that the architecture leaves open.
+    pub open: Open,
+    /// It locked up, or a debugger holds it: time goes by without it.
+    stands: bool,
+}
+
+/// What becomes of an UNPREDICTABLE encoding. No program has any: who breaks one on
+/// purpose says what follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Open {
+    /// The run ends.
+    #[default]
+    Stops,
+    /// It is UNDEFINED, and locking up is no end of the run either: the core stands
+    /// until a reset.
+    Undefined,
+    /// It does nothing; the core stands, likewise.
+    Nothing,
 }

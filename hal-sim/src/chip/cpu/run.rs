@@ -2,7 +2,7 @@
 
 use super::decode::{Cache, Entry, Op};
 use super::timing::Trail;
-use super::{Bus, Cpu, Stop, Trap, Trapped};
+use super::{Bus, Cpu, Open, Stop, Trap, Trapped};
 use crate::chip::Cycle;
 
 /// What the core runs.
@@ -54,7 +54,13 @@ impl Cpu {
         until: Cycle,
         observer: &mut impl Observer,
     ) -> Result<(), Stop> {
-        self.with_decoded(|cpu, decoded| cpu.go(bus, decoded, until, observer))
+        loop {
+            let done = self.with_decoded(|cpu, decoded| cpu.go(bus, decoded, until, observer));
+            match done {
+                Err(Stop::LockUp { .. }) if self.open != Open::Stops => self.stands = true,
+                done => return done,
+            }
+        }
     }
 
     /// Lends the decoded code out of the core, so that an instruction can be
@@ -74,6 +80,9 @@ impl Cpu {
         observer: &mut impl Observer,
     ) -> Result<(), Stop> {
         loop {
+            if self.stands {
+                return self.let_pass(bus, until);
+            }
             self.service(bus, until, observer)?;
             decoded.check(bus.code_version());
             if self.cycle >= until {
@@ -95,6 +104,9 @@ impl Cpu {
     /// Executes exactly one instruction or takes one exception; asleep, goes
     /// on to the next event.
     pub fn step(&mut self, bus: &mut impl Bus) -> Result<(), Stop> {
+        if self.stands {
+            return self.let_pass(bus, self.cycle + 1);
+        }
         let until = match self.event(bus) {
             Cycle::MAX => 0, // nothing will ever wake it
             event if self.asleep => event,
@@ -109,6 +121,41 @@ impl Cpu {
             decoded.check(bus.code_version());
             cpu.instruction(bus, decoded, &mut ())
         })
+    }
+
+    /// Halts the core, or lets it go on; time goes by all the same. SysTick does not
+    /// count meanwhile (Arm ARM B3.3.1).
+    pub fn halt(&mut self, halted: bool) {
+        self.stands = halted;
+        self.system.hold_systick(halted, self.cycle);
+    }
+
+    /// Goes on at `target` as BX does, which returns from an exception if that is what
+    /// `target` says, and is a fault if bit 0 is clear.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn jump(&mut self, bus: &mut impl Bus, target: u32) -> Result<(), Stop> {
+        match self.branch_exchange(bus, target) {
+            Ok(next) => {
+                self.registers.r[15] = next;
+                Ok(())
+            }
+            Err(trap) => self.trap(bus, trap),
+        }
+    }
+
+    /// Time up to `until` without the core: what pends goes on pending.
+    fn let_pass(&mut self, bus: &mut impl Bus, until: Cycle) -> Result<(), Stop> {
+        while self.cycle < until && !bus.wants_reset() {
+            self.cycle = bus.next_event().max(self.cycle + 1).min(until);
+            self.sample(bus)?;
+        }
+        if bus.wants_reset() {
+            let pc = self.registers.r[15];
+            return Err(Stop::Reset { pc });
+        }
+        Ok(())
     }
 
     /// Whether the core sleeps (WFI, WFE).

@@ -100,6 +100,14 @@ impl Cpu {
         }
     }
 
+    /// Sets masks and CONTROL to what no instruction may have written; in thread mode the
+    /// other stack comes with SPSEL. The caller takes what is pending afterwards.
+    pub fn upset_special(&mut self, primask: bool, faultmask: bool, basepri: u8, control: u32) {
+        (self.registers.primask, self.registers.faultmask) = (primask, faultmask);
+        self.registers.basepri = basepri & PRIORITY_BITS;
+        self.write_control(control);
+    }
+
     fn write_control(&mut self, value: u32) {
         let registers = &mut self.registers;
         let value = value as u8;

@@ -34,7 +34,11 @@ impl Cpu {
         Ok(self.registers.r[15])
     }
 
-    pub(super) fn branch_exchange(&mut self, bus: &mut impl Bus, value: u32) -> Trapped<u32> {
+    pub(in crate::chip::cpu) fn branch_exchange(
+        &mut self,
+        bus: &mut impl Bus,
+        value: u32,
+    ) -> Trapped<u32> {
         self.interwork(bus, value, 1, REFILL_REGISTER)
     }
 

@@ -3,7 +3,7 @@
 use crate::chip::cpu::decode::Op;
 use crate::chip::cpu::system::actlr;
 use crate::chip::cpu::timing::{REFILL_REGISTER, Trail};
-use crate::chip::cpu::{Bus, Cpu, Fault, Trapped};
+use crate::chip::cpu::{Bus, Cpu, Fault, Open, Trapped};
 
 /// CPS, MRS and MSR take "1 or 2" cycles (TRM table 3-1, no rule given): the
 /// more, so that a load is never flattered.
@@ -64,7 +64,11 @@ impl Cpu {
             Op::InstructionBarrier => return Ok(self.branch_far(bus, next, 1, REFILL_REGISTER)),
             Op::Undefined => return Err(Fault::Undefined.into()),
             Op::NoCoprocessor => return Err(Fault::NoCoprocessor.into()),
-            Op::Unpredictable => return Err(self.refuse(bus, "UNPREDICTABLE or not modelled")),
+            Op::Unpredictable => match self.open {
+                Open::Stops => return Err(self.refuse(bus, "UNPREDICTABLE or not modelled")),
+                Open::Undefined => return Err(Fault::Undefined.into()),
+                Open::Nothing => {}
+            },
             _ => {} // hints, WFE with an event
         }
         self.pass(1);

@@ -126,6 +126,12 @@ impl System {
         }
     }
 
+    /// SysTick stands from `at` on, or goes on.
+    pub(super) fn hold_systick(&mut self, held: bool, at: Cycle) {
+        self.advance_systick(at);
+        self.systick.held = held;
+    }
+
     /// Makes exceptions pending at `at`.
     pub(super) fn pend(&mut self, exceptions: u128, at: Cycle) {
         let new = self.nvic.pend(exceptions, at);

@@ -28,6 +28,9 @@ mod icsr {
     pub const RETTOBASE: u32 = 1 << 11;
 }
 
+/// Application interrupt and reset control, which a key protects.
+const AIRCR: u32 = 0xE000_ED0C;
+
 /// A register that may be accessed by bytes and half-words, too: priorities
 /// and CFSR (Arm ARM B3.2.2, B3.4.2).
 const fn is_byte_accessible(address: u32) -> bool {
@@ -65,6 +68,38 @@ impl System {
             _ => {
                 let shift = 8 * (address & 3);
                 self.write_word(address & !3, value << shift, at)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Turns bits of the private register at `address` the other way at `at`: what a
+    /// glitch may do, also to bits that no write turns. The caller takes what is pending
+    /// afterwards.
+    ///
+    /// # Errors
+    /// What is not modelled.
+    pub fn upset(&mut self, address: u32, bits: u32, at: Cycle) -> Modelled {
+        let exceptions = Nvic::exceptions(bits, address >> 2 & 7);
+        self.fp_is_ready = false;
+        match address {
+            0xE000_E100..=0xE000_E11C => {
+                let off = exceptions & self.nvic.enabled;
+                self.nvic.enable(exceptions & !off, true, at);
+                self.nvic.enable(off, false, at);
+            }
+            0xE000_E200..=0xE000_E21C => {
+                let off = exceptions & self.nvic.pending;
+                self.pend(exceptions & !off, at);
+                self.nvic.unpend(off);
+            }
+            AIRCR => {
+                let fields = self.read_word(address, at)? ^ bits;
+                self.write_word(address, fields & 0xFFFF | 0x05FA_0000, at)?;
+            }
+            _ => {
+                let old = self.read(address, Size::Word, at)?;
+                self.write(address, Size::Word, old ^ bits, at)?;
             }
         }
         Ok(())

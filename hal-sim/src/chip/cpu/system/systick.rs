@@ -21,6 +21,8 @@ pub struct SysTick {
     counter: u32,
     /// Cycle up to which `counter` has been brought.
     brought_to: Cycle,
+    /// It does not count.
+    pub held: bool,
 }
 
 impl SysTick {
@@ -42,7 +44,7 @@ impl SysTick {
             return None;
         }
         self.brought_to = at;
-        if self.control & ENABLE == 0 {
+        if self.control & ENABLE == 0 || self.held {
             return None;
         }
         let edges = self.edges(from, at);
@@ -88,7 +90,7 @@ impl SysTick {
 
     /// Cycle at which the exception pends next.
     pub fn next_event(&self) -> Cycle {
-        if self.control & (ENABLE | TICKINT) != ENABLE | TICKINT {
+        if self.control & (ENABLE | TICKINT) != ENABLE | TICKINT || self.held {
             return Cycle::MAX;
         }
         let period = self.period();

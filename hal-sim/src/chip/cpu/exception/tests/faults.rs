@@ -1,8 +1,8 @@
 //! Faults: escalation, lock-up, faults of entry and return themselves.
 
 use super::*;
-use crate::chip::cpu::Fault;
 use crate::chip::cpu::system::number;
+use crate::chip::cpu::{Fault, Open};
 
 /// MemManage, BusFault, UsageFault enabled.
 const ALL_FAULTS: u32 = 7 << 16;
@@ -232,4 +232,65 @@ fn without_the_write_buffer_the_store_itself_faults() {
     assert_eq!(get(&mut cpu, CFSR), expected, "PRECISERR, BFARVALID");
     assert_eq!(get(&mut cpu, 0xE000_ED38), 0x3000_0000);
     assert_eq!(bus.word(STACK - 8), Some(MAIN + 4), "the store");
+}
+
+/// UDF with faults masked locks up: the run ends, or the core stands until a reset.
+#[test]
+fn a_core_that_locked_up_stands_until_a_reset() {
+    let (mut cpu, mut bus) = machine();
+    code(&mut bus, MAIN, &[0xDE00]); // udf
+    cpu.registers.faultmask = true;
+    let pc = MAIN;
+    assert_eq!(cpu.run(&mut bus, 1_000), Err(Stop::LockUp { pc }));
+    cpu.open = Open::Undefined;
+    assert_eq!(cpu.run(&mut bus, 1_000), Ok(()));
+    let (cycle, done) = (cpu.cycle, cpu.instructions);
+    assert_eq!(cpu.run(&mut bus, 5_000), Ok(()));
+    assert!(cycle >= 1_000 && cpu.cycle >= 5_000);
+    assert_eq!((cpu.instructions, cpu.registers.r[15]), (done, pc));
+    code(&mut bus, MAIN, &[0xE7FE]); // b .
+    assert_eq!(cpu.reset(&mut bus), Ok(()));
+    let until = cpu.cycle + 100;
+    assert_eq!(cpu.run(&mut bus, until), Ok(()));
+    assert!(cpu.instructions > done);
+}
+
+#[test]
+fn a_halted_core_does_nothing_and_its_systick_stands() {
+    let (mut cpu, mut bus) = machine();
+    set(&mut cpu, 0xE000_E014, 999);
+    set(&mut cpu, 0xE000_E018, 0);
+    set(&mut cpu, 0xE000_E010, 7);
+    cpu.run(&mut bus, 100).unwrap();
+    cpu.halt(true);
+    let done = cpu.instructions;
+    cpu.run(&mut bus, 10_000).unwrap();
+    assert_eq!(cpu.instructions, done);
+    cpu.halt(false);
+    let next = cpu.system.next_event();
+    assert!((10_800..11_000).contains(&next), "{next}");
+    cpu.run(&mut bus, next + 20).unwrap();
+    assert_eq!(cpu.registers.exception, 15);
+}
+
+#[test]
+fn a_jump_without_the_thumb_bit_is_a_fault() {
+    let (mut cpu, mut bus) = machine();
+    assert_eq!(cpu.jump(&mut bus, MAIN + 4 | 1), Ok(()));
+    assert_eq!(cpu.registers.r[15], MAIN + 4);
+    assert_eq!(cpu.jump(&mut bus, MAIN + 4), Ok(()));
+    assert_eq!(cpu.registers.exception, 3);
+}
+
+/// IT with the condition 1111 is UNPREDICTABLE.
+#[test]
+fn what_is_left_open_does_what_was_chosen() {
+    for (open, exception) in [(Open::Undefined, 3), (Open::Nothing, 0)] {
+        let (mut cpu, mut bus) = machine();
+        code(&mut bus, MAIN, &[0xBFF8, 0xE7FE]);
+        assert!(cpu.run(&mut bus, 50).is_err());
+        cpu.open = open;
+        cpu.step(&mut bus).unwrap();
+        assert_eq!(cpu.registers.exception, exception);
+    }
 }

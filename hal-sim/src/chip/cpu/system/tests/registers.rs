@@ -247,3 +247,30 @@ fn what_is_not_modelled_has_a_name() {
     let name = "a private register accessed by less than a word";
     assert_eq!(half, Err(Unmodelled(name)));
 }
+
+/// Bits that writing sets or clears only, and one that a key protects, turn both ways.
+#[test]
+fn an_upset_turns_what_no_write_turns() {
+    let mut system = System::default();
+    for (address, bits) in [
+        (0xE000_E100, 1 << 28),
+        (0xE000_E108, 1),
+        (0xE000_E200, 1 << 6),
+        (0xE000_E41C, 0x40),
+        (0xE000_ED08, 1 << 15),
+        (0xE000_ED0C, 1 << 9),
+        (0xE000_ED14, 1 << 3),
+        (0xE000_ED20, 1 << 31),
+        (0xE000_ED24, 1 << 17),
+        (0xE000_ED94, 1 << 1),
+        (0xE000_E014, 1 << 7),
+    ] {
+        let before = system.read(address, Size::Word, 0).unwrap();
+        for turned in [before ^ bits, before] {
+            system.upset(address, bits, 0).unwrap();
+            let now = system.read(address, Size::Word, 0).unwrap();
+            assert_eq!(now, turned, "{address:#x}");
+        }
+    }
+    assert!(system.upset(0xE004_1000, 1, 0).is_err());
+}
