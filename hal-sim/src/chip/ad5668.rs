@@ -72,6 +72,11 @@ impl Ad5668 {
         self.selected = low;
     }
 
+    /// Whether /SYNC is low.
+    pub const fn is_selected(&self) -> bool {
+        self.selected
+    }
+
     /// Clocks in the lower `count` bits of `bits`, highest first, the last with
     /// the edge at `at`. Without /SYNC low nothing happens; edges after the
     /// 32nd of a frame do nothing.

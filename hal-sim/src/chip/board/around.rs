@@ -2,6 +2,7 @@
 //! it.
 
 use super::front_end::{current_ma, sense};
+use super::loss::Loss;
 use super::margin::Margins;
 use super::outputs::{Outputs, Phases};
 use super::stages;
@@ -43,6 +44,8 @@ pub struct Around {
     joint: u16,
     /// Lines that are broken on their way to a stage, which has them low.
     pub broken: Levels,
+    /// Words that never arrive at the DACs.
+    pub loss: Loss,
     /// How early the tape's windows were ready, since device time began or
     /// [`Self::restart_counts`].
     pub(crate) margins: Margins,
@@ -74,6 +77,7 @@ impl Around {
             load_ohm: [2_000; CHANNELS],
             joint: 0,
             broken: Levels::ISOLATED,
+            loss: Loss::default(),
             margins: Margins::default(),
             hz,
             now: 0,
@@ -197,6 +201,9 @@ impl Around {
         let edges = &mut self.soc.playback.gpio.edges;
         for edge in edges.drain(..) {
             self.outputs.edge(edge);
+            if self.loss.takes(word.value, &self.dacs) {
+                continue;
+            }
             for (dac, (port, pin)) in self.dacs.iter_mut().zip(wiring::DAC_SYNC) {
                 if usize::from(edge.port) == port.index() && edge.changed >> pin & 1 == 1 {
                     dac.select(edge.levels >> pin & 1 == 0);
@@ -212,6 +219,7 @@ impl Around {
             wiring::JOINT => self.joint,
             wiring::CURRENT => sense(self.current_ma()),
             _ => 0,
+                    self.loss.begin();
         }
     }
 

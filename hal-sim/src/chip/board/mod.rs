@@ -7,6 +7,7 @@
 
 mod around;
 pub mod front_end;
+mod loss;
 mod margin;
 mod outputs;
 pub mod stages;
@@ -14,6 +15,7 @@ pub mod wiring;
 
 pub use around::Around;
 pub use margin::Margins;
+pub use loss::{Half, Loss};
 pub use outputs::Phases;
 
 use super::Cycle;

@@ -82,6 +82,8 @@ pub struct Adc {
     conversion: Option<Conversion>,
     /// Broken: no trigger begins a conversion.
     pub deaf: bool,
+    /// Triggers to come that it does not heed.
+    pub unheard: u8,
 }
 
 impl Default for Adc {
@@ -101,6 +103,7 @@ impl Default for Adc {
             ready: 0,
             conversion: None,
             deaf: false,
+            unheard: 0,
         }
     }
 }
@@ -112,6 +115,7 @@ impl Adc {
             hz: self.hz,
             bus_divider: self.bus_divider,
             deaf: self.deaf,
+            unheard: self.unheard,
             ..Self::default()
         };
     }
@@ -133,6 +137,10 @@ impl Adc {
             || (self.cr2 & cr2::JEXTSEL) >> 16 != TIM2_TRGO
             || self.deaf
         {
+            return Ok(());
+        }
+        if self.unheard > 0 {
+            self.unheard -= 1;
             return Ok(());
         }
         refuse(self.conversion.is_some(), "ADC: triggered while converting")?;

@@ -35,7 +35,7 @@ impl Playback {
     #[inline]
     pub(super) fn fast_forward(&mut self, end: Cycle, ram: &mut Ram) -> Modelled {
         let (at, _) = self.requests.next();
-        if at.saturating_add(SPAN) > end || !self.is_quiet_at(at) {
+        if self.unseen != 0 || at.saturating_add(SPAN) > end || !self.is_quiet_at(at) {
             return Ok(());
         }
         let (asking, lap) = self.requests.lap();

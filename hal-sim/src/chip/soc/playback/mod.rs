@@ -11,9 +11,11 @@ mod access;
 mod fast_forward;
 mod idle;
 mod requests;
+mod slips;
 mod transfers;
 
 pub use access::Block;
+pub use slips::{Clocking, Slip};
 
 use super::Ram;
 use super::dma::{Dma, EVENTS, NEVER};
@@ -72,6 +74,8 @@ pub struct Playback {
     requests: Requests,
     /// Events that have asked and were not yet served, one bit each.
     requested: u8,
+    /// Streams that will not see the next request made to them, bit n is stream n.
+    unseen: u8,
     /// DMA2 does nothing before this.
     quiet_until: Cycle,
     /// Streams that listen to each event, bit n is stream n.
@@ -103,6 +107,7 @@ impl Playback {
             ports: Default::default(),
             requests: Requests::NONE,
             requested: 0,
+            unseen: 0,
             quiet_until: 0,
             listeners: [0; EVENTS],
             shared: [false; 2],

@@ -3,4 +3,5 @@
 mod crowded;
 mod disturbed;
 mod scene;
+mod slips;
 mod tape;

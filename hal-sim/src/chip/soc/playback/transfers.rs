@@ -108,8 +108,13 @@ impl Playback {
     /// asked again before being served misses a request, unnoticed.
     fn request(&mut self, event: usize, at: Cycle) {
         self.requests.pass();
-        self.requested |= 1 << event;
-        let listeners = self.listeners[event] & !self.ports[PERIPHERAL].waiting;
+        let listening = self.listeners[event];
+        let seen = listening & !self.unseen;
+        self.unseen &= !listening;
+        if seen != 0 || listening == 0 {
+            self.requested |= 1 << event;
+        }
+        let listeners = seen & !self.ports[PERIPHERAL].waiting;
         for index in streams(listeners) {
             let stream = self.dma[1].stream_mut(index);
             stream.asked = at;

@@ -191,7 +191,7 @@ impl Timer {
     }
 
     pub(super) fn tick_period(&self) -> u64 {
-        self.divider * (u64::from(self.psc[IN_FORCE]) + 1)
+        self.divider * (u64::from(self.psc[IN_FORCE]) + 1) * u64::from(self.arrives.max(1))
     }
 
     /// Starts the internal clock if the counter is enabled and not a slave.
@@ -199,7 +199,7 @@ impl Timer {
     /// the first count comes one count period after that.
     pub(super) fn restart(&mut self, done: Cycle) {
         let is_blocked = self.arr[IN_FORCE] == 0; // RM0090 18.4.12
-        if self.cr1 & bit::CEN == 0 || self.is_slave() || is_blocked {
+        if self.cr1 & bit::CEN == 0 || self.is_slave() || is_blocked || self.arrives == 0 {
             return;
         }
         let period = self.tick_period();

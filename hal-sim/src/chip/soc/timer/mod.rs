@@ -13,8 +13,9 @@ mod capture;
 mod count;
 mod registers;
 
+use super::playback::Clocking;
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Modelled, Unmodelled};
+use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 use capture::Capture;
 use count::Ticks;
 pub(crate) use registers::bit;
@@ -60,6 +61,11 @@ pub struct Timer {
     /// Cycles at which OC3REF, chosen as TRGO (TIM2: the ADC's trigger), rose.
     pub(crate) rises: Vec<Cycle>,
     input: Capture,
+    /// Broken: counts of its clock, or edges of its trigger, for one that arrives; 0 is
+    /// none.
+    arrives: u32,
+    /// What ARR shows, where it is not what is compared with.
+    shown: Option<u32>,
 }
 
 /// Index of the value written, in `Timer::psc` and `Timer::arr`.
@@ -94,6 +100,8 @@ impl Timer {
             reference: [false; 4],
             rises: Vec::new(),
             input: Capture::default(),
+            arrives: 1,
+            shown: None,
         }
     }
 
@@ -104,6 +112,7 @@ impl Timer {
             divider: self.divider,
             seen: done.saturating_sub(1).max(self.seen),
             input: self.input.clone(),
+            arrives: self.arrives,
             ..Self::new(self.number)
         };
     }
@@ -261,8 +270,10 @@ impl Timer {
         self.ticks.keep_risen_before(now);
         if let Some((first, distance)) = edges
             && self.cr1 & bit::CEN != 0
+            && self.arrives != 0
         {
             let tick = self.synchronised(first);
+            let distance = distance * u64::from(self.arrives);
             self.ticks.set_delayed(tick, distance, tick - first);
         }
         Ok(())
@@ -271,6 +282,35 @@ impl Timer {
     /// First cycle at which an edge at `edge` counts.
     fn synchronised(&self, edge: Cycle) -> Cycle {
         edge.next_multiple_of(self.divider) + TRIGGER_SYNCHRONISATION * self.divider
+    }
+
+    /// Its clock, or its trigger as a slave, is broken from `at` on: to be linked anew.
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn misclock(&mut self, clocking: Clocking, at: Cycle) -> Modelled {
+        self.advance(at.saturating_sub(1))?;
+        self.arrives = match clocking {
+            Clocking::Stands => 0,
+            Clocking::Every(n) => n.max(1),
+        };
+        if !self.is_slave() {
+            self.ticks.stop(at);
+            self.restart(at);
+        }
+        Ok(())
+    }
+
+    /// It overflows after `counts`, at least 2, whatever ARR shows.
+    ///
+    /// # Errors
+    /// It has counted further already.
+    pub fn misreload(&mut self, counts: u32) -> Modelled {
+        let last = counts.max(2) - 1;
+        refuse(self.count > last, "a timer counting beyond its ARR")?;
+        self.shown = Some(self.shown.unwrap_or(self.arr[WRITTEN]));
+        self.arr = [last; 2];
+        Ok(())
     }
 
     /// The input of channel 1 became `high` at `at`.

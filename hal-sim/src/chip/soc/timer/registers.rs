@@ -61,7 +61,7 @@ impl Timer {
             offset::CCER => self.ccer,
             offset::CNT => self.count,
             offset::PSC => self.psc[WRITTEN],
-            offset::ARR => self.arr[WRITTEN],
+            offset::ARR => self.shown.unwrap_or(self.arr[WRITTEN]),
             offset::CCR1..=offset::CCR4 => self.read_ccr((offset - offset::CCR1) as usize / 4),
             _ => 0, // EGR is write only; RCR and BDTR hold 0
         })
@@ -238,6 +238,7 @@ impl Timer {
 
     fn write_arr(&mut self, value: u32, done: Cycle) {
         self.arr[WRITTEN] = value;
+        self.shown = None;
         if self.cr1 & bit::ARPE != 0 {
             return;
         }

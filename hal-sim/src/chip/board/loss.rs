@@ -1,0 +1,86 @@
+//! Words that never arrive at the DACs.
+
+use crate::chip::ad5668::Ad5668;
+
+/// Which of the next words are lost. By default none.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Loss {
+    /// Writes, of two words each, that are lost in part or whole.
+    writes: u32,
+    /// Of those only the first word, or only the second, is.
+    half: Option<Half>,
+    /// Only writes to this output, 0 to 9, count.
+    only: Option<u8>,
+    /// The next word is the second of its write; whether that one is to be lost.
+    second: Option<bool>,
+}
+
+/// A word of a write.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Half {
+    /// Command, output, and the upper bits.
+    First,
+    /// The lower bits.
+    Second,
+}
+
+/// Outputs of a DAC that stages hang on.
+const PER_DAC: u8 = 5;
+
+impl Loss {
+    /// The next `writes` are lost, of two words each; of each only `half`, if that is said,
+    /// and only those to output `only`, 0 to 9, if that is.
+    #[must_use]
+    pub const fn of(writes: u32, half: Option<Half>, only: Option<u8>) -> Self {
+        Self {
+            writes,
+            half,
+            only,
+            second: None,
+        }
+    }
+
+    /// /SYNC moved: what follows begins a write.
+    pub(super) fn begin(&mut self) {
+        self.second = None;
+    }
+
+    /// Whether `word`, clocked out to `dacs`, is lost.
+    pub(super) fn takes(&mut self, word: u16, dacs: &[Ad5668; 2]) -> bool {
+        if let Some(lost) = self.second.take() {
+            return lost && self.half != Some(Half::First);
+        }
+        let chip = dacs.iter().position(Ad5668::is_selected);
+        let output = chip.map(|chip| chip as u8 * PER_DAC + (word >> 4 & 0xF) as u8); // 0 or 1
+        let lost = self.writes > 0 && (self.only.is_none() || self.only == output);
+        self.writes -= u32::from(lost);
+        self.second = Some(lost);
+        lost && self.half != Some(Half::Second)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Which of six words to DAC 2 are lost: writes to its outputs 0, 1 and 0.
+    fn lost(mut loss: Loss) -> [bool; 6] {
+        let mut dacs = [Ad5668::default(), Ad5668::default()];
+        dacs[1].select(true);
+        let words = [0x0300, 0x1111, 0x0310, 0x2222, 0x0300, 0x3333];
+        words.map(|word| loss.takes(word, &dacs))
+    }
+
+    #[test]
+    fn writes_are_lost_whole_by_half_or_of_one_output() {
+        let (no, yes) = (false, true);
+        assert_eq!(lost(Loss::default()), [no; 6]);
+        assert_eq!(lost(Loss::of(1, None, None)), [yes, yes, no, no, no, no]);
+        assert_eq!(lost(Loss::of(2, None, None)), [yes, yes, yes, yes, no, no]);
+        assert_eq!(lost(Loss::of(1, None, Some(6))), [no, no, yes, yes, no, no]);
+        let first = lost(Loss::of(1, Some(Half::First), None));
+        assert_eq!(first, [yes, no, no, no, no, no]);
+        let second = lost(Loss::of(1, Some(Half::Second), None));
+        assert_eq!(second, [no, yes, no, no, no, no]);
+    }
+}
