@@ -16,16 +16,17 @@ const SRAM1: std::ops::Range<u32> = 0x2000_0000..SRAM2;
 const UNSHARED_WAIT: u32 = 0;
 
 const RESERVED: Denied = Denied::Unmodelled(Unmodelled("an address where nothing is modelled"));
-/// No memory lies there: the bus answers with an error (DS8626, memory map).
-const BEYOND_RAM: Denied = Denied::Error;
-/// Below it lie memories, and what is reserved.
-const REGISTERS: u32 = 0x4000_0000;
+/// Nothing lies there: the bus answers with an error. DS8626 and RM0090 call such
+/// addresses reserved and say no more; AHB's default slave answers so (IHI 0033, 2.4).
+const NOTHING: Denied = Denied::Error;
+/// The debug support outside the core: there, but not modelled.
+const DEBUG: std::ops::RangeInclusive<u32> = 0xE004_0000..=0xE00F_FFFF;
 
-/// Why nobody answers at `address`.
-const fn nobody(address: u32) -> Denied {
-    match address {
-        0..REGISTERS => BEYOND_RAM,
-        _ => RESERVED,
+/// Why nobody answers at `address`, where no block is that has a clock.
+fn nobody(address: u32) -> Denied {
+    match DEBUG.contains(&address) {
+        true => RESERVED,
+        false => NOTHING,
     }
 }
 
@@ -47,13 +48,13 @@ impl Bus for Soc {
         match address >> 24 {
             0x20 => {
                 let wait = self.pass_ram(address, at)?;
-                let value = self.ram.read(address, size).ok_or(BEYOND_RAM)?;
+                let value = self.ram.read(address, size).ok_or(NOTHING)?;
                 Ok(Read { value, wait })
             }
             0x08 if address < 0x0810_0000 => self.flash.read(address, size, at),
-            0x40..=0x50 | 0xE0 => self.read_register(address, size, at),
+            0x40..=0xA0 | 0xE0 => self.read_register(address, size, at),
             0x10 => {
-                let value = self.ccm.read(address, size).ok_or(BEYOND_RAM)?;
+                let value = self.ccm.read(address, size).ok_or(NOTHING)?;
                 Ok(Read { value, wait: 0 })
             }
             0x00 if address < 0x0010_0000 => self.flash.read(address, size, at),
@@ -70,12 +71,12 @@ impl Bus for Soc {
         match address >> 24 {
             0x20 => {
                 let wait = self.pass_ram(address, at)?;
-                self.ram.write(address, size, value).ok_or(BEYOND_RAM)?;
+                self.ram.write(address, size, value).ok_or(NOTHING)?;
                 Ok(wait)
             }
-            0x40..=0x50 | 0xE0 => self.write_register(address, size, value, at),
+            0x40..=0xA0 | 0xE0 => self.write_register(address, size, value, at),
             0x10 => {
-                self.ccm.write(address, size, value).ok_or(BEYOND_RAM)?;
+                self.ccm.write(address, size, value).ok_or(NOTHING)?;
                 Ok(0)
             }
             0x00 | 0x08 if address & 0x00FF_FFFF < 0x0010_0000 => {
@@ -109,7 +110,7 @@ impl Bus for Soc {
             0x08 | 0x00 if address & 0x00FF_FFFF < 0x0010_0000 => {
                 Ok(self.flash.peek(address, Size::Half) as u16)
             }
-            0x20 => Ok(self.ram.read(address, Size::Half).ok_or(BEYOND_RAM)? as u16),
+            0x20 => Ok(self.ram.read(address, Size::Half).ok_or(NOTHING)? as u16),
             _ => Err(nobody(address)),
         }
     }
@@ -226,7 +227,6 @@ impl Soc {
         Ok(())
     }
 
-    /// Wait states of an access to SRAM1 or SRAM2.
     /// Stream `index` of DMA2 slips at `at`.
     ///
     /// # Errors
@@ -261,6 +261,7 @@ impl Soc {
         Ok(())
     }
 
+    /// Wait states of an access to SRAM1 or SRAM2.
     #[inline]
     fn pass_ram(&mut self, address: u32, at: Cycle) -> Result<u32, Denied> {
         let (slave, shared) = if address < SRAM2 {
@@ -276,7 +277,13 @@ impl Soc {
 
     #[inline(never)]
     fn read_register(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
-        let (unit, offset) = map::find(address).ok_or(RESERVED)?;
+        let Some((unit, offset)) = map::find(address) else {
+            self.find_silent(address)?;
+            return Ok(Read {
+                value: 0,
+                wait: UNSHARED_WAIT,
+            });
+        };
         if !self.has_clock(unit, at)? {
             self.unclocked += 1;
             let wait = self.pass_register(unit, at)?;
@@ -306,7 +313,10 @@ impl Soc {
         value: u32,
         at: Cycle,
     ) -> Result<u32, Denied> {
-        let (unit, offset) = map::find(address).ok_or(RESERVED)?;
+        let Some((unit, offset)) = map::find(address) else {
+            self.find_silent(address)?;
+            return Ok(UNSHARED_WAIT);
+        };
         if !self.has_clock(unit, at)? {
             self.unclocked += 1;
             return Ok(self.pass_register(unit, at)?);
@@ -331,6 +341,18 @@ impl Soc {
         self.event = self.event.min(event);
         self.follow_write(unit, done)?;
         Ok(wait)
+    }
+
+    /// A block that nobody models is silent while its clock is off.
+    fn find_silent(&mut self, address: u32) -> Result<(), Denied> {
+        match map::silent(address) {
+            Some(clock) if self.rcc.is_set(clock) => Err(RESERVED),
+            Some(_) => {
+                self.unclocked += 1;
+                Ok(())
+            }
+            None => Err(nobody(address)),
+        }
     }
 
     /// Whether `unit` answers: without its clock, or held in reset, reads give 0

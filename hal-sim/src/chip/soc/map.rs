@@ -2,7 +2,7 @@
 
 use super::matrix::Bridge;
 use super::playback;
-use super::rcc::Block;
+use super::rcc::{APB1, APB2, Block};
 
 /// A block of registers and the offset within it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +72,36 @@ pub fn find(address: u32) -> Option<(Unit, u32)> {
     Some((unit, address & 0x3FF))
 }
 
+/// The clock enable (bus and bit in RCC's enable registers) of a block that nobody models;
+/// `None` where RM0090 table 1 has no block. Without its clock it reads 0 and loses writes.
+pub const fn silent(address: u32) -> Option<(usize, u32)> {
+    const AHB1: usize = 0;
+    const AHB2: usize = 1;
+    const AHB3: usize = 2;
+    Some(match address {
+        0x4000_1000..=0x4000_23FF => (APB1, 4 + (address - 0x4000_1000 >> 10)), // TIM6, 7, 12-14
+        0x4000_2C00..=0x4000_2FFF => (APB1, 11),                                // WWDG
+        0x4000_3400..=0x4000_3BFF => (APB1, 14),                                // SPI2 and its I2S
+        0x4000_4000..=0x4000_43FF => (APB1, 15),                                // I2S3
+        0x4000_4800..=0x4000_53FF => (APB1, 18 + (address - 0x4000_4800 >> 10)), // USART3-5
+        0x4000_5400..=0x4000_5FFF => (APB1, 21 + (address - 0x4000_5400 >> 10)), // I2C1-3
+        0x4000_6400..=0x4000_6BFF => (APB1, 25 + (address - 0x4000_6400 >> 10)), // CAN1, 2
+        0x4000_7400..=0x4000_77FF => (APB1, 29),                                // DAC
+        0x4001_0400..=0x4001_07FF => (APB2, 1),                                 // TIM8
+        0x4001_1000..=0x4001_17FF => (APB2, 4 + (address - 0x4001_1000 >> 10)), // USART1, 6
+        0x4001_2C00..=0x4001_33FF => (APB2, 11 + (address - 0x4001_2C00 >> 10)), // SDIO, SPI1
+        0x4001_4000..=0x4001_4BFF => (APB2, 16 + (address - 0x4001_4000 >> 10)), // TIM9-11
+        0x4002_4000..=0x4002_4FFF => (AHB1, 18),                                // backup SRAM
+        0x4002_8000..=0x4002_93FF => (AHB1, 25),                                // Ethernet
+        0x4004_0000..=0x4007_FFFF => (AHB1, 29),                                // OTG_HS
+        0x5005_0000..=0x5005_03FF => (AHB2, 0),                                 // DCMI
+        0x5006_0000..=0x5006_07FF => (AHB2, 4 + (address - 0x5006_0000 >> 10)), // CRYP, HASH
+        0x5006_0800..=0x5006_0BFF => (AHB2, 6),                                 // RNG
+        0x6000_0000..=0xA000_0FFF => (AHB3, 0),                                 // FSMC
+        _ => return None,
+    })
+}
+
 impl Unit {
     /// The bridge between it and AHB1; `None` if it is not behind AHB1.
     pub const fn bridge(self) -> Option<Bridge> {
@@ -133,5 +163,27 @@ mod tests {
         assert_eq!(find(0x4000_2850), Some((Unit::Backup, 0x50)));
         assert_eq!(find(0x4002_2400), None, "beyond port I");
         assert_eq!(find(0x4000_1000), None, "TIM6");
+    }
+
+    #[test]
+    fn blocks_that_nobody_models_have_their_clocks_where_the_manual_says() {
+        for (address, place) in [
+            (0x4000_1000, Some((APB1, 4))),  // TIM6
+            (0x4000_2000, Some((APB1, 8))),  // TIM14
+            (0x4000_5000, Some((APB1, 20))), // UART5
+            (0x4000_5C00, Some((APB1, 23))), // I2C3
+            (0x4000_6800, Some((APB1, 26))), // CAN2
+            (0x4001_1400, Some((APB2, 5))),  // USART6
+            (0x4001_3000, Some((APB2, 12))), // SPI1
+            (0x4001_4800, Some((APB2, 18))), // TIM11
+            (0x5006_0400, Some((1, 5))),     // HASH
+            (0x4000_2400, None),
+            (0x4000_6000, None),
+            (0x4001_0800, None),
+            (0xC000_0000, None),
+        ] {
+            assert_eq!(silent(address), place, "{address:#x}");
+            assert!(place.is_none() || find(address).is_none(), "{address:#x}");
+        }
     }
 }

@@ -209,6 +209,11 @@ impl Rcc {
     pub fn set_backup_writable(&mut self, writable: bool) {
         self.backup_writable = writable;
     }
+    /// Whether the enable bit at this place, bus and bit, is set.
+    pub const fn is_set(&self, (bus, bit): (usize, u32)) -> bool {
+        self.enables[bus] >> bit & 1 != 0
+    }
+
 
     /// The crystal stops oscillating at `at`.
     ///
