@@ -162,6 +162,18 @@ impl Around {
         self.outputs.origin()
     }
 
+    /// World time at `cycle`, µs, whatever the core's clock was meanwhile.
+    #[must_use]
+    pub fn us_of(&self, cycle: Cycle) -> u64 {
+        self.outputs.when().us(cycle)
+    }
+
+    /// First cycle at or after world time `us`, should the core's clock stay.
+    #[must_use]
+    pub fn cycle_of(&self, us: u64) -> Cycle {
+        self.outputs.when().cycle(us)
+    }
+
     /// Begins margins and phases anew.
     pub fn restart_counts(&mut self) {
         self.margins = Margins::default();
@@ -189,6 +201,9 @@ impl Around {
     /// Pin edges, DAC words and USB packets up to now, in their order.
     fn collect(&mut self) -> Modelled {
         for word in self.soc.spi3.words() {
+            if self.loss.takes(word.value, &self.dacs) {
+                continue;
+            }
             for dac in &mut self.dacs {
                 dac.shift(word.value, word.bits, word.end)?;
             }
@@ -201,12 +216,10 @@ impl Around {
         let edges = &mut self.soc.playback.gpio.edges;
         for edge in edges.drain(..) {
             self.outputs.edge(edge);
-            if self.loss.takes(word.value, &self.dacs) {
-                continue;
-            }
             for (dac, (port, pin)) in self.dacs.iter_mut().zip(wiring::DAC_SYNC) {
                 if usize::from(edge.port) == port.index() && edge.changed >> pin & 1 == 1 {
                     dac.select(edge.levels >> pin & 1 == 0);
+                    self.loss.begin();
                 }
             }
         }
@@ -219,7 +232,6 @@ impl Around {
             wiring::JOINT => self.joint,
             wiring::CURRENT => sense(self.current_ma()),
             _ => 0,
-                    self.loss.begin();
         }
     }
 
@@ -239,10 +251,32 @@ impl Around {
             .sum()
     }
 
+    pub(super) fn debug_halt(&mut self, halted: bool, at: Cycle) -> Modelled {
+        self.advance(at)?;
+        self.soc.debug_halt(halted, at)
+    }
+
+    pub(super) fn pll_runs_at(&mut self, hz: u32, at: Cycle) -> Modelled {
+        self.advance(at)?;
+        self.soc.pll_runs_at(hz, at)?;
+        self.follow_clock(at);
+        Ok(())
+    }
+
+    pub(super) fn crystal_dies(&mut self, at: Cycle) -> Modelled {
+        self.advance(at)?;
+        self.soc.rcc.hse_fails(at)?;
+        self.soc.reschedule();
+        self.advance(at)?;
+        self.follow_clock(at);
+        Ok(())
+    }
+
     fn follow_clock(&mut self, at: Cycle) {
         if self.hz != self.soc.hz() {
             self.hz = self.soc.hz();
             self.host.set_hz(self.hz.into(), at);
+            self.outputs.set_hz(self.hz, at);
         }
     }
 

@@ -11,11 +11,12 @@ mod loss;
 mod margin;
 mod outputs;
 pub mod stages;
+mod time;
 pub mod wiring;
 
 pub use around::Around;
-pub use margin::Margins;
 pub use loss::{Half, Loss};
+pub use margin::Margins;
 pub use outputs::Phases;
 
 use super::Cycle;
@@ -185,6 +186,56 @@ impl<O: Observer> Board<O> {
         done.map_err(|stop| self.explain(stop))
     }
 
+    /// The supply is `mv` from now on. Below what the chip needs it is held in reset, all
+    /// pins inputs, and starts again when that suffices.
+    ///
+    /// # Errors
+    /// [`BoardError`]: no vector table.
+    pub fn supply(&mut self, mv: u32) -> Result<(), BoardError> {
+        let had = self.around.soc.is_powered();
+        self.around.soc.supply(mv);
+        let has = self.around.soc.is_powered();
+        if had && !has {
+            self.reset()?;
+            self.cpu.halt(true);
+        } else if has && !had {
+            self.cpu.halt(false);
+        }
+        Ok(())
+    }
+
+    /// A debugger halts the core, or lets it go on, while time goes by.
+    ///
+    /// # Errors
+    /// [`BoardError`]: timers that stand in a way that is not modelled.
+    pub fn debug_halt(&mut self, halted: bool) -> Result<(), BoardError> {
+        let at = self.cpu.cycle;
+        let done = self.around.debug_halt(halted, at);
+        done.map_err(|what| self.explain(what.at(&self.cpu)))?;
+        self.cpu.halt(halted);
+        Ok(())
+    }
+
+    /// The PLL gives `hz` instead of what its registers say.
+    ///
+    /// # Errors
+    /// [`BoardError`]: prescalers that are not modelled.
+    pub fn pll_runs_at(&mut self, hz: u32) -> Result<(), BoardError> {
+        let at = self.cpu.cycle;
+        let done = self.around.pll_runs_at(hz, at);
+        done.map_err(|what| self.explain(what.at(&self.cpu)))
+    }
+
+    /// The crystal stops.
+    ///
+    /// # Errors
+    /// [`BoardError`]: nothing watches it.
+    pub fn crystal_dies(&mut self) -> Result<(), BoardError> {
+        let at = self.cpu.cycle;
+        let done = self.around.crystal_dies(at);
+        done.map_err(|what| self.explain(what.at(&self.cpu)))
+    }
+
     fn explain(&self, stop: Stop) -> BoardError {
         let pc = self.cpu.registers.r[15];
         let function = self.image.symbols.describe(pc);
@@ -226,7 +277,10 @@ impl<O: Observer> Board<O> {
             return Ok(()); // there already
         };
         let now_us = self.now_us + ahead;
-        self.run_to(self.around.origin() + now_us * CYCLES_PER_US)?;
+        // The clock may fail on the way.
+        while self.around.cycle_of(now_us) > self.cpu.cycle {
+            self.run_to(self.around.cycle_of(now_us))?;
+        }
         self.now_us = now_us;
         Ok(())
     }

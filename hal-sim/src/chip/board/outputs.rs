@@ -1,6 +1,7 @@
 //! What the board put out, from cycles to microseconds.
 
 use super::CYCLES_PER_US;
+use super::time::Time;
 use super::wiring::{self, Outputs as Pins, Port};
 use crate::chip::Cycle;
 use crate::chip::ad5668::Change;
@@ -86,6 +87,7 @@ enum Out {
 #[derive(Clone, Debug)]
 pub(super) struct Outputs {
     origin: Option<Cycle>,
+    time: Time,
     pins: Pins,
     levels: Levels,
     pump: Pump,
@@ -100,6 +102,7 @@ impl Default for Outputs {
     fn default() -> Self {
         Self {
             origin: None,
+            time: Time::new(0),
             pins: Pins::default(),
             levels: Levels::ISOLATED,
             pump: Pump::Runs(Vec::new()),
@@ -115,6 +118,7 @@ impl Outputs {
     /// World time begins, with 0 at `origin`; what came before is dropped.
     pub fn begin(&mut self, origin: Cycle) {
         self.origin = Some(origin);
+        self.time = Time::new(origin);
         self.waiting.clear();
         self.pump = Pump::Runs(Vec::new());
         self.open = None;
@@ -145,8 +149,18 @@ impl Outputs {
         &self.pump
     }
 
+    /// The core's clock is `hz` from `cycle` on.
+    pub fn set_hz(&mut self, hz: u32, cycle: Cycle) {
+        self.time.set_hz(hz, cycle);
+    }
+
+    /// Which cycle is when.
+    pub const fn when(&self) -> &Time {
+        &self.time
+    }
+
     fn time(&self, cycle: Cycle) -> u64 {
-        cycle.saturating_sub(self.origin()) / CYCLES_PER_US
+        self.time.us(cycle)
     }
 
     pub fn edge(&mut self, edge: Edge) {

@@ -13,7 +13,7 @@ mod tests;
 pub use target::Points;
 
 use super::Cycle;
-use super::board::{Around, Board, BoardError, CYCLES_PER_US};
+use super::board::{Around, Board, BoardError};
 use super::cpu::Stop;
 use crate::lockstep::Device;
 use firmware::lockstep::{Sensors, Sink};
@@ -284,7 +284,7 @@ impl<L: Line + Send + 'static> Device for Debugger<L> {
     fn advance(&mut self, to: Micros, sensors: &Sensors, sink: &mut dyn Sink) -> io::Result<()> {
         let ahead = (to - Micros::new(self.board.now_us() as u32)).us().max(0);
         let end = self.board.now_us() + u64::from(ahead.cast_unsigned());
-        let limit = self.board.around.origin() + end * CYCLES_PER_US;
+        let limit = self.board.around.cycle_of(end);
         self.run(limit, |board| board.resume(to, sensors))?;
         self.board.emit(sink);
         Ok(())

@@ -107,6 +107,13 @@ impl Oscillator {
         self.core_hz = core_hz;
     }
 
+    /// From cycle `at` on its own frequency is `hz`, at least 1.
+    pub fn set_hz(&mut self, hz: u32, at: Cycle) {
+        (self.ticks, self.fraction) = self.position(at);
+        self.since = at;
+        self.hz = hz.max(1);
+    }
+
     /// Frequency of the core that it is seen from, Hz.
     pub const fn core_hz(&self) -> u32 {
         self.core_hz

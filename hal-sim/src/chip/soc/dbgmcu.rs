@@ -1,6 +1,6 @@
 //! DBGMCU: who the chip is; which timers a halted core stops (RM0090 section
-//! 38.16). A debugger's halt stops all time of the simulator, so the freeze
-//! bits are kept and have no further effect.
+//! 38.16). The simulator's own debugger stops all time, whatever the bits say; a
+//! core that is halted in simulated time (`Soc::debug_halt`) heeds them.
 
 use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part};
 
@@ -16,6 +16,20 @@ pub struct Dbgmcu {
 impl Dbgmcu {
     /// Bits that exist, in CR, APB1FZR and APB2FZR.
     const FIELDS: [u32; 3] = [0xE7, 0x06E0_1DFF, 0x0007_0003];
+
+    /// Whether a halted core stops timer 1 to 5.
+    pub const fn stops_timer(&self, number: u8) -> bool {
+        match number {
+            1 => self.registers[2] & 1 != 0,
+            2..=5 => self.registers[1] >> (number - 2) & 1 != 0,
+            _ => false,
+        }
+    }
+
+    /// Whether it stops the independent watchdog.
+    pub const fn stops_watchdog(&self) -> bool {
+        self.registers[1] & 1 << 12 != 0
+    }
 }
 
 impl Peripheral for Dbgmcu {

@@ -1,7 +1,6 @@
 //! The independent watchdog (RM0090 chapter 21).
 //!
-//! A debugger's halt stops all time of the simulator, so DBGMCU's freeze bit
-//! has nothing to do here. Taken: the prescaler runs freely, so that the first
+//! Taken: the prescaler runs freely, so that the first
 //! count after a reload may be cut short; a new prescaler or reload value
 //! arrives five LSI cycles after its write.
 
@@ -65,6 +64,8 @@ pub struct Iwdg {
     reload: Synchronized,
     /// LSI and counter; it runs once it was started.
     running: Option<(Oscillator, Counter)>,
+    /// Tick since which it stands.
+    held_at: Option<u64>,
     /// It asks for a reset of the chip.
     pub(crate) bitten: bool,
 }
@@ -79,6 +80,7 @@ impl Iwdg {
             prescaler: Synchronized::new(0),
             reload: Synchronized::new(RESET_RELOAD),
             running: None,
+            held_at: None,
             bitten: false,
         }
     }
@@ -99,9 +101,32 @@ impl Iwdg {
         }
     }
 
+    /// The LSI has `hz` from cycle `at` on.
+    pub fn set_lsi_hz(&mut self, hz: u32, at: Cycle) {
+        self.lsi_hz = hz;
+        if let Some((lsi, _)) = &mut self.running {
+            lsi.set_hz(hz, at);
+        }
+    }
+
+    /// It counts no more from `at` on, or again (DBGMCU_APB1_FZ while the core is halted).
+    pub fn hold(&mut self, held: bool, at: Cycle) {
+        let Some((lsi, counter)) = &mut self.running else {
+            return;
+        };
+        let tick = lsi.ticks(at);
+        match (held, self.held_at.take()) {
+            (true, None) => self.held_at = Some(tick),
+            (true, since) => self.held_at = since,
+            (false, Some(since)) => counter.since += tick - since,
+            (false, None) => {}
+        }
+    }
+
     /// Cycle of its bite if nothing more happens; `Cycle::MAX` while it stands.
     pub fn bites_at(&self) -> Cycle {
-        self.running.as_ref().map_or(Cycle::MAX, |(lsi, counter)| {
+        let running = self.running.as_ref().filter(|_| self.held_at.is_none());
+        running.map_or(Cycle::MAX, |(lsi, counter)| {
             let divider = self.divider();
             // The count passes 0 with one multiple of the divider more.
             let last = counter.since / divider + counter.count + 1;
@@ -349,5 +374,26 @@ mod tests {
         let left = iwdg.bites_at() - 10_000;
         iwdg.set_hz(160_000_000, 10_000);
         assert_eq!(iwdg.bites_at() - 10_000, left * 10);
+    }
+
+    #[test]
+    fn an_lsi_that_drifts_moves_the_bite() {
+        let mut iwdg = board(32_000);
+        iwdg.set(KR, 0xAAAA, 10_000);
+        let left = iwdg.bites_at() - 10_000;
+        iwdg.set_lsi_hz(16_000, 10_000);
+        assert!((iwdg.bites_at() - 10_000).abs_diff(2 * left) <= 1);
+    }
+
+    #[test]
+    fn held_it_does_not_bite() {
+        let mut iwdg = board(32_000);
+        iwdg.set(KR, 0xAAAA, 10_000);
+        let bite = iwdg.bites_at();
+        iwdg.hold(true, 20_000);
+        iwdg.hold(true, 30_000);
+        assert_eq!(iwdg.bites_at(), Cycle::MAX);
+        iwdg.hold(false, 20_000 + 1_000 * TICK);
+        assert_eq!(iwdg.bites_at(), bite + 1_000 * TICK);
     }
 }

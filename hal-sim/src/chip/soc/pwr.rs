@@ -29,10 +29,10 @@ const THRESHOLDS_MV: [(u32, u32); 8] = [
     (2930, 3030),
     (3030, 3140),
 ];
-/// Power-down reset, falling, and power-on reset, rising, mV, typical (the same
-/// table).
-const POWER_DOWN_MV: u32 = 1680;
-const POWER_ON_MV: u32 = 1720;
+/// Where the chip is reset by a falling supply, and let go by a rising one, for BOR_LEV 0 to
+/// 3 of the option bytes: brown-out level 3, 2, 1, and off, which leaves the power-down and
+/// power-on resets; mV, typical (the same table).
+const BROWN_OUT_MV: [(u32, u32); 4] = [(2830, 2920), (2500, 2590), (2190, 2290), (1680, 1720)];
 
 /// Power control.
 #[derive(Clone, Debug)]
@@ -42,8 +42,8 @@ pub struct Pwr {
     pub(crate) supply_mv: u32,
     /// PVDO, the level of EXTI line 16: the supply is below the threshold.
     pub(crate) low: bool,
-    /// The supply is above the power-down level; while it is not the chip is
-    /// held in power-on reset. Brown-out levels are off (`flash` option bytes).
+    /// The supply is above the power-down and the brown-out level; while it is not the
+    /// chip is held in reset.
     pub(crate) powered: bool,
 }
 
@@ -66,15 +66,11 @@ impl Pwr {
         self.low = false;
     }
 
-    /// The supply is `mv` millivolts from now on.
-    pub fn supply(&mut self, mv: u32) {
+    /// The supply is `mv` millivolts from now on, with BOR_LEV of the option bytes.
+    pub fn supply(&mut self, mv: u32, bor_lev: u32) {
         self.supply_mv = mv;
-        self.powered = mv
-            >= if self.powered {
-                POWER_DOWN_MV
-            } else {
-                POWER_ON_MV
-            };
+        let (falling, rising) = BROWN_OUT_MV[(bor_lev & 3) as usize];
+        self.powered = mv >= if self.powered { falling } else { rising };
         self.watch();
     }
 
@@ -125,36 +121,39 @@ mod tests {
     #[test]
     fn the_supply_watch_has_the_thresholds_and_hysteresis_of_the_data_sheet() {
         let mut pwr = Pwr::default();
-        pwr.supply(1900);
+        pwr.supply(1900, 3);
         assert!(!pwr.low, "off after reset");
-        pwr.supply(3300);
+        pwr.supply(3300, 3);
         for (level, (falling, rising)) in (0..).zip(THRESHOLDS_MV) {
-            pwr.supply(3300);
+            pwr.supply(3300, 3);
             pwr.set(CR, VOS | PVDE | level << 5, 0);
             assert!(!pwr.low);
-            pwr.supply(falling);
+            pwr.supply(falling, 3);
             assert!(!pwr.low);
-            pwr.supply(falling - 1);
+            pwr.supply(falling - 1, 3);
             assert!(pwr.low);
             assert_eq!(pwr.get(CSR, 0), VOSRDY | PVDO);
-            pwr.supply(rising - 1);
+            pwr.supply(rising - 1, 3);
             assert!(pwr.low);
-            pwr.supply(rising);
+            pwr.supply(rising, 3);
             assert!(!pwr.low);
         }
     }
 
     #[test]
-    fn power_goes_below_the_power_down_level() {
-        let mut pwr = Pwr::default();
-        pwr.supply(1680);
-        assert!(pwr.powered);
-        pwr.supply(1679);
-        assert!(!pwr.powered);
-        pwr.supply(1700);
-        assert!(!pwr.powered);
-        pwr.supply(1720);
-        assert!(pwr.powered);
+    fn the_chip_has_power_above_the_brown_out_level() {
+        for (bor_lev, (falling, rising)) in (0..).zip(BROWN_OUT_MV) {
+            let mut pwr = Pwr::default();
+            for (mv, powered) in [
+                (falling, true),
+                (falling - 1, false),
+                (rising - 1, false),
+                (rising, true),
+            ] {
+                pwr.supply(mv, bor_lev);
+                assert_eq!(pwr.powered, powered, "level {bor_lev}, {mv} mV");
+            }
+        }
     }
 
     #[test]

@@ -3,10 +3,14 @@
 use super::clock::Clocks;
 use super::crc::Crc;
 use super::map::{Unit, playback_block};
-use super::rcc::Block;
+use super::playback::Clocking;
+use super::rcc::{Block, Cause};
 use super::{Exti, Peripheral, Soc, Syscfg, exti, gpio};
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::Modelled;
+
+/// Below it nothing of the chip lives: power-down reset, typical, mV (DS8626).
+const POWER_DOWN_MV: u32 = 1680;
 
 impl Soc {
     /// Something from outside changed the state: look again.
@@ -46,10 +50,65 @@ impl Soc {
         Ok(())
     }
 
-    /// The supply is `mv` from now on.
+    /// The supply is `mv` from now on; too little for it to run asks for a reset, until
+    /// which nothing else changes. Power that fails for good takes what is in RAM with it:
+    /// taken to stay, for whoever boots has written what he reads.
     pub fn supply(&mut self, mv: u32) {
-        self.pwr.supply(mv);
+        let had = self.pwr.powered;
+        self.pwr.supply(mv, self.flash.options() >> 2);
+        if had && !self.pwr.powered {
+            self.reset = Some(match mv < POWER_DOWN_MV {
+                true => Cause::PowerOn,
+                false => Cause::BrownOut,
+            });
+        }
         self.follow_supply();
+    }
+
+    /// Whether the supply suffices for the chip to run; without it is held in reset.
+    pub const fn is_powered(&self) -> bool {
+        self.pwr.powered
+    }
+
+    /// The LSI has `hz` from `at` on: 17 to 47 kHz (DS8626).
+    pub fn set_lsi_hz(&mut self, hz: u32, at: Cycle) {
+        self.iwdg.set_lsi_hz(hz, at);
+        self.reschedule_at(self.now.min(at));
+    }
+
+    /// The PLL's output is `hz` from `at` on, whatever its registers say.
+    ///
+    /// # Errors
+    /// As [`super::rcc::Rcc::pll_runs_at`].
+    pub fn pll_runs_at(&mut self, hz: u32, at: Cycle) -> Modelled {
+        self.rcc.pll_runs_at(hz, at)?;
+        self.follow_clocks(at)?;
+        self.reschedule_at(self.now.min(at));
+        Ok(())
+    }
+
+    /// A debugger halted the core at `at`, or let it go on: timers and watchdog stand
+    /// meanwhile that DBGMCU says so of (RM0090 section 38.16.2).
+    ///
+    /// # Errors
+    /// As [`super::Playback::misclock`].
+    pub fn debug_halt(&mut self, halted: bool, at: Cycle) -> Modelled {
+        self.playback.advance(at, &mut self.ram)?;
+        let clocking = match halted {
+            true => Clocking::Stands,
+            false => Clocking::Every(1),
+        };
+        for number in 1..=5 {
+            if self.dbgmcu.stops_timer(number) {
+                self.playback
+                    .misclock(number, clocking, at, &mut self.ram)?;
+            }
+        }
+        if self.dbgmcu.stops_watchdog() {
+            self.iwdg.hold(halted, at);
+        }
+        self.reschedule_at(self.now.min(at));
+        Ok(())
     }
 
     fn follow_supply(&mut self) {
@@ -117,7 +176,9 @@ impl Soc {
         let (apb1, apb2) = (clocks.apb1_divider(), clocks.apb2_divider());
         self.playback.set_clocks(apb1, apb2, at, &mut self.ram)?;
         self.flash.set_hz(hclk_hz, at);
-        self.flash.check_wait_states(self.pwr.supply_mv)?;
+        if self.rcc.is_true() {
+            self.flash.check_wait_states(self.pwr.supply_mv)?;
+        }
         self.iwdg.set_hz(hclk_hz, at);
         self.otg.set_hz(hclk_hz.into(), at);
         self.adc.set_clock(hclk_hz, apb2);

@@ -116,6 +116,11 @@ impl Flash {
         self.accelerator.reset();
     }
 
+    /// OPTCR: the option bytes.
+    pub(super) const fn options(&self) -> u32 {
+        self.programming.option_control()
+    }
+
     /// How the manual is read from now on; kept over resets.
     pub const fn set_prefetched(&mut self, prefetched: Prefetched) {
         self.accelerator.set_prefetched(prefetched);

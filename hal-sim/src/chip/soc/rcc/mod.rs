@@ -97,6 +97,8 @@ struct Starting {
 pub struct Rcc {
     hse_hz: u32,
     hse_works: bool,
+    /// What the PLL's output P is in truth, Hz, if not what its registers say.
+    pll_hz: Option<u32>,
     cr: u32,
     pllcfgr: u32,
     cfgr: u32,
@@ -134,6 +136,7 @@ impl Rcc {
         Self {
             hse_hz,
             hse_works: true,
+            pll_hz: None,
             cr: cr::RESET,
             pllcfgr: PLLCFGR_RESET,
             cfgr: 0,
@@ -170,6 +173,7 @@ impl Rcc {
             csr: flags | cause.flags(),
             bdcr: self.bdcr,
             hse_works: self.hse_works,
+            pll_hz: self.pll_hz,
             ..Self::new(self.hse_hz)
         };
     }
@@ -205,15 +209,15 @@ impl Rcc {
         Ok(self.enables[bus] & !self.resets[bus] & mask != 0)
     }
 
-    /// PWR_CR.DBP: BDCR can be written.
-    pub fn set_backup_writable(&mut self, writable: bool) {
-        self.backup_writable = writable;
-    }
     /// Whether the enable bit at this place, bus and bit, is set.
     pub const fn is_set(&self, (bus, bit): (usize, u32)) -> bool {
         self.enables[bus] >> bit & 1 != 0
     }
 
+    /// PWR_CR.DBP: BDCR can be written.
+    pub fn set_backup_writable(&mut self, writable: bool) {
+        self.backup_writable = writable;
+    }
 
     /// The crystal stops oscillating at `at`.
     ///
@@ -248,6 +252,21 @@ impl Rcc {
             self.starting.pll = Cycle::MAX;
         }
         self.update_clocks(at)
+    }
+
+    /// The PLL's output P is `hz` from `at` on, Q with it, whatever its registers say, and
+    /// through resets: it lost its lock, or its crystal is another.
+    ///
+    /// # Errors
+    /// Prescalers that are not modelled.
+    pub fn pll_runs_at(&mut self, hz: u32, at: Cycle) -> Modelled {
+        self.pll_hz = Some(hz);
+        self.update_clocks(at)
+    }
+
+    /// Whether its clocks are what its registers say.
+    pub const fn is_true(&self) -> bool {
+        self.pll_hz.is_none()
     }
 
     fn write_cr(&mut self, value: u32, at: Cycle) -> Modelled {
@@ -341,7 +360,8 @@ impl Rcc {
 
     fn update_clocks(&mut self, at: Cycle) -> Modelled {
         let pll = if self.cr & cr::PLLRDY != 0 {
-            Some(Pll::decode(self.pllcfgr, self.hse_hz)?)
+            let pll = Pll::decode(self.pllcfgr, self.hse_hz)?;
+            Some(self.pll_hz.map_or(pll, |hz| pll.running_at(hz)))
         } else {
             None
         };
@@ -350,7 +370,11 @@ impl Rcc {
             Source::Hse => self.hse_hz,
             Source::Pll => pll.map_or(HSI_HZ, |pll| pll.p_hz),
         };
-        let clocks = tree::buses(sysclk, pll.map_or(0, |pll| pll.q_hz), self.cfgr)?;
+        let usb = pll.map_or(0, |pll| pll.q_hz);
+        let clocks = tree::buses(sysclk, usb, self.cfgr);
+        if self.is_true() {
+            tree::check(&clocks)?;
+        }
         if clocks == self.clocks {
             return Ok(());
         }

@@ -211,3 +211,20 @@ fn the_backup_domain_is_reset_only_when_it_can_be_written() {
     assert!(!rcc.take_backup_reset());
     assert!(rcc.write(0x70, Size::Word, 1, 0).is_err(), "LSE");
 }
+
+/// 210 MHz is above the data sheet: nobody asked for it.
+#[test]
+fn a_pll_that_is_wrong_shows_in_no_register() {
+    for hz in [84_000_000, 210_000_000] {
+        let (mut rcc, at) = at_168_mhz();
+        let registers = [CR, PLLCFGR, CFGR, CSR].map(|offset| rcc.get(offset, at));
+        rcc.take_change();
+        rcc.pll_runs_at(hz, at).unwrap();
+        let clocks = rcc.take_change().unwrap();
+        assert_eq!((clocks.hclk_hz, clocks.apb1_divider()), (hz, 4));
+        assert_eq!(clocks.usb_hz, hz / 7 * 2);
+        assert!(!rcc.is_true());
+        let after = [CR, PLLCFGR, CFGR, CSR].map(|offset| rcc.get(offset, at));
+        assert_eq!(after, registers);
+    }
+}

@@ -78,25 +78,38 @@ impl Pll {
     }
 }
 
+impl Pll {
+    /// The same when its output P is in truth `hz`.
+    pub const fn running_at(self, hz: u32) -> Self {
+        let q_hz = self.q_hz as u64 * hz as u64 / self.p_hz as u64;
+        Self {
+            p_hz: hz,
+            q_hz: q_hz as u32,
+            ..self
+        }
+    }
+}
+
 /// Bus clocks for a system clock of `sysclk_hz` and the prescalers in `cfgr`.
-///
-/// # Errors
-/// A bus above its limit (DS8626, general operating conditions).
-pub fn buses(sysclk_hz: u32, usb_hz: u32, cfgr: u32) -> Modelled<Clocks> {
+pub const fn buses(sysclk_hz: u32, usb_hz: u32, cfgr: u32) -> Clocks {
     let hclk_hz = sysclk_hz / ahb_divider(cfgr >> 4 & 0xF);
     let (one, two) = (apb_divider(cfgr >> 10 & 7), apb_divider(cfgr >> 13 & 7));
-    let clocks = Clocks {
+    Clocks {
         hclk_hz,
         pclk1_hz: hclk_hz / one,
         pclk2_hz: hclk_hz / two,
         timer1_hz: hclk_hz / if one == 1 { 1 } else { one / 2 },
         timer2_hz: hclk_hz / if two == 1 { 1 } else { two / 2 },
         usb_hz,
-    };
+    }
+}
+
+/// # Errors
+/// A bus above its limit (DS8626, general operating conditions).
+pub fn check(clocks: &Clocks) -> Modelled {
     refuse(clocks.hclk_hz > 168_000_000, "RCC: HCLK above 168 MHz")?;
     refuse(clocks.pclk1_hz > 42_000_000, "RCC: APB1 above 42 MHz")?;
-    refuse(clocks.pclk2_hz > 84_000_000, "RCC: APB2 above 84 MHz")?;
-    Ok(clocks)
+    refuse(clocks.pclk2_hz > 84_000_000, "RCC: APB2 above 84 MHz")
 }
 
 /// HPRE: 0xxx undivided, 1000–1111 are 2, 4, 8, 16, 64, 128, 256, 512.

@@ -1,0 +1,103 @@
+//! World time in cycles of a core whose clock may fail.
+
+use crate::chip::Cycle;
+
+/// Picoseconds of a second, and of a microsecond.
+const SECOND_PS: u128 = 1_000_000_000_000;
+const US_PS: u128 = 1_000_000;
+/// The board's clock, Hz.
+const NOMINAL_HZ: u32 = 168_000_000;
+
+/// From `cycle` on, which is `ps`, the clock is `hz`.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Stretch {
+    cycle: Cycle,
+    ps: u128,
+    hz: u32,
+}
+
+/// Which cycle is when.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Time {
+    /// In their order; the first begins with world time.
+    stretches: Vec<Stretch>,
+}
+
+impl Time {
+    /// World time 0 is at `origin`, at the board's clock.
+    pub fn new(origin: Cycle) -> Self {
+        let first = Stretch {
+            cycle: origin,
+            ps: 0,
+            hz: NOMINAL_HZ,
+        };
+        Self {
+            stretches: vec![first],
+        }
+    }
+
+    /// The clock is `hz` from `cycle` on.
+    pub fn set_hz(&mut self, hz: u32, cycle: Cycle) {
+        let Some(last) = self.stretches.last_mut() else {
+            return;
+        };
+        if last.hz == hz {
+            return;
+        }
+        let ps = last.ps_at(cycle);
+        match cycle <= last.cycle {
+            true => last.hz = hz,
+            false => self.stretches.push(Stretch { cycle, ps, hz }),
+        }
+    }
+
+    /// World time at `cycle`, µs, rounded down; 0 before it began.
+    pub fn us(&self, cycle: Cycle) -> u64 {
+        let after = self.stretches.partition_point(|it| it.cycle <= cycle);
+        let stretch = self.stretches.get(after.saturating_sub(1));
+        stretch.map_or(0, |it| (it.ps_at(cycle) / US_PS) as u64)
+    }
+
+    /// The first cycle at or after `us`.
+    pub fn cycle(&self, us: u64) -> Cycle {
+        let ps = u128::from(us) * US_PS;
+        let after = self.stretches.partition_point(|it| it.ps <= ps);
+        let stretch = self.stretches.get(after.saturating_sub(1));
+        stretch.map_or(0, |it| it.cycle_of(ps))
+    }
+}
+
+impl Stretch {
+    fn ps_at(&self, cycle: Cycle) -> u128 {
+        let cycles = u128::from(cycle.saturating_sub(self.cycle));
+        self.ps + cycles * SECOND_PS / u128::from(self.hz.max(1))
+    }
+
+    fn cycle_of(&self, ps: u128) -> Cycle {
+        let cycles = (ps.saturating_sub(self.ps) * u128::from(self.hz)).div_ceil(SECOND_PS);
+        self.cycle + cycles as u64 // a run has fewer than 2^64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn microseconds_have_168_cycles_until_the_clock_changes() {
+        let mut time = Time::new(1_000);
+        for us in [0, 1, 7, 999_999, 10_000_000_000] {
+            assert_eq!(time.cycle(us), 1_000 + us * 168);
+            assert_eq!(time.us(1_000 + us * 168), us);
+            assert_eq!(time.us(1_000 + us * 168 + 167), us);
+        }
+        assert_eq!(time.us(0), 0);
+        // 16 MHz from 10 us on, then 84 MHz from 20 us on.
+        time.set_hz(16_000_000, 1_000 + 1_680);
+        time.set_hz(84_000_000, 1_000 + 1_680 + 160);
+        assert_eq!((time.cycle(9), time.cycle(10)), (2_512, 2_680));
+        assert_eq!((time.cycle(11), time.us(2_680 + 17)), (2_696, 11));
+        assert_eq!((time.cycle(20), time.cycle(21)), (2_840, 2_924));
+        assert_eq!((time.us(2_839), time.us(2_924 + 84)), (19, 22));
+    }
+}
