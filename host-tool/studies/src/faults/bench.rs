@@ -4,7 +4,7 @@ use super::error::FaultsError;
 use firmware::device::Draft;
 use firmware::link::{BROADCAST, Decoder, Event, Request, Response, SCHEMA, ToDevice, encode};
 use firmware::lockstep::Sensors;
-use firmware::safety::{FaultRecord, StopCause};
+use firmware::safety::{FaultRecord, Stages, StopCause};
 use firmware::units::Micros;
 use hal_sim::lockstep::Device;
 use hal_sim::world::Recorder;
@@ -50,6 +50,8 @@ pub(super) struct Heard {
     pub refused: Vec<(u16, String)>,
     /// It greeted back.
     hello: Option<u16>,
+    /// And said what stages it has.
+    pub stages: Option<Stages>,
 }
 
 impl<D: Device> Bench<D> {
@@ -143,6 +145,11 @@ impl<D: Device> Bench<D> {
         &self.heard
     }
 
+    /// Says `request`, and awaits no answer.
+    pub fn tell(&mut self, request: Request) -> Result<(), FaultsError> {
+        self.ask(request, 0)
+    }
+
     fn ask(&mut self, request: Request, us: u64) -> Result<(), FaultsError> {
         let told = |e: io::Error| never(e.to_string());
         self.say(request).map_err(told)?;
@@ -213,7 +220,10 @@ impl<D: Device> Bench<D> {
 impl Heard {
     fn hear(&mut self, message: &[u8]) {
         match postcard::from_bytes(message) {
-            Ok(Response::Hello(hello)) => self.hello = Some(hello.session),
+            Ok(Response::Hello(hello)) => {
+                self.hello = Some(hello.session);
+                self.stages = Some(hello.stages);
+            }
             Ok(Response::Event {
                 event: Event::Faulted(record),
                 ..

@@ -26,6 +26,10 @@ const fn file(class: Class) -> (&'static str, &'static str) {
             "registers.toml",
             include_str!("../../../faults/registers.toml"),
         ),
+        Class::Streams => ("streams.toml", include_str!("../../../faults/streams.toml")),
+        Class::Cpu => ("cpu.toml", include_str!("../../../faults/cpu.toml")),
+        Class::Supply => ("supply.toml", include_str!("../../../faults/supply.toml")),
+        Class::Pairs => ("pairs.toml", include_str!("../../../faults/pairs.toml")),
     }
 }
 
@@ -58,17 +62,29 @@ pub enum Class {
     Link,
     /// A joint's measured angle that is wrong, late or missing.
     Sensor,
+    /// What moves words, paces them or asks for them.
+    Streams,
+    /// What happens to the core.
+    Cpu,
+    /// What the chip lives on: clocks, supply, a debugger, power within a flash write.
+    Supply,
+    /// An owner that freezes and an erase stream that is off.
+    Pairs,
 }
 
 impl Class {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 10] = [
         Self::Flips,
         Self::Declarations,
         Self::Registers,
         Self::Electrode,
         Self::Link,
         Self::Sensor,
+        Self::Streams,
+        Self::Cpu,
+        Self::Supply,
+        Self::Pairs,
     ];
 
     /// As a command takes it.
@@ -81,6 +97,10 @@ impl Class {
             Self::Electrode => "electrode",
             Self::Link => "link",
             Self::Sensor => "sensor",
+            Self::Streams => "streams",
+            Self::Cpu => "cpu",
+            Self::Supply => "supply",
+            Self::Pairs => "pairs",
         }
     }
 }

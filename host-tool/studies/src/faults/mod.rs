@@ -8,22 +8,28 @@
 
 mod bench;
 mod case;
+mod cpu;
+mod cut_off;
 mod declaration;
 mod declared;
 mod electrode;
 mod error;
 mod flips;
+mod freeze;
 mod journal;
 mod kinds;
 mod link;
 mod measured;
 mod orders;
 mod outcome;
+mod pairs;
 mod registers;
 mod script;
 mod sensor;
 mod simulated;
 mod stem;
+mod streams;
+mod supply;
 mod table;
 mod truth;
 
@@ -35,15 +41,19 @@ pub use outcome::Outcome;
 pub use table::csv;
 pub use truth::declared_truth;
 
+use cpu::Core;
 use declared::Declared;
 use electrode::Electrode;
 use flips::Flips;
 use hal_sim::chip::image::Image;
 use link::Link;
+use pairs::Pairs;
 use rayon::prelude::*;
 use registers::Registers;
 use sensor::Sensor;
 use simulated::Native;
+use streams::Streams;
+use supply::Supply;
 
 /// Cases computed between two questions whether to go on, for each core.
 const AT_ONCE: usize = 4;
@@ -79,6 +89,10 @@ impl Campaign {
             Class::Electrode => Box::new(Electrode::new(seed, declaration, image.clone())?),
             Class::Link => Box::new(Link::new(seed, declaration, image.clone())?),
             Class::Sensor => Box::new(Sensor::new(seed, declaration, image.clone())?),
+            Class::Streams => Box::new(Streams::new(seed, declaration, image)?),
+            Class::Cpu => Box::new(Core::new(seed, declaration, image)?),
+            Class::Supply => Box::new(Supply::new(seed, declaration, image)?),
+            Class::Pairs => Box::new(Pairs::new(seed, declaration, image)?),
         };
         Ok(Self { draws })
     }

@@ -33,19 +33,19 @@ impl Registers {
         let each = self.registers.iter().map(|it| it.bits.count_ones());
         each.sum::<u32>().into()
     }
+}
 
-    /// Bit `number` of all of them.
-    fn find(&self, mut number: u64) -> Option<(&Register, u32)> {
-        for register in &self.registers {
-            let own = u64::from(register.bits.count_ones());
-            if number < own {
-                let set = (0..32).filter(|bit| register.bits >> bit & 1 == 1);
-                return set.map(|bit| (register, bit)).nth(number as usize);
-            }
-            number -= own;
+/// Bit `number` of all of `registers` that may be turned.
+pub(super) fn bit_of(registers: &[Register], mut number: u64) -> Option<(&Register, u32)> {
+    for register in registers {
+        let own = u64::from(register.bits.count_ones());
+        if number < own {
+            let set = (0..32).filter(|bit| register.bits >> bit & 1 == 1);
+            return set.map(|bit| (register, bit)).nth(number as usize);
         }
-        None
+        number -= own;
     }
+    None
 }
 
 /// The block that a register is of: all before its name's last part.
@@ -58,7 +58,7 @@ impl Draws for Registers {
         let mut random = Random::new(word(word(self.seed, STREAM), index));
         let moment_us = self.stem.moment(random.unit());
         let drawn = random.below(self.bits().max(1));
-        let Some((register, bit)) = self.find(drawn) else {
+        let Some((register, bit)) = bit_of(&self.registers, drawn) else {
             return Err(FaultsError::Declaration("no register's bits".into()));
         };
         let mut fork = self.stem.fork(moment_us)?;

@@ -6,7 +6,7 @@ use super::error::FaultsError;
 use firmware::lockstep::{Lockstep, Sensors};
 use firmware::safety::Fault;
 use firmware::units::Micros;
-use hal_sim::chip::board::{Board, CYCLES_PER_US};
+use hal_sim::chip::board::Board;
 use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::image::Image;
 use hal_sim::lockstep::Device;
@@ -42,8 +42,7 @@ pub(super) trait Simulated: Device {
 
 impl Simulated for Board<()> {
     fn reset_us(&self) -> Option<u64> {
-        let since = self.last_reset()?.saturating_sub(self.around.origin());
-        Some(since / CYCLES_PER_US)
+        self.last_reset().map(|at| self.around.us_of(at))
     }
 
     fn kept_fault(&mut self) -> Option<Fault> {

@@ -8,8 +8,9 @@ use super::simulated::{Boards, TWO_WINDOWS_US, judged};
 use super::truth::declared_truth;
 use firmware::lockstep::Sensors;
 use hal_sim::body::{CHANNELS, Load};
-use hal_sim::chip::board::Board;
+use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::image::Image;
+use hal_sim::random::Random;
 use hal_sim::trace::Trace;
 use hal_sim::trace::judge::{Quiet, Rule, Truth, Verdict};
 use std::io;
@@ -97,6 +98,14 @@ impl Stem {
         Ok(fork)
     }
 
+    /// The board at an instant of the window, even in cycles (an instruction begins).
+    pub fn instant(&self, random: &mut Random) -> Result<Chip, FaultsError> {
+        let mut fork = self.fork(self.moment(random.unit()))?;
+        let cycle = fork.device.cpu.cycle + random.below(CYCLES_PER_US);
+        fork.device.run_to(cycle).map_err(never_runs)?;
+        Ok(fork)
+    }
+
     /// Plays on what was broken at `moment_us`, and judges it.
     pub fn follow(&self, fork: Chip, moment_us: u64) -> Fate {
         let (mut fate, verdict) = self.judged(fork, moment_us);
@@ -125,6 +134,18 @@ impl Stem {
         fate.must_find = changed.is_some() && fate.stopped.is_none();
         (fate, verdict)
     }
+}
+
+impl Chip {
+    /// Device time of the core, µs: within a step of the host's, later than that.
+    pub fn device_us(&self) -> u64 {
+        self.device.around.us_of(self.device.cpu.cycle)
+    }
+}
+
+/// Before anything broke.
+pub(super) fn never_runs(why: impl ToString) -> FaultsError {
+    FaultsError::NeverStimulates(why.to_string())
 }
 
 fn never(lost: io::Error) -> FaultsError {

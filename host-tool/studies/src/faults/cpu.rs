@@ -1,0 +1,212 @@
+//! What happens to the core: it freezes, goes astray, hears nothing, forgets.
+
+use super::Draws;
+use super::case::{Case, Fate};
+use super::declaration::{Declaration, Register};
+use super::error::FaultsError;
+use super::freeze::{Owner, freeze};
+use super::kinds::Kinds;
+use super::registers::bit_of;
+use super::stem::{Chip, Stem, never_runs};
+use hal_sim::chip::board::Board;
+use hal_sim::chip::cpu::bus::Unmodelled;
+use hal_sim::chip::cpu::{Open, Size, Stop};
+use hal_sim::chip::image::Image;
+use hal_sim::random::Random;
+
+/// Of the streams that this class draws from.
+const STREAM: u64 = 0xC9_0C;
+/// Instructions of an owner before it stays where it is.
+const INSTRUCTIONS: u64 = 300;
+/// Where a branch may go, and a stack pointer (RM0090 section 2.3): begin and bytes. The
+/// image comes before, the whole of the addresses after.
+const FLASH: (u64, u64) = (0x0800_0000, 0x10_0000);
+const SRAM: (u64, u64) = (0x2000_0000, 0x2_0000);
+const CCM: (u64, u64) = (0x1000_0000, 0x1_0000);
+const PERIPHERALS: (u64, u64) = (0x4000_0000, 0x8_0000);
+const ALL: (u64, u64) = (0, 1 << 32);
+/// N, Z, C, V, Q, GE.
+const FLAGS: [u32; 9] = [31, 30, 29, 28, 27, 19, 18, 17, 16];
+/// MPU_RBAR: where the guard's region begins; its bytes.
+const GUARD: (u32, u32) = (0xE000_ED9C, 32);
+/// A recursion takes at most this, bytes.
+const DEEPEST: u64 = 0x1_0000;
+
+/// What fails.
+pub(super) struct Core {
+    stem: Stem,
+    kinds: Kinds,
+    registers: Vec<Register>,
+    image_bytes: u64,
+}
+
+impl Core {
+    pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
+        Ok(Self {
+            stem: Stem::grow(declaration, image)?,
+            kinds: Kinds::of(declaration, image, seed, STREAM),
+            registers: declaration.of.registers.clone(),
+            image_bytes: image.flash.len() as u64,
+        })
+    }
+
+    /// Breaks it; gives what was drawn, or why nobody knows what follows.
+    fn strike(
+        &self,
+        kind: &str,
+        fork: &mut Chip,
+        random: &mut Random,
+    ) -> Result<(String, Result<(), Stop>), FaultsError> {
+        let board = &mut fork.device;
+        let text = match kind {
+            "wild PC" => return Ok(self.go_astray(board, random)),
+            "wild SP" => {
+                let (begin, bytes) = [SRAM, CCM, ALL][random.below(3) as usize];
+                let sp = (begin + random.below(bytes)) as u32 & !3;
+                board.cpu.registers.r[13] = sp;
+                format!("{sp:#010x}")
+            }
+            "PRIMASK" | "FAULTMASK" | "BASEPRI" | "CONTROL" => special(kind, board, random),
+            "core register" => register(board, random),
+            "flags" => {
+                let bit = FLAGS[random.below(FLAGS.len() as u64) as usize];
+                board.cpu.registers.apsr ^= 1 << bit;
+                format!("bit {bit}")
+            }
+            "IT" => {
+                let bit = random.below(8);
+                board.cpu.registers.it ^= 1 << bit;
+                format!("bit {bit}")
+            }
+            "private register" => return self.private(board, random),
+            "stack at its guard" => {
+                let (register, bytes) = GUARD;
+                let cpu = &mut board.cpu;
+                let base = cpu.system.read(register, Size::Word, cpu.cycle);
+                let base = base.map_err(|Unmodelled(what)| never_runs(what))? & !(bytes - 1);
+                cpu.registers.r[13] = base + bytes;
+                format!("{:#010x}", base + bytes)
+            }
+            "stack lowered" => {
+                let bytes = random.below(DEEPEST) as u32 & !7;
+                let sp = &mut board.cpu.registers.r[13];
+                *sp = sp.wrapping_sub(bytes);
+                format!("by {bytes} bytes")
+            }
+            _ => {
+                let instructions = random.below(INSTRUCTIONS);
+                let frozen = freeze(fork, Owner::of(kind)?, instructions);
+                if !frozen.map_err(never_runs)? {
+                    return Err(never_runs("an owner does not run"));
+                }
+                format!("after {instructions} instructions")
+            }
+        };
+        Ok((text, Ok(())))
+    }
+
+    fn go_astray(&self, board: &mut Board<()>, random: &mut Random) -> (String, Result<(), Stop>) {
+        let image = (FLASH.0, self.image_bytes);
+        let areas = [image, FLASH, SRAM, CCM, PERIPHERALS, ALL];
+        let (begin, bytes) = areas[random.below(areas.len() as u64) as usize];
+        let target = (begin + random.below(bytes)) as u32;
+        let done = board.cpu.jump(&mut board.around, target);
+        (format!("{target:#010x}"), done)
+    }
+
+    fn private(
+        &self,
+        board: &mut Board<()>,
+        random: &mut Random,
+    ) -> Result<(String, Result<(), Stop>), FaultsError> {
+        let each = self.registers.iter().map(|it| it.bits.count_ones());
+        let bits = u64::from(each.sum::<u32>());
+        let drawn = random.below(bits.max(1));
+        let Some((register, bit)) = bit_of(&self.registers, drawn) else {
+            return Err(FaultsError::Declaration("no register's bits".into()));
+        };
+        let (pc, at) = (board.cpu.registers.r[15], board.cpu.cycle);
+        let done = board.cpu.system.upset(register.address, 1 << bit, at);
+        let done = done.map_err(|Unmodelled(what)| Stop::Outside { pc, what });
+        Ok((format!("{} bit {bit}", register.name), done))
+    }
+}
+
+impl Draws for Core {
+    fn case(&self, index: u64) -> Result<Case, FaultsError> {
+        let (kind, mut random) = self.kinds.draw(index)?;
+        let mut fork = self.stem.instant(&mut random)?;
+        let open = [Open::Undefined, Open::Nothing][random.below(2) as usize];
+        let (detail, done) = self.strike(kind, &mut fork, &mut random)?;
+        fork.device.cpu.open = open;
+        let moment_us = fork.device_us();
+        let fate = match done {
+            Err(stop @ Stop::LockUp { .. }) => {
+                return Err(never_runs(stop));
+            }
+            Err(stop) => Fate {
+                stopped: Some(stop.to_string()),
+                ..Fate::default()
+            },
+            Ok(()) => self.stem.follow(fork, moment_us),
+        };
+        Ok(Case {
+            index,
+            moment_us,
+            what: format!("{kind}: {detail}"),
+            fate,
+        })
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let kinds = self.kinds.in_words();
+        vec![
+            format!("Drawn: {kinds}."),
+            "What the architecture leaves open is, by draw, undefined or nothing.".to_owned(),
+        ]
+    }
+}
+
+/// Masks and CONTROL.
+fn special(kind: &str, board: &mut Board<()>, random: &mut Random) -> String {
+    let registers = &board.cpu.registers;
+    let (mut primask, mut faultmask) = (registers.primask, registers.faultmask);
+    let (mut basepri, mut control) = (registers.basepri, u32::from(registers.control));
+    let text = match kind {
+        "PRIMASK" => {
+            primask = true;
+            "set".to_owned()
+        }
+        "FAULTMASK" => {
+            faultmask = true;
+            "set".to_owned()
+        }
+        "BASEPRI" => {
+            basepri = (1 + random.below(15) as u8) << 4;
+            format!("{basepri:#04x}")
+        }
+        _ => {
+            let bit = random.below(3);
+            control ^= 1 << bit;
+            format!("bit {bit}")
+        }
+    };
+    board
+        .cpu
+        .upset_special(primask, faultmask, basepri, control);
+    text
+}
+
+/// One bit of R0 to R15; the lowest of SP and PC are not there.
+fn register(board: &mut Board<()>, random: &mut Random) -> String {
+    let (number, bit) = (random.below(16) as usize, random.below(32) as u32);
+    let lowest = match number {
+        13 => 2,
+        15 => 1,
+        _ => 0,
+    };
+    if bit >= lowest {
+        board.cpu.registers.r[number] ^= 1 << bit;
+    }
+    format!("r{number} bit {bit}")
+}

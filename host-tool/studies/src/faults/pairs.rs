@@ -1,0 +1,72 @@
+//! An owner freezes and an erase stream is off: neither alone lets a pulse be replayed.
+
+use super::Draws;
+use super::case::Case;
+use super::declaration::Declaration;
+use super::error::FaultsError;
+use super::freeze::{Owner, freeze};
+use super::kinds::Kinds;
+use super::stem::{Chip, Stem, never_runs};
+use super::streams::{ERASE, switch_off};
+use hal_sim::chip::image::Image;
+
+/// Of the streams that this class draws from.
+const STREAM: u64 = 0x9A14;
+/// Instructions of the owner before it stays where it is.
+const INSTRUCTIONS: u64 = 300;
+/// From the first fault to the second, µs, at most.
+const APART_US: u64 = 1_000_000;
+
+/// What fails.
+pub(super) struct Pairs {
+    stem: Stem,
+    kinds: Kinds,
+}
+
+impl Pairs {
+    pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
+        Ok(Self {
+            stem: Stem::grow(declaration, image)?,
+            kinds: Kinds::of(declaration, image, seed, STREAM),
+        })
+    }
+}
+
+impl Draws for Pairs {
+    fn case(&self, index: u64) -> Result<Case, FaultsError> {
+        let (kind, mut random) = self.kinds.draw(index)?;
+        let owner = Owner::of(kind)?;
+        let stream = ERASE[random.below(2) as usize];
+        let after_us = random.below(APART_US);
+        let instructions = random.below(INSTRUCTIONS);
+        let erasing_first = random.below(2) == 0;
+        let mut fork = self.stem.instant(&mut random)?;
+        let strike = |fork: &mut Chip, erasing: bool| match erasing {
+            true => switch_off(&mut fork.device, stream).map(|_| true),
+            false => freeze(fork, owner, instructions).map_err(never_runs),
+        };
+        strike(&mut fork, erasing_first)?;
+        let moment_us = fork.device_us();
+        let between = fork.run_to(moment_us + after_us);
+        let second = between.is_ok() && strike(&mut fork, !erasing_first)?;
+        let order = match (erasing_first, second) {
+            (true, true) => "erasing off, frozen",
+            (false, true) => "frozen, erasing off",
+            (true, false) => "erasing off, never ran again",
+            (false, false) => "frozen, stopped",
+        };
+        Ok(Case {
+            index,
+            moment_us,
+            what: format!("{kind}: {order} after {after_us} us, stream {stream}"),
+            fate: self.stem.follow(fork, moment_us),
+        })
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let kinds = self.kinds.in_words();
+        vec![format!(
+            "Drawn: {kinds} frozen, and an erase stream off, in either order."
+        )]
+    }
+}

@@ -1,0 +1,184 @@
+//! What the chip lives on fails: clocks, supply, a debugger, power within a flash write.
+
+use super::Draws;
+use super::case::Case;
+use super::cut_off::CutOff;
+use super::declaration::Declaration;
+use super::error::FaultsError;
+use super::freeze::{Owner, freeze};
+use super::kinds::Kinds;
+use super::stem::{Chip, Stem, never_runs};
+use hal_sim::chip::board::{Board, BoardError, CYCLES_PER_US};
+use hal_sim::chip::cpu::{Bus, Size};
+use hal_sim::chip::image::Image;
+use hal_sim::random::Random;
+
+/// Of the streams that this class draws from.
+const STREAM: u64 = 0x50_44;
+/// The PLL's output, Hz.
+const PLL_HZ: f64 = 168_000_000.0;
+/// A full-speed receiver samples four times a bit and meets an edge at least every seven
+/// (bit stuffing, USB 2.0 section 7.1.9): beyond this part of a wrong clock it loses frames.
+const USB_HOLDS: f64 = 0.25 / 7.0;
+/// From the PLL's lock to where it ends, µs, and in how many steps.
+const UNLOCKS: (u64, u32) = (100, 10);
+/// What the supply is, and where nothing lives any more, mV.
+const FULL_MV: f64 = 3_300.0;
+/// A ramp's step, mV.
+const STEP_MV: f64 = 20.0;
+/// DBGMCU_APB1_FZ and APB2_FZ, all bits.
+const FREEZE: [(u32, u32); 2] = [(0xE004_2008, 0x06E0_1DFF), (0xE004_200C, 0x0007_0003)];
+/// Instructions of an owner before it stays where it is.
+const INSTRUCTIONS: u64 = 300;
+
+/// What fails.
+pub(super) struct Supply {
+    stem: Stem,
+    kinds: Kinds,
+    cut_off: CutOff,
+}
+
+impl Supply {
+    pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
+        Ok(Self {
+            stem: Stem::grow(declaration, image)?,
+            kinds: Kinds::of(declaration, image, seed, STREAM),
+            cut_off: CutOff::new(declaration, image),
+        })
+    }
+}
+
+impl Draws for Supply {
+    fn case(&self, index: u64) -> Result<Case, FaultsError> {
+        let (kind, mut random) = self.kinds.draw(index)?;
+        if kind == "flash cut off" {
+            return self.cut_off.case(kind, index, &mut random);
+        }
+        let mut fork = self.stem.instant(&mut random)?;
+        let mut moment_us = fork.device_us();
+        let detail = if kind == "LSI, frozen" {
+            let detail = slow_and_frozen(&mut fork, &mut random)?;
+            moment_us = fork.device_us();
+            detail
+        } else {
+            strike(kind, &mut fork.device, &mut random).map_err(never_runs)?
+        };
+        Ok(Case {
+            index,
+            moment_us,
+            what: format!("{kind}: {detail}"),
+            fate: self.stem.follow(fork, moment_us),
+        })
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let kinds = self.kinds.in_words();
+        vec![
+            format!("Drawn: {kinds}."),
+            "A clock that is wrong by more than 3.6 % ends USB; time is the world's, not the \
+             chip's."
+                .to_owned(),
+        ]
+    }
+}
+
+/// Breaks it; gives what was drawn.
+fn strike(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<String, BoardError> {
+    match kind {
+        "crystal dead" => {
+            board.crystal_dies()?;
+            Ok("no oscillation".to_owned())
+        }
+        "PLL wrong" => {
+            let factor = random.log_between(0.5, 1.25);
+            set_pll(board, factor)?;
+            Ok(format!("{factor:.4} of 168 MHz"))
+        }
+        "PLL unlocked" => {
+            let (us, steps) = UNLOCKS;
+            for step in 1..=steps {
+                set_pll(board, 6.0_f64.powf(-f64::from(step) / f64::from(steps)))?;
+                let now_us = board.around.us_of(board.cpu.cycle);
+                wait_us(board, now_us + us / u64::from(steps))?;
+            }
+            Ok("168 to 28 MHz".to_owned())
+        }
+        "supply falls" => falls(board, random),
+        "supply dips" => {
+            let mv = random.between(1_000.0, 3_200.0) as u32;
+            let us = random.log_between(1.0, 10_000.0) as u64;
+            board.supply(mv)?;
+            let now_us = board.around.us_of(board.cpu.cycle);
+            wait_us(board, now_us + us)?;
+            board.supply(FULL_MV as u32)?;
+            Ok(format!("{mv} mV for {us} us"))
+        }
+        _ => halts(kind, board, random),
+    }
+}
+
+/// Lets world time come to `us`.
+fn wait_us(board: &mut Board<()>, us: u64) -> Result<(), BoardError> {
+    while board.around.cycle_of(us) > board.cpu.cycle {
+        board.run_to(board.around.cycle_of(us))?;
+    }
+    Ok(())
+}
+
+fn set_pll(board: &mut Board<()>, factor: f64) -> Result<(), BoardError> {
+    board.pll_runs_at((PLL_HZ * factor) as u32)?;
+    if (factor - 1.0).abs() > USB_HOLDS {
+        let around = &mut board.around;
+        around.host.unplug(board.cpu.cycle, &mut around.soc.otg);
+        around.soc.reschedule();
+    }
+    Ok(())
+}
+
+fn falls(board: &mut Board<()>, random: &mut Random) -> Result<String, BoardError> {
+    let mv_per_us = random.log_between(0.1, 100.0);
+    let away_us = random.log_between(1_000.0, 100_000.0) as u64;
+    let begin_us = board.around.us_of(board.cpu.cycle);
+    let mut fallen = 0.0;
+    while fallen < FULL_MV {
+        fallen += STEP_MV.max(mv_per_us);
+        wait_us(board, begin_us + (fallen / mv_per_us) as u64)?;
+        board.supply((FULL_MV - fallen).max(0.0) as u32)?;
+    }
+    let now_us = board.around.us_of(board.cpu.cycle);
+    wait_us(board, now_us + away_us)?;
+    board.supply(FULL_MV as u32)?;
+    Ok(format!("{mv_per_us:.2} mV/us, back {away_us} us later"))
+}
+
+fn halts(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<String, BoardError> {
+    let us = random.log_between(100.0, 500_000.0) as u64;
+    if kind == "debugger, timers stand" {
+        for (register, all) in FREEZE {
+            let Board { cpu, around, .. } = board;
+            let _ = around.write(register, Size::Word, all, cpu.cycle); // it is there
+        }
+    }
+    board.debug_halt(true)?;
+    let now_us = board.around.us_of(board.cpu.cycle);
+    wait_us(board, now_us + us)?;
+    board.debug_halt(false)?;
+    Ok(format!("for {us} us"))
+}
+
+fn slow_and_frozen(fork: &mut Chip, random: &mut Random) -> Result<String, FaultsError> {
+    let hz = random.between(17_000.0, 47_000.0) as u32;
+    let (name, owner) = [
+        ("controller", Owner::Controller),
+        ("session", Owner::Session),
+    ][random.below(2) as usize];
+    let instructions = random.below(INSTRUCTIONS);
+    let cycle = fork.device.cpu.cycle;
+    fork.device.around.soc.set_lsi_hz(hz, cycle);
+    let settled = cycle + 20_000 * CYCLES_PER_US; // fed at the new rate before it freezes
+    fork.device.run_to(settled).map_err(never_runs)?;
+    if !freeze(fork, owner, instructions).map_err(never_runs)? {
+        return Err(never_runs("an owner does not run"));
+    }
+    Ok(format!("{hz} Hz, {name} after {instructions} instructions"))
+}
