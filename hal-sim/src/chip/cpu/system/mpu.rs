@@ -86,21 +86,36 @@ pub struct Mpu {
     regions: [Region; REGIONS],
     /// Execution priority is negative: HFNMIENA decides.
     negative_priority: bool,
-    /// First address that privileged data must look up, and how many: all
-    /// others are allowed.
-    looked_up: u32,
-    looked_up_bytes: u64,
+    /// What privileged data may access without looking up, highest first.
+    open: [Open; OPEN],
     is_on: bool,
 }
 
+/// As many stretches of memory as an access asks before it looks up.
+const OPEN: usize = 6;
+
+/// Memory that privileged data may read throughout.
+#[derive(Clone, Copy, Debug, Default)]
+struct Open {
+    first: u32,
+    bytes: u64,
+    is_writable: bool,
+}
+
 impl Mpu {
-    /// Whether data may be accessed: one compare away from every region.
+    /// Whether data may be accessed.
     #[inline]
     pub fn may_access(&self, address: u32, write: bool, privileged: bool) -> bool {
-        if !self.is_on
-            || privileged && u64::from(address.wrapping_sub(self.looked_up)) >= self.looked_up_bytes
-        {
+        if !self.is_on {
             return true;
+        }
+        for open in &self.open {
+            if privileged
+                && u64::from(address.wrapping_sub(open.first)) < open.bytes
+                && (open.is_writable || !write)
+            {
+                return true;
+            }
         }
         let what = if write { Use::Write } else { Use::Read };
         self.look_up(address, what, privileged)
@@ -136,17 +151,49 @@ impl Mpu {
     fn prepare(&mut self) {
         self.is_on =
             self.control & ENABLE != 0 && (!self.negative_priority || self.control & HFNMIENA != 0);
-        let enabled = || self.regions.iter().filter(|region| region.is_enabled());
-        let (first, end) = if self.control & PRIVDEFENA == 0 {
-            (0, 1 << 32)
-        } else {
-            (
-                enabled().map(|r| r.first()).min().unwrap_or(0),
-                enabled().map(|r| r.end()).max().unwrap_or(0),
-            )
-        };
-        self.looked_up = first as u32;
-        self.looked_up_bytes = end - first;
+        self.open = [Open::default(); OPEN];
+        if self.is_on {
+            self.open_stretches();
+        }
+    }
+
+    /// Between two neighbouring bounds of regions all addresses have one answer. The
+    /// largest stretches are kept: those that are not are looked up.
+    fn open_stretches(&mut self) {
+        let mut bounds = vec![0, 0xE000_0000, 0xE010_0000, 1 << 32];
+        for region in self.regions.iter().filter(|region| region.is_enabled()) {
+            let (first, eighth) = (region.first(), (region.end() - region.first()) / 8);
+            bounds.extend((0..=8).map(|n| first + n * eighth));
+        }
+        bounds.sort_unstable();
+        bounds.dedup();
+        let mut open: Vec<Open> = Vec::new();
+        for pair in bounds.windows(2) {
+            let (first, bytes) = (pair[0] as u32, pair[1] - pair[0]);
+            let may = |what| self.look_up(first, what, true);
+            let is_writable = may(Use::Write);
+            match open.last_mut() {
+                _ if !may(Use::Read) => {}
+                Some(last)
+                    if u64::from(last.first) + last.bytes == pair[0]
+                        && last.is_writable == is_writable =>
+                {
+                    last.bytes += bytes;
+                }
+                _ => open.push(Open {
+                    first,
+                    bytes,
+                    is_writable,
+                }),
+            }
+        }
+        open.sort_by_key(|open| std::cmp::Reverse((open.bytes, open.first)));
+        open.truncate(OPEN);
+        // RAM before registers, and the stack, above the statics, before all.
+        open.sort_by_key(|open| (open.first >= 0x2002_0000, std::cmp::Reverse(open.first)));
+        for (to, from) in self.open.iter_mut().zip(open) {
+            *to = from;
+        }
     }
 
     /// Reads the register at `offset` from 0xE000_ED90.

@@ -150,7 +150,7 @@ fn registers_by_number_and_by_alias() {
 
 /// The quick answer is the full one's, for every kind of layout.
 #[test]
-fn one_compare_never_differs_from_looking_up() {
+fn the_quick_answer_never_differs_from_looking_up() {
     for control in [0b001, 0b101] {
         let mut system = System::default();
         region(&mut system, 0, 0x2000_0100, 8, 0);
