@@ -154,6 +154,7 @@ impl Bus for Soc {
         }
         self.rcc.advance(to)?;
         self.follow_clocks(to)?;
+        self.follow_lsi(to);
         self.adc.advance(to)?;
         self.spi3.advance(to)?;
         self.flash.advance(to)?;

@@ -87,6 +87,9 @@ pub struct Soc {
     pub exti: Exti,
     pwr: Pwr,
     iwdg: Iwdg,
+    lsi_hz: u32,
+    /// Whether TIM5 was told that the LSI oscillates.
+    lsi_is_on: bool,
     crc: Crc,
     syscfg: Syscfg,
     dbgmcu: Dbgmcu,
@@ -125,6 +128,8 @@ impl Soc {
             exti: Exti::default(),
             pwr: Pwr::default(),
             iwdg: Iwdg::new(LSI_HZ),
+            lsi_hz: LSI_HZ,
+            lsi_is_on: false,
             crc: Crc::default(),
             syscfg: Syscfg::default(),
             dbgmcu: Dbgmcu::default(),
@@ -144,6 +149,7 @@ impl Soc {
         self.reset = None;
         self.rcc.reset(cause);
         self.follow_clocks(at)?;
+        self.follow_lsi(at);
         self.flash.reset(at);
         self.playback.reset_all(at, &mut self.ram)?;
         self.adc.reset();
@@ -158,6 +164,20 @@ impl Soc {
         self.shares = [false; 2];
         self.reschedule_at(at);
         Ok(())
+    }
+
+    /// The LSI is one of `hz`, 17–47 kHz on a chip that is whole (DS8626), from the next
+    /// time on that it is switched on.
+    pub fn set_lsi_hz(&mut self, hz: u32) {
+        self.lsi_hz = hz;
+        self.iwdg.set_lsi_hz(hz);
+    }
+
+    /// The supply fails for a moment, in which a battery at VBAT keeps the backup
+    /// registers: a reset follows. RAM keeps what it held.
+    pub fn lose_power(&mut self) {
+        self.reset = Some(Cause::PowerOn);
+        self.reschedule();
     }
 
     /// Core clock, Hz.

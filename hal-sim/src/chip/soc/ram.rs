@@ -9,6 +9,35 @@ pub struct Ram {
     base: u32,
     /// All bytes, for loaders and debuggers.
     pub(crate) bytes: Vec<u8>,
+    stuck: Option<Stuck>,
+}
+
+/// A cell that reads the same whatever was written.
+#[derive(Clone, Copy, Debug)]
+struct Stuck {
+    /// Index of its byte.
+    at: usize,
+    mask: u8,
+    is_high: bool,
+}
+
+impl Stuck {
+    /// What is read of `value`, whose lowest byte is byte `at`.
+    fn force(self, value: u32, at: usize, size: Size) -> u32 {
+        let Some(byte) = self
+            .at
+            .checked_sub(at)
+            .filter(|n| *n < size.bytes() as usize)
+        else {
+            return value;
+        };
+        let mask = u32::from(self.mask) << (8 * byte);
+        if self.is_high {
+            value | mask
+        } else {
+            value & !mask
+        }
+    }
 }
 
 impl Ram {
@@ -17,7 +46,23 @@ impl Ram {
         Self {
             base,
             bytes: vec![0; length as usize],
+            stuck: None,
         }
+    }
+
+    /// From now on `bit` (0–7) of the byte at `address` reads as 1 or 0 for good; one cell
+    /// at a time.
+    pub fn stick(&mut self, address: u32, bit: u8, is_high: bool) {
+        self.stuck = Some(Stuck {
+            at: address.wrapping_sub(self.base) as usize,
+            mask: 1 << bit,
+            is_high,
+        });
+    }
+
+    /// No cell is stuck any more.
+    pub const fn heal(&mut self) {
+        self.stuck = None;
     }
 
     /// Whether `address` lies in it.
@@ -31,10 +76,14 @@ impl Ram {
     pub fn read(&self, address: u32, size: Size) -> Option<u32> {
         let at = address.wrapping_sub(self.base) as usize;
         let bytes = self.bytes.get(at..)?;
-        Some(match size {
+        let value = match size {
             Size::Byte => u32::from(*bytes.first()?),
             Size::Half => u32::from(u16::from_le_bytes(*bytes.first_chunk()?)),
             Size::Word => u32::from_le_bytes(*bytes.first_chunk()?),
+        };
+        Some(match self.stuck {
+            None => value,
+            Some(stuck) => stuck.force(value, at, size),
         })
     }
 
@@ -52,10 +101,15 @@ impl Ram {
         Some(())
     }
 
-    /// `words` words from `address` on, 4 bytes each; `None` outside.
+    /// `words` words from `address` on, 4 bytes each; `None` outside, or if one of them
+    /// has a stuck cell: then they are to be read one by one.
     pub fn words(&self, address: u32, words: usize) -> Option<&[[u8; 4]]> {
         let at = address.wrapping_sub(self.base) as usize;
         let bytes = self.bytes.get(at..)?.get(..4 * words)?;
+        let is_stuck = |stuck: Stuck| (at..at + 4 * words).contains(&stuck.at);
+        if self.stuck.is_some_and(is_stuck) {
+            return None;
+        }
         Some(bytes.as_chunks().0)
     }
 
@@ -64,5 +118,32 @@ impl Ram {
         let at = address.wrapping_sub(self.base) as usize;
         let bytes = self.bytes.get_mut(at..)?.get_mut(..4 * words)?;
         Some(bytes.as_chunks_mut().0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stuck_cell_reads_the_same_whatever_is_written() {
+        let mut ram = Ram::new(0x2000_0000, 64);
+        ram.stick(0x2000_0012, 3, true);
+        for (address, size, written, read) in [
+            (0x2000_0010, Size::Word, 0, 0x0008_0000),
+            (0x2000_0012, Size::Half, 0xFFF7, 0xFFFF),
+            (0x2000_0012, Size::Byte, 0, 8),
+            (0x2000_0011, Size::Byte, 0, 0),
+            (0x2000_0013, Size::Byte, 0, 0),
+            (0x2000_0014, Size::Word, 0, 0),
+        ] {
+            ram.write(address, size, written).unwrap();
+            assert_eq!(ram.read(address, size), Some(read), "{address:#x}");
+        }
+        assert!(ram.words(0x2000_0014, 4).is_some());
+        assert!(ram.words(0x2000_000C, 2).is_none());
+        ram.stick(0x2000_0012, 3, false);
+        ram.write(0x2000_0010, Size::Word, u32::MAX).unwrap();
+        assert_eq!(ram.read(0x2000_0010, Size::Word), Some(0xFFF7_FFFF));
     }
 }

@@ -1,6 +1,6 @@
 //! Wires between the blocks: clocks, resets, pins.
 
-use super::clock::Clocks;
+use super::clock::{Clocks, Oscillator};
 use super::crc::Crc;
 use super::map::{Unit, playback_block};
 use super::playback::Clocking;
@@ -126,6 +126,7 @@ impl Soc {
             Unit::Rcc => {
                 self.event = self.now; // a clock changes everything
                 self.follow_clocks(at)?;
+                self.follow_lsi(at);
                 for block in self.rcc.take_resets() {
                     self.reset_block(block, at)?;
                 }
@@ -143,6 +144,18 @@ impl Soc {
             }
             Unit::Flash => self.flash.check_wait_states(self.pwr.supply_mv),
             _ => Ok(()),
+        }
+    }
+
+    /// Tells TIM5 of the LSI that RCC switched on or off. One that only the watchdog keeps
+    /// on is not told of.
+    pub(super) fn follow_lsi(&mut self, at: Cycle) {
+        let is_on = self.rcc.is_lsi_ready();
+        if is_on != self.lsi_is_on {
+            self.lsi_is_on = is_on;
+            let hz = self.rcc.clocks.hclk_hz;
+            let lsi = is_on.then(|| Oscillator::new(self.lsi_hz, hz, at));
+            self.playback.set_lsi(lsi);
         }
     }
 
@@ -175,6 +188,7 @@ impl Soc {
         let Clocks { hclk_hz, .. } = clocks;
         let (apb1, apb2) = (clocks.apb1_divider(), clocks.apb2_divider());
         self.playback.set_clocks(apb1, apb2, at, &mut self.ram)?;
+        self.playback.set_core_hz(hclk_hz, at);
         self.flash.set_hz(hclk_hz, at);
         if self.rcc.is_true() {
             self.flash.check_wait_states(self.pwr.supply_mv)?;

@@ -24,6 +24,7 @@ use super::matrix::{Matrix, Slave};
 use super::timer::Timer;
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{LINE_WORDS, Modelled};
+use crate::chip::soc::clock::Oscillator;
 use requests::Requests;
 
 /// When the core must let time pass.
@@ -188,6 +189,16 @@ impl Playback {
             timer.set_divider((apb / 2).max(1), done)?;
         }
         self.link(done)
+    }
+
+    /// The LSI oscillates as `lsi`, or not: TIM5 can capture it.
+    pub fn set_lsi(&mut self, lsi: Option<Oscillator>) {
+        self.timers[4].set_lsi(lsi);
+    }
+
+    /// From cycle `at` on the core runs at `hz`.
+    pub fn set_core_hz(&mut self, hz: u32, at: Cycle) {
+        self.timers[4].set_core_hz(hz, at);
     }
 
     /// Resets one block (RCC_AHB1RSTR, RCC_APBxRSTR), complete from `done` on.

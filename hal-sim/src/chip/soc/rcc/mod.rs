@@ -214,6 +214,11 @@ impl Rcc {
         self.enables[bus] >> bit & 1 != 0
     }
 
+    /// RCC_CSR.LSIRDY.
+    pub const fn is_lsi_ready(&self) -> bool {
+        self.csr & 1 << 1 != 0
+    }
+
     /// PWR_CR.DBP: BDCR can be written.
     pub fn set_backup_writable(&mut self, writable: bool) {
         self.backup_writable = writable;

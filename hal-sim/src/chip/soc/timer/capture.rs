@@ -1,7 +1,10 @@
-//! Input capture of channel 1 (RM0090 18.3.5): synchroniser, filter, edge.
+//! Input capture (RM0090 18.3.5): of channel 1 synchroniser, filter, edge; of TIM5's
+//! channel 4 the LSI, where TIM5_OR connects it (18.4.21), and its prescaler.
 
 use super::{Timer, bit};
 use crate::chip::Cycle;
+use crate::chip::cpu::bus::Modelled;
+use crate::chip::soc::clock::Oscillator;
 
 /// Timer clocks from an edge, once sampled, to the input that filter and edge
 /// detector see; RM0090 18.3.5 says that up to five may pass while an input
@@ -40,7 +43,76 @@ impl Capture {
     }
 }
 
+/// TIM5's channel 4 and what TIM5_OR connects to it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Channel4 {
+    /// TIM5_OR: TI4_RMP is 01 where the LSI is connected.
+    pub(super) option: u32,
+    /// LSI, while it oscillates, and the first of its edges that was not seen.
+    lsi: Option<(Oscillator, u64)>,
+    /// Edges since the last capture.
+    edges: u32,
+}
+
+impl Channel4 {
+    /// After a reset of the timer.
+    pub(super) fn reset(&self) -> Self {
+        Self {
+            lsi: self.lsi.clone(),
+            ..Self::default()
+        }
+    }
+}
+
+/// TIM5_OR: the LSI at channel 4.
+const LSI: u32 = 0b01 << 6;
+
 impl Timer {
+    /// TIM5 only: the LSI oscillates as `lsi`, or not.
+    pub fn set_lsi(&mut self, lsi: Option<Oscillator>) {
+        self.channel_4.lsi = lsi.map(|lsi| (lsi, 0));
+    }
+
+    /// From cycle `at` on the core runs at `hz`.
+    pub fn set_core_hz(&mut self, hz: u32, at: Cycle) {
+        if let Some((lsi, _)) = &mut self.channel_4.lsi {
+            lsi.set_core_hz(hz, at);
+        }
+    }
+
+    /// Captures at the edges of the LSI up to `to`.
+    pub(super) fn capture_lsi(&mut self, to: Cycle) -> Modelled {
+        let prescaler = 1 << (self.ccmr[1] >> 10 & 0b11);
+        let enabled = self.is_input(3) && self.ccer & bit::CC4E != 0;
+        let is_connected = self.channel_4.option == LSI;
+        let delay = SYNCHRONISATION * self.divider;
+        while let Some((lsi, next)) = &mut self.channel_4.lsi {
+            let seen = lsi.cycle_of(*next).next_multiple_of(self.divider) + delay;
+            if seen > to {
+                break;
+            }
+            *next += 1;
+            if !enabled || !is_connected {
+                // Nothing looks: on to what comes.
+                *next = (*next).max(lsi.ticks(to.saturating_sub(2 * delay)));
+                self.channel_4.edges = 0; // RM0090 18.4.7: reset while CC4E is 0
+                continue;
+            }
+            self.channel_4.edges += 1;
+            if self.channel_4.edges < prescaler {
+                continue;
+            }
+            self.channel_4.edges = 0;
+            self.count_to(seen)?;
+            self.ccr[3] = self.count;
+            if self.sr & bit::CC4IF != 0 {
+                self.sr |= bit::CC4OF;
+            }
+            self.sr |= bit::CC4IF;
+        }
+        Ok(())
+    }
+
     /// Samples of the filter of channel 1: 0, 2, 4 or 8 timer clocks; other
     /// settings are refused when they are written.
     pub(super) fn filter_clocks(&self) -> u64 {

@@ -103,12 +103,15 @@ impl Timer {
             self.count_to(at)?;
             self.capture(rising);
         }
+        if self.number == 5 {
+            self.capture_lsi(to)?;
+        }
         self.count_to(to)?;
         self.seen = to;
         Ok(())
     }
 
-    fn count_to(&mut self, to: Cycle) -> Modelled {
+    pub(super) fn count_to(&mut self, to: Cycle) -> Modelled {
         if !self.is_steady() {
             let update = self.next_update();
             if update <= to {

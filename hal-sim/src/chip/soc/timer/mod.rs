@@ -16,7 +16,7 @@ mod registers;
 use super::playback::Clocking;
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
-use capture::Capture;
+use capture::{Capture, Channel4};
 use count::Ticks;
 pub(crate) use registers::bit;
 #[cfg(test)]
@@ -66,6 +66,7 @@ pub struct Timer {
     arrives: u32,
     /// What ARR shows, where it is not what is compared with.
     shown: Option<u32>,
+    channel_4: Channel4,
 }
 
 /// Index of the value written, in `Timer::psc` and `Timer::arr`.
@@ -102,10 +103,11 @@ impl Timer {
             input: Capture::default(),
             arrives: 1,
             shown: None,
+            channel_4: Channel4::default(),
         }
     }
 
-    /// Resets the registers (RCC_APBxRSTR) at `done`. The level at its input
+    /// Resets the registers (RCC_APBxRSTR) at `done`. The level at its input, the LSI
     /// and its clock stay.
     pub fn reset(&mut self, done: Cycle) {
         *self = Self {
@@ -113,6 +115,7 @@ impl Timer {
             seen: done.saturating_sub(1).max(self.seen),
             input: self.input.clone(),
             arrives: self.arrives,
+            channel_4: self.channel_4.reset(),
             ..Self::new(self.number)
         };
     }

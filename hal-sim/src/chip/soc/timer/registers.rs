@@ -23,6 +23,7 @@ pub(crate) mod offset {
     pub const CCR1: u32 = 0x34; // Capture/compare 1
     pub const CCR4: u32 = 0x40; // Capture/compare 4
     pub const BDTR: u32 = 0x44; // Break and dead time (TIM1)
+    pub const OR: u32 = 0x50; // Option (TIM5)
 }
 
 /// Register bits.
@@ -41,6 +42,9 @@ pub(crate) mod bit {
     pub const UG: u32 = 1; // EGR: update
     pub const CC1E: u32 = 1; // CCER: channel 1 enable
     pub const CC1P: u32 = 1 << 1; // CCER: channel 1 polarity
+    pub const CC4IF: u32 = 1 << 4; // SR: channel 4
+    pub const CC4OF: u32 = 1 << 12; // SR: channel 4 overcapture
+    pub const CC4E: u32 = 1 << 12; // CCER: channel 4 enable
 }
 
 /// CCMR bits that must be 0: OCxCE, OCxPE, OCxFE.
@@ -63,6 +67,7 @@ impl Timer {
             offset::PSC => self.psc[WRITTEN],
             offset::ARR => self.shown.unwrap_or(self.arr[WRITTEN]),
             offset::CCR1..=offset::CCR4 => self.read_ccr((offset - offset::CCR1) as usize / 4),
+            offset::OR => self.channel_4.option,
             _ => 0, // EGR is write only; RCR and BDTR hold 0
         })
     }
@@ -96,6 +101,8 @@ impl Timer {
                     self.ccr[channel] = value;
                 }
             }
+            // TI4_RMP: the pin or the LSI.
+            offset::OR => self.channel_4.option = known(value, 1 << 6, "a TIM5_OR remap")?,
             _ => {
                 known(value, 0, "TIM1_RCR or TIM1_BDTR")?;
             }
@@ -111,7 +118,8 @@ impl Timer {
         }
         let advanced = matches!(offset, offset::RCR | offset::BDTR);
         let known = offset <= offset::BDTR && offset.is_multiple_of(4);
-        if known && (!advanced || self.number == 1) {
+        let option = offset == offset::OR && self.number == 5;
+        if option || known && (!advanced || self.number == 1) {
             Ok(())
         } else {
             Err(Unmodelled("a TIM register"))
@@ -218,6 +226,8 @@ impl Timer {
                 }
                 // IC1 on TI1, no prescaler, filter of up to 8 timer clocks.
                 (1, 0) if field & 0x0C == 0 && field >> 4 <= 3 => (),
+                // IC4 on TI4, any prescaler, no filter.
+                (1, 3) if self.number == 5 && field >> 4 == 0 => (),
                 _ => return Err(Unmodelled("a capture setting (CCMR)")),
             }
         }
@@ -231,8 +241,9 @@ impl Timer {
     }
 
     fn write_ccer(&mut self, value: u32) -> Modelled {
-        let allowed = if self.is_input(0) { 0b11 } else { 0 };
-        self.ccer = known(value, allowed, "a TIM output or input (CCER)")?;
+        let one = if self.is_input(0) { 0b11 } else { 0 };
+        let four = if self.is_input(3) { bit::CC4E } else { 0 };
+        self.ccer = known(value, one | four, "a TIM output or input (CCER)")?;
         Ok(())
     }
 
