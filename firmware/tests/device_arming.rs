@@ -273,9 +273,8 @@ fn arming_expires_after_ten_seconds_also_after_an_hour_of_idleness() {
 #[test]
 fn a_fault_found_at_boot_is_latched_shown_and_cleared() {
     let record = FaultRecord {
-        fault: Fault::Watchdog,
-        at: Micros::new(5),
         residual: [7; 10],
+        ..FaultRecord::new(Fault::Watchdog, Micros::new(5))
     };
     let mut desk = Desk::boot(BOOT, Some(record));
     let info = desk.hello();

@@ -86,11 +86,7 @@ fn screen(model: &Model, width: u16, height: u16) -> String {
 fn faulted() -> Model {
     let mut model = model(FINGER);
     play(&mut model);
-    let record = FaultRecord {
-        fault: Fault::OverCurrent,
-        at: Micros::new(12_000_000),
-        residual: [0; 10],
-    };
+    let record = FaultRecord::new(Fault::OverCurrent, Micros::new(12_000_000));
     model.see(Seen::Event(12.0, &Event::Faulted(record)));
     model.silent_s = 1.25;
     model

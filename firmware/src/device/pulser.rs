@@ -91,6 +91,12 @@ impl Pulser {
         self.guard.state()
     }
 
+    /// Whether a fault waits to be acknowledged.
+    #[must_use]
+    pub const fn is_latched(&self) -> bool {
+        self.guard.is_latched()
+    }
+
     /// The latched or last fault, for the board to keep through a reset.
     #[must_use]
     pub const fn last_fault(&self) -> Option<FaultRecord> {
@@ -153,10 +159,13 @@ impl Pulser {
 
     /// Latches a fault found elsewhere at `now`; the caller isolates.
     pub fn fault(&mut self, fault: Fault, now: Micros, mail: &mut PulserMail<'_>) {
-        if self.guard.is_latched() {
-            return; // the first fault is the one to keep
-        }
+        let is_later = self.guard.is_latched();
         let notice = self.guard.fault(fault, now, self.scheduler.residual(now));
+        if let (true, Notice::Faulted(first)) = (is_later, notice) {
+            self.last_fault = Some(first); // told already; what came later is in Status
+            self.guard.seal();
+            return;
+        }
         self.announce(notice, now, mail);
         self.notify_state(mail);
         self.guard.seal();

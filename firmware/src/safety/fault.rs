@@ -49,6 +49,15 @@ pub enum Fault {
     ReadingMissing,
     /// 19: a channel's load is far above that at arming, or comes and goes.
     LoadWanders,
+    /// 20: the program wrote to code or constants, executed data, or reached for what is
+    /// no memory of its own.
+    Access,
+    /// 21: flash does not hold the image that was written, found at boot.
+    Flash,
+    /// 22: RAM does not keep what is written, found at boot.
+    Ram,
+    /// 23: the watchdog's oscillator runs outside 17 to 47 kHz, found at boot.
+    Oscillator,
 }
 
 impl Fault {
@@ -56,6 +65,12 @@ impl Fault {
     #[must_use]
     pub const fn number(self) -> u16 {
         self as u16 + 1
+    }
+
+    /// Its bit in [`FaultRecord::later`].
+    #[must_use]
+    pub const fn bit(self) -> u32 {
+        1 << self as u32 // the last has number 23
     }
 
     /// The fault with this number, as kept in backup registers.
@@ -81,6 +96,10 @@ impl Fault {
             17 => Self::PhaseLost,
             18 => Self::ReadingMissing,
             19 => Self::LoadWanders,
+            20 => Self::Access,
+            21 => Self::Flash,
+            22 => Self::Ram,
+            23 => Self::Oscillator,
             _ => return None,
         })
     }
@@ -114,6 +133,28 @@ pub struct FaultRecord {
     /// Charge left on each channel by the truncated pulse, in DAC-code·µs,
     /// anodic positive.
     pub residual: [i32; CHANNELS],
+    /// Faults that came while this one was latched, bit n for fault n + 1: the first is
+    /// the one to keep.
+    pub later: u32,
+    /// Whether power was lost since: `at` is of a time before that.
+    pub power_lost: bool,
+    /// Found at boot: no acknowledgement clears it, only a boot that does not find it.
+    pub lasts: bool,
+}
+
+impl FaultRecord {
+    /// `fault` at `at`, with nothing left on the channels and nothing after it.
+    #[must_use]
+    pub const fn new(fault: Fault, at: Micros) -> Self {
+        Self {
+            fault,
+            at,
+            residual: [0; CHANNELS],
+            later: 0,
+            power_lost: false,
+            lasts: false,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -122,10 +163,10 @@ mod tests {
 
     #[test]
     fn numbers_round_trip() {
-        for number in 1..=19 {
+        for number in 1..=23 {
             assert_eq!(Fault::from_number(number).unwrap().number(), number);
         }
         assert_eq!(Fault::from_number(0), None);
-        assert_eq!(Fault::from_number(20), None);
+        assert_eq!(Fault::from_number(24), None);
     }
 }

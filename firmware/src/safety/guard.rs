@@ -221,11 +221,13 @@ impl Guard {
     /// Clears a latched fault after a last grounding that starts at `now`.
     ///
     /// # Errors
-    /// No fault is latched.
+    /// No fault is latched, or one that only a boot without it clears.
     pub fn acknowledge(&mut self, now: Micros) -> Result<(), Denied> {
-        let Mode::Fault(_) = self.mode else {
-            return Err(Denied::WrongState(self.state()));
-        };
+        match self.mode {
+            Mode::Fault(record) if record.lasts => return Err(Denied::FaultLatched(record.fault)),
+            Mode::Fault(_) => {}
+            _ => return Err(Denied::WrongState(self.state())),
+        }
         self.open_core();
         self.mode = Mode::Grounding {
             until: now + us(limits::RECOVERY_GROUND_US),
@@ -243,14 +245,20 @@ impl Guard {
         }
     }
 
-    /// Latches `fault`; the caller isolates the outputs at `at`.
+    /// Latches `fault`; the caller isolates the outputs at `at`. While one is latched the
+    /// first is kept, and notes that this one came.
     pub fn fault(&mut self, fault: Fault, at: Micros, residual: [i32; CHANNELS]) -> Notice {
-        let record = FaultRecord {
-            fault,
-            at,
-            residual,
-        };
         self.open_core();
+        if let Mode::Fault(first) = &mut self.mode {
+            if fault != first.fault {
+                first.later |= fault.bit();
+            }
+            return Notice::Faulted(*first);
+        }
+        let record = FaultRecord {
+            residual,
+            ..FaultRecord::new(fault, at)
+        };
         self.mode = Mode::Fault(record);
         self.clear_amplitudes();
         Notice::Faulted(record)

@@ -360,9 +360,10 @@ const fn listed(after_us: u32, ua: u32, width_us: u16) -> ListedPulse {
 
 fn fault(fault: Fault) -> FaultRecord {
     FaultRecord {
-        fault,
-        at: Micros::new(123_456_789),
         residual: [-1_310_600, 0, 0, 0, 0, 0, 0, 0, 0, 65_535],
+        later: Fault::Watchdog.bit(),
+        power_lost: true,
+        ..FaultRecord::new(fault, Micros::new(123_456_789))
     }
 }
 

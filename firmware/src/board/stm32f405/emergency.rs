@@ -3,7 +3,6 @@
 
 use super::pac::{PWR, RCC};
 use super::{record, tape, timebase};
-use crate::pulse::CHANNELS;
 use crate::safety::{Fault, FaultRecord};
 use core::panic::PanicInfo;
 use cortex_m::peripheral::{MPU, SCB};
@@ -19,12 +18,7 @@ pub fn reset_with(fault: Fault, detail: u32) -> ! {
 fn isolate_and_record(fault: Fault, detail: u32) {
     cortex_m::interrupt::disable();
     tape::stop();
-    let fault = FaultRecord {
-        fault,
-        at: timebase::now(),
-        residual: [0; CHANNELS],
-    };
-    record::store(&fault, detail);
+    record::keep(&FaultRecord::new(fault, timebase::now()), detail);
 }
 
 /// A panic's detail is its line.

@@ -117,17 +117,11 @@ pub async fn run(_: Spawner) -> ! {
 /// nobody was left to record.
 fn latched_fault(cause: ResetCause) -> Option<FaultRecord> {
     record::unlock();
-    if let Some((fault, detail)) = record::load() {
-        defmt::warn!("recorded detail {=u32:#x}", detail);
-        return Some(fault);
+    if cause == ResetCause::Watchdog {
+        record::keep(&FaultRecord::new(Fault::Watchdog, Micros::new(0)), 0);
     }
-    (cause == ResetCause::Watchdog).then(|| {
-        let bite = FaultRecord {
-            fault: Fault::Watchdog,
-            at: Micros::new(0),
-            residual: [0; crate::pulse::CHANNELS],
-        };
-        record::store(&bite, 0);
-        bite
-    })
+    record::note_boot(matches!(cause, ResetCause::PowerOn | ResetCause::BrownOut));
+    let (fault, detail) = record::load()?;
+    defmt::warn!("recorded detail {=u32:#x}", detail);
+    Some(fault)
 }

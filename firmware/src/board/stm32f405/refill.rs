@@ -40,7 +40,15 @@ struct Refill {
     sampling: Option<Sample>,
     angle: Option<u16>,
     windows: u32,
-    recorded: bool,
+    kept: Kept,
+}
+
+/// What the backup registers hold.
+#[derive(Clone, Copy)]
+enum Kept {
+    Nothing,
+    Latched,
+    Acknowledged,
 }
 
 static MEMORY: StaticCell<Refill> = StaticCell::new();
@@ -72,7 +80,7 @@ pub unsafe fn start(
 ) -> Result<(), Fault> {
     // In place: it is too large to lie on the stack first.
     let refill = MEMORY.init_with(|| Refill {
-        recorded: latched.is_some(),
+        kept: latched.map_or(Kept::Nothing, |_| Kept::Latched),
         second_clock,
         pulser: Pulser::new(latched),
         mail,
@@ -281,18 +289,25 @@ impl Refill {
         self.tape = None;
         (self.plan.sample, self.sampling) = (None, None);
         if let Some(fault) = self.pulser.last_fault() {
-            record::store(&fault, 0);
-            self.recorded = true;
+            record::keep(&fault, 0);
+            self.kept = Kept::Latched;
         }
         dac::clear();
     }
 
-    /// An acknowledged fault need not outlive the next reset.
+    /// An acknowledged fault need not outlive the next reset, once it is over.
     fn clear_acknowledged(&mut self) {
-        if self.recorded && self.pulser.state() != State::Fault {
-            record::clear();
-            self.recorded = false;
-        }
+        self.kept = match self.kept {
+            Kept::Latched if !self.pulser.is_latched() => {
+                record::acknowledge();
+                Kept::Acknowledged
+            }
+            Kept::Acknowledged if self.pulser.state() != State::Fault => {
+                record::clear();
+                Kept::Nothing
+            }
+            kept => kept,
+        };
     }
 
     /// Every fourth window starts the control tick. Its time is that of the

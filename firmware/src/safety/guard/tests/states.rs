@@ -185,7 +185,11 @@ fn in_words(heard: &Heard) -> String {
         Heard::Nothing => return "–".into(),
         Heard::Refused(denied) => format!("refused: {denied:?}"),
         Heard::Told(Notice::Faulted(record)) => {
-            format!("fault {}, {:?}", record.fault.number(), record.fault)
+            let (number, fault) = (record.fault.number(), record.fault);
+            match record.later {
+                0 => format!("fault {number}, {fault:?}"),
+                later => format!("fault {number}, {fault:?}, and later {}", later.ilog2() + 1),
+            }
         }
         Heard::Told(Notice::Checked(Err(denied))) => format!("not armed: {denied:?}"),
         Heard::Told(notice) => format!("{notice:?}"),
