@@ -24,7 +24,7 @@ pub const TWO_WINDOWS_US: u64 = 500;
 #[derive(Clone)]
 pub struct Bench {
     pub board: Board<()>,
-    sensors: Sensors,
+    pub sensors: Sensors,
     pub record: Record,
     session: u16,
     seq: u16,
@@ -42,7 +42,14 @@ impl Bench {
         Self::boot(Board::power_on(image, stages, Pace::Lazy, ()).unwrap())
     }
 
-    fn boot(mut board: Board<()>) -> Self {
+    fn boot(board: Board<()>) -> Self {
+        let (bench, hello) = Self::greeted(board);
+        assert_eq!((hello.reset, hello.last_fault), (ResetCause::PowerOn, None));
+        bench
+    }
+
+    /// A board whose power has come, booted, and what it said to its host.
+    pub fn greeted(mut board: Board<()>) -> (Self, HelloInfo) {
         let sensors = Sensors::default();
         board.boot(&sensors).unwrap_or_else(|e| panic!("{e}"));
         let mut bench = Self {
@@ -57,8 +64,7 @@ impl Bench {
             hello: None,
         };
         let hello = bench.greet();
-        assert_eq!((hello.reset, hello.last_fault), (ResetCause::PowerOn, None));
-        bench
+        (bench, hello)
     }
 
     /// Booted, with two channels that stimulate.
@@ -68,6 +74,15 @@ impl Bench {
         bench.stimulate(30);
         assert!(bench.drives_within(10), "{:?}", bench.refused);
         bench
+    }
+
+    /// What `request` is refused with.
+    pub fn refusal(&mut self, request: Request) -> Option<(u16, String, i32)> {
+        self.refused.clear();
+        self.say(request);
+        self.run_us(5_000);
+        let refused = self.refused.pop()?;
+        Some((refused.code, refused.field.to_owned(), refused.max))
     }
 
     fn say(&mut self, request: Request) {
@@ -146,7 +161,7 @@ impl Bench {
     }
 
     /// Nothing but isolated outputs from two windows after `since_us` on.
-    fn expect_isolated(&mut self, since_us: u64, ms: u64) {
+    pub fn expect_isolated(&mut self, since_us: u64, ms: u64) {
         self.run_us(ms * 1000);
         let end = since_us + TWO_WINDOWS_US;
         let levels = &self.record.trace.levels;
@@ -174,15 +189,27 @@ impl Bench {
 
     /// The thread goes on at an instruction that branches to itself.
     fn hang_thread(&mut self) {
-        const UNUSED: u32 = 0x2001_FFFC;
+        let pc = self.find_code(0xE7FE);
+        self.send_thread_to(pc, []);
+    }
+
+    /// Where this instruction, or a constant that could be one, lies in flash.
+    pub fn find_code(&self, instruction: u16) -> u32 {
+        let (code, _) = self.board.image().flash.as_chunks();
+        let found = code.iter().position(|c| *c == instruction.to_le_bytes());
+        0x0800_0000 + 2 * found.expect("any image has it") as u32
+    }
+
+    /// The thread goes on at `pc`, some registers changed.
+    pub fn send_thread_to<const N: usize>(&mut self, pc: u32, registers: [(usize, u32); N]) {
         let Board { cpu, around, .. } = &mut self.board;
         while cpu.registers.exception != 0 || cpu.registers.it != 0 {
             cpu.step(around).unwrap();
         }
-        around
-            .write(UNUSED, Size::Word, 0xE7FE_E7FE, cpu.cycle)
-            .unwrap();
-        cpu.registers.r[15] = UNUSED;
+        for (number, value) in registers {
+            cpu.registers.r[number] = value;
+        }
+        cpu.registers.r[15] = pc;
     }
 
     /// The chip came back after a reset: what its Hello says.
@@ -208,7 +235,7 @@ impl Bench {
     }
 
     /// It came back by this reset and tells of this fault, likewise.
-    fn recovers_after(mut self, reset: ResetCause, fault: Fault) {
+    pub fn recovers_after(mut self, reset: ResetCause, fault: Fault) {
         let hello = self.after_reset();
         assert_eq!(hello.reset, reset);
         assert_eq!(hello.last_fault.map(|f| f.fault), Some(fault));
@@ -224,7 +251,7 @@ impl Bench {
     }
 
     /// Acknowledged, it stimulates again.
-    fn recovers(&mut self) {
+    pub fn recovers(&mut self) {
         self.say(Request::Acknowledge);
         self.run_us(150_000);
         let is_recovered = self.events.contains(&Event::Recovered);

@@ -5,6 +5,7 @@ mod bad_input;
 mod chip_clocks;
 mod chip_faults;
 mod chip_latency;
+mod chip_memory;
 mod chip_numbers;
 mod chip_parity;
 mod chip_patterns;

@@ -2,10 +2,10 @@
 //! then the record in the backup registers, then a reset.
 
 use super::pac::{PWR, RCC};
-use super::{record, tape, timebase};
+use super::{memory, record, tape, timebase};
 use crate::safety::{Fault, FaultRecord};
 use core::panic::PanicInfo;
-use cortex_m::peripheral::{MPU, SCB};
+use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
 
 /// Isolates, records `fault` with `detail`, resets.
@@ -42,14 +42,24 @@ fn panic(info: &PanicInfo<'_>) -> ! {
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     tape::stop();
     // SAFETY: reading the fault status of this core.
-    let status = unsafe { (*SCB::PTR).cfsr.read() };
-    // MLSPERR, MSTKERR, DACCVIOL (ARMv7-M B3.2.15): the only region that denies
-    // access is the stack guard.
-    if status & 0b11_0010 != 0 {
+    let (status, address) = unsafe { ((*SCB::PTR).cfsr.read(), (*SCB::PTR).mmfar.read()) };
+    // ARMv7-M B3.2.15. What the core stacks has no address: an overflowing stack meets its
+    // guard so, or by an access.
+    let is_guard = status & MMARVALID != 0 && memory::is_guard(address);
+    if status & (MSTKERR | MLSPERR) != 0 || is_guard {
         reset_with(Fault::StackGuard, status)
+    }
+    if status & MEMORY_OR_BUS != 0 {
+        reset_with(Fault::Access, frame.pc())
     }
     reset_with(Fault::Panic, frame.pc())
 }
+
+const MSTKERR: u32 = 1 << 4;
+const MLSPERR: u32 = 1 << 5;
+const MMARVALID: u32 = 1 << 7;
+/// MMFSR and BFSR.
+const MEMORY_OR_BUS: u32 = 0xFFFF;
 
 // SAFETY: as HardFault.
 #[exception]
@@ -71,27 +81,4 @@ unsafe fn NonMaskableInt() {
 /// The supply fell below the threshold; 0 V is some hundred µs away.
 pub fn supply_fell() -> ! {
     reset_with(Fault::BrownOut, PWR.csr1().read().0)
-}
-
-/// Denies every access to the 32 bytes above the statics, where an overflowing
-/// stack arrives first. Faults escalate to `HardFault`, which runs without the
-/// MPU (HFNMIENA = 0) and so has a stack for its few words.
-pub fn guard_stack(mpu: &mut MPU) {
-    unsafe extern "C" {
-        static __sheap: u32;
-    }
-    // The first 32-byte boundary at or above the end of the statics.
-    let base = ((&raw const __sheap) as u32).next_multiple_of(32);
-    // ARMv7-M B3.5: region 0, execute never, no access, size 2^(4+1), enable;
-    // PRIVDEFENA leaves the default map in force elsewhere.
-    // SAFETY: no reference points above the statics except the stack, whose
-    // use of this region is what must fault.
-    unsafe {
-        mpu.rnr.write(0);
-        mpu.rbar.write(base);
-        mpu.rasr.write(1 << 28 | 4 << 1 | 1);
-        mpu.ctrl.write(1 << 2 | 1);
-    }
-    cortex_m::asm::dsb();
-    cortex_m::asm::isb();
 }

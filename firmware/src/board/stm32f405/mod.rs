@@ -11,6 +11,7 @@ mod clock;
 mod control;
 mod dac;
 mod emergency;
+mod memory;
 mod overdue;
 mod pace;
 mod pins;
@@ -52,15 +53,15 @@ enum Urgency {
 /// # Panics
 /// When called twice: every `expect` and static here is taken once.
 pub async fn run(_: Spawner) -> ! {
+    // Proof: taken here only, and `run` is called once.
+    let mut core = cortex_m::Peripherals::take().expect("taken here only");
+    memory::protect(&mut core.MPU);
     pins::init();
     let is_locked = pins::lock();
     let cause = record::read_reset_cause();
     let latched = latched_fault(cause);
     let peripherals = embassy_stm32::init(clock::config());
     clock::harden();
-    // Proof: taken here only, and `run` is called once.
-    let mut core = cortex_m::Peripherals::take().expect("taken here only");
-    emergency::guard_stack(&mut core.MPU);
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
     for line in [Interrupt::OTG_FS, Interrupt::TIM5] {

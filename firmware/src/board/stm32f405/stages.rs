@@ -2,7 +2,7 @@
 //! `memory.x` leaves to this file, one copy in each.
 
 use super::pac::{FLASH, IWDG};
-use super::{record, tape, watchdog};
+use super::{memory, record, tape, watchdog};
 use crate::safety::{StageTable, StageWords, Stages};
 use core::ptr::{read_volatile, write_volatile};
 use cortex_m::peripheral::SCB;
@@ -31,6 +31,8 @@ pub fn store(table: &StageTable) -> ! {
     let words = table.words(record::unique_id());
     cortex_m::interrupt::disable();
     tape::stop();
+    // SAFETY: this function ends with a reset.
+    unsafe { memory::open() };
     // RM0090 section 3.6.5: the caches must be flushed after erasing; the reset does.
     for key in KEYS {
         FLASH.keyr().write_value(key);

@@ -1,0 +1,70 @@
+//! Memory protection of the flashed image: a program that is lost, or reaches for what is
+//! not its own, isolates and resets with the cause named.
+
+use crate::chip_faults::Bench;
+use firmware::link::message::ResetCause;
+use firmware::safety::Fault;
+
+/// `str r0, [r1]`, `ldr r0, [r1]`.
+const STORE: u16 = 0x6008;
+const LOAD: u16 = 0x6808;
+
+/// A pulse is under way; the thread executes `instruction` with this in R1.
+fn accesses(instruction: u16, address: u32) {
+    println!("{instruction:#06x} at {address:#010x}");
+    let (mut bench, at) = Bench::in_a_pulse();
+    let pc = bench.find_code(instruction);
+    bench.send_thread_to(pc, [(0, 0x1234_5678), (1, address)]);
+    bench.expect_isolated(at, 5);
+    bench.recovers_after(ResetCause::Software, Fault::Access);
+}
+
+/// A pulse is under way; the thread goes on at `address`, where `code` lies.
+fn goes_to(address: u32) {
+    println!("to {address:#010x}");
+    let (mut bench, at) = Bench::in_a_pulse();
+    bench.send_thread_to(address, []);
+    bench.expect_isolated(at, 5);
+    bench.recovers_after(ResetCause::Software, Fault::Access);
+}
+
+#[test]
+fn flash_cannot_be_written() {
+    // Vectors, code, the stage table.
+    for address in [0x0800_0000, 0x0800_4000, 0x080C_0000] {
+        accesses(STORE, address);
+    }
+}
+
+#[test]
+fn data_and_registers_cannot_be_executed() {
+    // Statics, the stack, the tape, CCM, GPIOA, OTG_FS.
+    for address in [
+        0x2000_0100,
+        0x2001_BF00,
+        0x2001_C000,
+        0x1000_0000,
+        0x4002_0000,
+        0x5000_0000,
+    ] {
+        goes_to(address);
+    }
+}
+
+#[test]
+fn what_is_not_the_programs_cannot_be_reached() {
+    // A null pointer (there the flash shows itself once more), CCM, the loader in ROM, behind
+    // SRAM2, a bit-band alias, behind AHB1, external memory.
+    for address in [
+        0,
+        0x1000_0000,
+        0x1FFF_0000,
+        0x2002_0000,
+        0x2200_0000,
+        0x4008_0000,
+        0x6000_0000,
+    ] {
+        accesses(LOAD, address);
+        accesses(STORE, address);
+    }
+}
