@@ -4,6 +4,10 @@
 //! In: the program's and the checkout's places. Out: an image's path. Nothing is
 //! printed: who asks hears cargo's lines.
 
+mod sum;
+
+pub use sum::{SumError, sum, write_sum};
+
 use std::ffi::OsStr;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -182,7 +186,12 @@ impl Image {
             .current_dir(workspace);
         run(command, self.name(), tell)?;
         let folder = workspace.join("target/thumbv7em-none-eabihf/release");
-        Ok(folder.join(self.name()))
+        let path = folder.join(self.name());
+        write_sum(&path).map_err(|why| BuildError::NotBuilt {
+            image: self.name(),
+            words: why.to_string(),
+        })?;
+        Ok(path)
     }
 }
 

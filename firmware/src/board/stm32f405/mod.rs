@@ -2,7 +2,8 @@
 //!
 //! `refill`, `control` and `session` are the contexts of the three owners;
 //! `tape` and `timebase` play pulses, `overdue` watches that they do; `pins`,
-//! `dac`, `adc`, `clock` and `watchdog` are what they are called; `record` and
+//! `dac`, `adc`, `clock` and `watchdog` are what they are called; `self_test`
+//! tries the chip at boot, `memory` fences it in; `record` and
 //! `emergency` are for faults. In: interrupts, bytes. Out: port words, DAC codes, bytes. RM0090 is
 //! the reference manual, DS8626 the data sheet, ES0182 the errata sheet.
 
@@ -18,6 +19,7 @@ mod pins;
 mod record;
 mod refill;
 mod registers;
+mod self_test;
 mod session;
 mod stages;
 mod tape;
@@ -68,6 +70,8 @@ pub async fn run(_: Spawner) -> ! {
         // SAFETY: no critical section relies on a priority.
         unsafe { core.NVIC.set_priority(line, Urgency::Bytes as u8) };
     }
+    // Found now, it is told rather than what an earlier run left, which stays recorded.
+    let latched = self_test::failure().or(latched);
     if !is_locked {
         emergency::reset_with(Fault::Registers, 0);
     }
