@@ -2,8 +2,8 @@
 //!
 //! `refill`, `control` and `session` are the contexts of the three owners;
 //! `tape` and `timebase` play pulses, `overdue` watches that they do; `pins`,
-//! `dac`, `adc`, `clock` and `watchdog` are what they are called; `self_test`
-//! tries the chip at boot, `memory` fences it in; `record` and
+//! `dac`, `adc`, `clock` and `watchdog` are what they are called; `march` and `self_test`
+//! try the chip at boot, `memory` fences it in; `record` and
 //! `emergency` are for faults. In: interrupts, bytes. Out: port words, DAC codes, bytes. RM0090 is
 //! the reference manual, DS8626 the data sheet, ES0182 the errata sheet.
 
@@ -12,6 +12,7 @@ mod clock;
 mod control;
 mod dac;
 mod emergency;
+mod march;
 mod memory;
 mod overdue;
 mod pace;
