@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod bad_input;
+mod chip_boot;
 mod chip_clocks;
 mod chip_faults;
 mod chip_latency;

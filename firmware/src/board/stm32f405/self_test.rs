@@ -1,15 +1,19 @@
 //! What the chip must be able to do before anything may be armed, tried at each boot:
-//! hold the image that was flashed.
+//! hold the image that was flashed, and time its own watchdog. RAM was marched before
+//! ([`super::march`]).
 
-use super::pac::{CRC, RCC};
+use super::pac::timer::vals;
+use super::pac::{CRC, RCC, TIM5};
 use super::record;
 use crate::safety::{Fault, FaultRecord};
 use crate::units::Micros;
+use cortex_m::peripheral::DWT;
+use embassy_time::TICK_HZ;
 
 /// What the chip cannot do, recorded: latched until a boot does not find it.
 #[must_use]
 pub fn failure() -> Option<FaultRecord> {
-    let (fault, detail) = flash()?;
+    let (fault, detail) = flash().or_else(oscillator)?;
     let found = FaultRecord::new(fault, Micros::new(0));
     record::keep(&found, detail);
     Some(FaultRecord {
@@ -44,4 +48,68 @@ fn flash() -> Option<(Fault, u32)> {
     let left = CRC.dr().read();
     RCC.ahb1enr().modify(|w| w.set_crcen(false));
     (left != 0).then_some((Fault::Flash, left))
+}
+
+/// The LSI's range, Hz (DS8626, LSI oscillator characteristics): within it the watchdog
+/// bites in 4 to 12 ms.
+const LSI_HZ: (u32, u32) = (17_000, 47_000);
+/// Channel 4 captures every eighth edge; so many captures are one measurement.
+const CAPTURES: u32 = 8;
+const PERIODS: u32 = 8 * CAPTURES;
+/// For one capture, core cycles: 2 ms, two and a half times what 10 kHz take.
+const PATIENCE: u32 = 2 * 168_000;
+
+/// Counts of TIM5 in [`PERIODS`] of the LSI must lie within its range, one count more or
+/// less; the detail is their number, 0 if there are none.
+fn oscillator() -> Option<(Fault, u32)> {
+    // No interrupt of TIM5 takes the flag, and its counter goes on.
+    let counts = cortex_m::interrupt::free(|_| measure()).unwrap_or(0);
+    let ticks = PERIODS * TICK_HZ as u32; // 64,000,000
+    let (low, high) = LSI_HZ;
+    let is_slow = counts.saturating_sub(1) > ticks / low;
+    let is_fast = counts.saturating_add(1) < ticks / high;
+    (counts == 0 || is_slow || is_fast).then_some((Fault::Oscillator, counts))
+}
+
+/// TIM5 is the time driver's, which counts microseconds of the crystal with it and uses
+/// channels 1 and 2. Channel 4 is free, and its input can be the LSI (RM0090 section
+/// 18.4.21, TIM5_OR).
+fn measure() -> Option<u32> {
+    RCC.csr().modify(|w| w.set_lsion(true));
+    within(|| RCC.csr().read().lsirdy())?;
+    TIM5.or().write_value(0b01 << 6); // TI4_RMP: LSI
+    TIM5.ccmr_input(1).write(|w| {
+        w.set_ccs(1, vals::CcmrInputCcs::from_bits(0b01)); // CC4S: IC4 on TI4
+        w.set_icpsc(1, 0b11); // every eighth edge
+    });
+    TIM5.ccer().write(|w| w.set_cce(3, true));
+    let first = capture()?;
+    let mut counts = 0;
+    for _ in 0..CAPTURES {
+        // 16 bits: the time driver has its counter turn over at 65,535.
+        counts = u32::from((capture()? as u16).wrapping_sub(first as u16));
+    }
+    TIM5.ccer().write(|_| ());
+    TIM5.ccmr_input(1).write(|_| ());
+    TIM5.or().write_value(0);
+    // The watchdog keeps it on by itself (section 21.3).
+    RCC.csr().modify(|w| w.set_lsion(false));
+    Some(counts)
+}
+
+/// Waits for channel 4's next capture; reading it takes the flag.
+fn capture() -> Option<u32> {
+    within(|| TIM5.sr().read().ccif(3))?;
+    Some(TIM5.ccr(3).read())
+}
+
+/// Waits for `is_so`, bounded.
+fn within(is_so: impl Fn() -> bool) -> Option<()> {
+    let since = DWT::cycle_count();
+    while !is_so() {
+        if DWT::cycle_count().wrapping_sub(since) > PATIENCE {
+            return None;
+        }
+    }
+    Some(())
 }

@@ -9,6 +9,9 @@ use core::sync::atomic::{AtomicU8, Ordering};
 /// short, are 4.08–11.53 ms, within the 4–12 ms wanted.
 const COUNTS: u16 = 49;
 
+/// Of IWDG_SR, at least 5 cycles each: 1 ms and more.
+const POLLS: u32 = 40_000;
+
 /// What IWDG_KR takes to be fed (RM0090 section 21.4.1).
 pub const FEED: u32 = Key::RESET.to_bits() as u32;
 
@@ -35,12 +38,13 @@ pub fn start() {
     IWDG.pr().write(|w| w.set_pr(Pr::DIVIDE_BY4));
     IWDG.rlr().write(|w| w.set_rl(COUNTS - 1));
     // The new values take up to five LSI cycles to arrive; feeding before
-    // that would reload the old ones. 5 / 17 kHz = 0.3 ms; LSI start-up 40 µs.
+    // that would reload the old ones. 5 / 17 kHz = 0.3 ms; LSI start-up 40 µs. Bounded: of
+    // one that stands still the self-test has told.
     let pending = || {
         let status = IWDG.sr().read();
         status.pvu() || status.rvu()
     };
-    while pending() {}
+    let _ = (0..POLLS).any(|_| !pending());
     IWDG.kr().write(|w| w.set_key(Key::RESET));
 }
 

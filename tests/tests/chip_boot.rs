@@ -1,0 +1,196 @@
+//! What the flashed image tries at each boot, before anything can be armed: RAM, its own
+//! flash, the watchdog's oscillator; and what it keeps of a fault through resets.
+
+use crate::chip_faults::Bench;
+use firmware::link::message::ResetCause;
+use firmware::link::{Code, HelloInfo, Request};
+use firmware::safety::{Fault, FaultRecord, State};
+use hal_sim::chip::board::Board;
+use hal_sim::chip::cpu::{Bus, Size};
+use hal_sim::chip::image::{FLASH, Image};
+use hal_sim::chip::soc::Pace;
+use hal_sim::images;
+use tests::desk;
+
+fn powered(image: Image) -> Board<()> {
+    Board::power_on(image, desk::stages(24.0), Pace::Lazy, ()).unwrap()
+}
+
+/// Told by its number, and neither acknowledged nor armed.
+fn is_refused(bench: &mut Bench, hello: &HelloInfo, fault: Fault) {
+    let told = FaultRecord {
+        lasts: true,
+        ..FaultRecord::new(fault, hello.last_fault.unwrap().at)
+    };
+    assert_eq!((hello.state, hello.last_fault), (State::Fault, Some(told)));
+    let number = i32::from(fault.number());
+    let latched = (Code::FaultLatched as u16, "fault".to_owned(), number);
+    for request in [Request::Acknowledge, desk::ARM, Request::Start] {
+        assert_eq!(bench.refusal(request), Some(latched.clone()));
+    }
+}
+
+fn resets(bench: &mut Bench) {
+    let cycle = bench.board.cpu.cycle;
+    bench.board.around.soc.request_reset(cycle);
+    bench.run_us(1_000);
+}
+
+/// In a vector that nothing uses, behind the last string, in a variable's first value, in
+/// the sum.
+#[test]
+fn a_turned_bit_in_flash_is_told_and_nothing_is_armed() {
+    let image = desk::flashed();
+    let length = image.flash.len() as u32;
+    let variables = length - 4 - 0x100;
+    for (at, bit) in [(0x184, 0), (0x184, 31), (variables, 3), (length - 4, 7)] {
+        let (mut board, address) = (powered(image.clone()), FLASH.start + at);
+        let flash = &mut board.around.soc.flash;
+        let whole = flash.peek(address, Size::Word);
+        let turned = whole ^ 1 << bit;
+        flash.load(address, &turned.to_le_bytes()).unwrap();
+        let (mut bench, hello) = Bench::greeted(board);
+        println!("{address:#x} bit {bit}: {:?}", hello.last_fault);
+        is_refused(&mut bench, &hello, Fault::Flash);
+        // Written again, it remembers what was, as of any fault.
+        let flash = &mut bench.board.around.soc.flash;
+        flash.load(address, &whole.to_le_bytes()).unwrap();
+        resets(&mut bench);
+        bench.recovers_after(ResetCause::Software, Fault::Flash);
+    }
+}
+
+#[test]
+fn an_image_without_its_sum_is_not_whole() {
+    let mut image = desk::flashed();
+    let (rest, sum) = image.flash.split_last_chunk_mut::<4>().unwrap();
+    assert_eq!(*sum, images::sum(rest).to_le_bytes());
+    *sum = [0xFF; 4];
+    let (mut bench, hello) = Bench::greeted(powered(image));
+    is_refused(&mut bench, &hello, Fault::Flash);
+}
+
+/// First and last word, statics, stack, tape.
+#[test]
+fn a_stuck_cell_of_ram_starts_nothing_and_is_recorded() {
+    for (at, bit, is_high) in [
+        (0x2000_0000, 0, true),
+        (0x2000_4321, 5, false),
+        (0x2001_BFF0, 7, true),
+        (0x2001_C123, 1, false),
+        (0x2001_FFFF, 7, false),
+    ] {
+        let mut board = powered(desk::flashed());
+        board.around.soc.ram.stick(at, bit, is_high);
+        board.run_to(4 * 16_000_000).unwrap(); // 4 s of HSI
+        let cycle = board.cpu.cycle;
+        let soc = &mut board.around.soc;
+        let mut word = |address| soc.read(address, Size::Word, cycle).unwrap().value;
+        let head = 0x4658_0000 | u32::from(Fault::Ram.number());
+        // BKP0R, BKP12R: the fault, the word.
+        assert_eq!(word(0x4000_2850), head, "{at:#x}");
+        assert_eq!(word(0x4000_2880), at & !3);
+        // Ports B and C have no clock: their pins are inputs still. The core sleeps.
+        assert_eq!(word(0x4002_3830) & 0b110, 0);
+        assert!(board.cpu.is_asleep());
+        // The cell came back: the fault is told, and can be acknowledged.
+        board.around.soc.ram.heal();
+        board.around.soc.request_reset(cycle);
+        board.run_to(cycle + 1_000).unwrap();
+        let (mut bench, hello) = Bench::greeted(board);
+        assert_eq!(hello.last_fault.map(|f| f.fault), Some(Fault::Ram));
+        bench.recovers();
+    }
+}
+
+/// DS8626: 17 to 47 kHz.
+#[test]
+fn an_oscillator_outside_its_range_is_told_and_nothing_is_armed() {
+    for (hz, is_whole) in [
+        (1, false),
+        (10_000, false),
+        (16_900, false),
+        (17_000, true),
+        (32_000, true),
+        (47_000, true),
+        (47_200, false),
+        (60_000, false),
+    ] {
+        let mut board = powered(desk::flashed());
+        board.around.soc.set_lsi_hz(hz);
+        let (mut bench, hello) = Bench::greeted(board);
+        println!("{hz} Hz: {:?}", hello.last_fault);
+        if is_whole {
+            assert_eq!(hello.last_fault, None);
+        } else {
+            is_refused(&mut bench, &hello, Fault::Oscillator);
+        }
+    }
+}
+
+#[test]
+fn the_first_fault_is_kept_with_what_came_after_it() {
+    let (mut bench, at) = Bench::in_a_pulse();
+    bench.sensors.over_current = true;
+    bench.expect_isolated(at, 5);
+    bench.sensors.over_current = false;
+    assert_eq!(bench.fault(), Some(Fault::OverCurrent));
+    // A second one, which resets; then power fails.
+    bench.board.around.soc.supply(2_700);
+    bench.run_us(100);
+    bench.board.around.soc.supply(3_300);
+    bench.run_us(1_000);
+    let hello = bench.after_reset();
+    let first = hello.last_fault.unwrap();
+    assert_eq!((hello.reset, first.fault), (ResetCause::Software, Fault::OverCurrent));
+    assert_ne!(first.residual, [0; 10]);
+    assert_eq!((first.later, first.power_lost), (Fault::BrownOut.bit(), false));
+    bench.board.around.soc.lose_power();
+    bench.run_us(1_000);
+    let hello = bench.after_reset();
+    let kept = FaultRecord {
+        power_lost: true,
+        ..first
+    };
+    assert_eq!((hello.reset, hello.last_fault), (ResetCause::PowerOn, Some(kept)));
+    bench.recovers();
+    // Acknowledged, the next is a first one again.
+    bench.board.around.soc.supply(2_700);
+    bench.run_us(100);
+    bench.board.around.soc.supply(3_300);
+    bench.run_us(1_000);
+    let next = bench.after_reset().last_fault.unwrap();
+    assert_eq!(next.fault, Fault::BrownOut);
+    assert_eq!((next.later, next.power_lost), (0, false));
+}
+
+/// Cycles of the core from power on until `bits` at `address` are as `set` says.
+fn until(board: &mut Board<()>, address: u32, bits: u32, set: bool) -> u64 {
+    loop {
+        let to = board.cpu.cycle + 500;
+        board.run_to(to).unwrap();
+        let read = board.around.soc.read(address, Size::Word, to).unwrap();
+        if (read.value & bits != 0) == set {
+            return to;
+        }
+    }
+}
+
+/// Printed for docs/hardware.md: 16 MHz before the crystal runs, 168 after.
+#[test]
+fn the_checks_take_less_than_a_tenth_of_a_second() {
+    let mut board = powered(desk::flashed());
+    const AHB1ENR: u32 = 0x4002_3830;
+    const CSR: u32 = 0x4002_3874;
+    // The march ends before the first port has its clock.
+    let ports = until(&mut board, AHB1ENR, 0b110, true);
+    let crc = until(&mut board, AHB1ENR, 1 << 12, true);
+    let lsi = until(&mut board, CSR, 1, true);
+    let end = until(&mut board, CSR, 1, false);
+    let us = |cycles: u64, mhz: u64| cycles / mhz;
+    let (march, flash, oscillator) = (us(ports, 16), us(lsi - crc, 168), us(end - lsi, 168));
+    println!("RAM {march} us, flash {flash} us, LSI at 32 kHz {oscillator} us");
+    assert!(march < 100_000, "{march}");
+    assert!(flash < 10_000, "{flash}");
+    assert!(oscillator < 5_000, "{oscillator}");
+}
