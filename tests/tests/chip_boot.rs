@@ -142,9 +142,15 @@ fn the_first_fault_is_kept_with_what_came_after_it() {
     bench.run_us(1_000);
     let hello = bench.after_reset();
     let first = hello.last_fault.unwrap();
-    assert_eq!((hello.reset, first.fault), (ResetCause::Software, Fault::OverCurrent));
+    assert_eq!(
+        (hello.reset, first.fault),
+        (ResetCause::Software, Fault::OverCurrent)
+    );
     assert_ne!(first.residual, [0; 10]);
-    assert_eq!((first.later, first.power_lost), (Fault::BrownOut.bit(), false));
+    assert_eq!(
+        (first.later, first.power_lost),
+        (Fault::BrownOut.bit(), false)
+    );
     bench.board.around.soc.lose_power();
     bench.run_us(1_000);
     let hello = bench.after_reset();
@@ -152,7 +158,10 @@ fn the_first_fault_is_kept_with_what_came_after_it() {
         power_lost: true,
         ..first
     };
-    assert_eq!((hello.reset, hello.last_fault), (ResetCause::PowerOn, Some(kept)));
+    assert_eq!(
+        (hello.reset, hello.last_fault),
+        (ResetCause::PowerOn, Some(kept))
+    );
     bench.recovers();
     // Acknowledged, the next is a first one again.
     bench.board.around.soc.supply(2_700);

@@ -21,7 +21,7 @@ pub struct Change {
 }
 
 /// One chip.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Ad5668 {
     selected: bool,
     shift: u32,

@@ -92,7 +92,12 @@ mod tests {
     #[test]
     fn a_sum_behind_what_it_sums_leaves_nothing() {
         let flash: Vec<u8> = (0..=251).collect();
-        let words: Vec<u8> = b"1234".iter().rev().chain(b"5678".iter().rev()).copied().collect();
+        let words: Vec<u8> = b"1234"
+            .iter()
+            .rev()
+            .chain(b"5678".iter().rev())
+            .copied()
+            .collect();
         let mut digest = CRC.digest();
         digest.update(b"12345678");
         assert_eq!(sum(&words), digest.finalize());

@@ -19,7 +19,10 @@ const CHECK: usize = DETAIL + 1;
 const LATER: usize = CHECK + 1;
 const POWER_LOST: u32 = 1 << 31;
 const ACKNOWLEDGED: u32 = 1 << 30;
-const _: () = assert!(LATER < 20, "as many registers are there (RM0090 section 26.6.20)");
+const _: () = assert!(
+    LATER < 20,
+    "as many registers are there (RM0090 section 26.6.20)"
+);
 
 /// Why the device last reset (RM0090 RCC_CSR), most telling cause first; clears
 /// it for the next time. Illegal low-power entry and the window watchdog, which

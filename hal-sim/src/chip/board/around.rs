@@ -116,6 +116,29 @@ impl Around {
         self.drive(wiring::TRIGGER, high, at)
     }
 
+    /// The first part whose state is another than in `other` at `at`.
+    pub(super) fn unlike(&self, other: &Self, at: Cycle) -> Option<&'static str> {
+        let world = (self.load_ohm, self.joint, self.broken, self.hz, self.lines);
+        let parts = [
+            ("DACs", self.dacs == other.dacs),
+            ("outputs", self.outputs.is_like(&other.outputs)),
+            (
+                "world",
+                world
+                    == (
+                        other.load_ohm,
+                        other.joint,
+                        other.broken,
+                        other.hz,
+                        other.lines,
+                    ),
+            ),
+            ("USB host", self.host.is_like(&other.host)),
+        ];
+        let unlike = parts.into_iter().find(|it| !it.1).map(|it| it.0);
+        unlike.or_else(|| self.soc.unlike(&other.soc, at))
+    }
+
     fn drive(&mut self, (port, pin): Pin, high: bool, at: Cycle) -> Modelled {
         if self.soc.playback.gpio.level(port.index(), pin.into()) == high {
             return Ok(());

@@ -134,6 +134,30 @@ impl<O: Observer> Board<O> {
         Ok(true)
     }
 
+    /// The same board with somebody else looking on.
+    pub fn observed<P>(self, observer: P) -> Board<P> {
+        Board {
+            cpu: self.cpu,
+            around: self.around,
+            observer,
+            image: self.image,
+            now_us: self.now_us,
+            last_reset: self.last_reset,
+        }
+    }
+
+    /// The first part whose state is another than in `other`, a fork of the same board at the
+    /// same time; nothing where both do the same from now on, should the same reach them.
+    pub fn unlike(&self, other: &Self) -> Option<&'static str> {
+        if self.now_us != other.now_us || self.last_reset != other.last_reset {
+            return Some("time");
+        }
+        match self.cpu.is_like(&other.cpu) {
+            true => self.around.unlike(&other.around, self.cpu.cycle),
+            false => Some("core"),
+        }
+    }
+
     /// Device time, which is world time.
     pub const fn now_us(&self) -> u64 {
         self.now_us

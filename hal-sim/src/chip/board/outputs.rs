@@ -76,7 +76,7 @@ const fn output_port(port: u8) -> Option<Port> {
     }
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 enum Out {
     Levels(Levels),
     Dac(u8, u16),
@@ -122,6 +122,13 @@ impl Outputs {
         self.waiting.clear();
         self.pump = Pump::Runs(Vec::new());
         self.open = None;
+    }
+
+    /// Whether both put out the same from now on: what they did before may differ.
+    pub fn is_like(&self, other: &Self) -> bool {
+        (self.origin, self.levels, self.open) == (other.origin, other.levels, other.open)
+            && self.pump.last_edge() == other.pump.last_edge()
+            && (self.pins, &self.waiting, &self.bytes) == (other.pins, &other.waiting, &other.bytes)
     }
 
     pub const fn origin(&self) -> Cycle {

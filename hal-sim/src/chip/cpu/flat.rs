@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 /// Flash at 0x0800_0000 with its alias at 0, SRAM at 0x2000_0000, CCM at
 /// 0x1000_0000, as large as the STM32F405's. Everything else is a bus error.
 /// No wait states unless set; interrupt lines are the test's to set.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Flat {
     /// Levels of the interrupt lines.
     pub lines: [u32; LINE_WORDS],

@@ -70,3 +70,15 @@ pub enum Open {
     /// It does nothing; the core stands, likewise.
     Nothing,
 }
+
+impl Cpu {
+    /// Whether both do the same from now on: registers, private peripherals and pipeline.
+    /// What is decoded or counted for people is no state.
+    #[must_use]
+    pub fn is_like(&self, other: &Self) -> bool {
+        (self.cycle, self.asleep, self.exclusive) == (other.cycle, other.asleep, other.exclusive)
+            && self.registers == other.registers
+            && self.pipeline == other.pipeline
+            && self.system.is_like(&other.system)
+    }
+}

@@ -17,7 +17,7 @@ pub mod flag {
 }
 
 /// Core and floating-point registers.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Registers {
     /// R0–R15. R13 is the stack pointer in use; R15 is the address of the
     /// instruction being executed (not +4), always even.

@@ -30,7 +30,7 @@ const CONSOLE: &[u8] = b":tt";
 const LONGEST_NAME: u32 = 256;
 
 /// What the program printed and wrote.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Semihosting {
     /// Everything written to the console, in order.
     pub console: Vec<u8>,
@@ -40,7 +40,7 @@ pub struct Semihosting {
     open: Vec<Option<Handle>>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 enum Handle {
     Console,
     File(String),

@@ -149,7 +149,7 @@ fn results(op: &Op, code: u32) -> u16 {
 }
 
 /// What the instructions before left in the pipeline.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Pipeline {
     /// The instruction before.
     pub(super) last: Trail,

@@ -7,7 +7,7 @@ const FIRST: u32 = 0x50;
 const COUNT: usize = 20;
 
 /// RTC_BKP0R–RTC_BKP19R. Only a reset of the backup domain clears them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Backup {
     words: [u32; COUNT],
     writable: bool,

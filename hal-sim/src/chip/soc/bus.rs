@@ -3,6 +3,7 @@
 use super::map::{self, Unit};
 use super::matrix::{Bridge, Slave};
 use super::rcc::Cause;
+use super::watch::First;
 use super::{Peripheral, Soc, exti, playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
@@ -47,6 +48,7 @@ impl Bus for Soc {
     fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
         match address >> 24 {
             0x20 => {
+                self.touched(address, size, First::Read);
                 let wait = self.pass_ram(address, at)?;
                 let value = self.ram.read(address, size).ok_or(NOTHING)?;
                 Ok(Read { value, wait })
@@ -70,6 +72,7 @@ impl Bus for Soc {
     fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied> {
         match address >> 24 {
             0x20 => {
+                self.touched(address, size, First::Written);
                 let wait = self.pass_ram(address, at)?;
                 self.ram.write(address, size, value).ok_or(NOTHING)?;
                 Ok(wait)
@@ -91,7 +94,7 @@ impl Bus for Soc {
     /// SRAM1 while no DMA uses it.
     #[inline(always)]
     fn read_at_once(&self, address: u32, size: Size) -> Option<u32> {
-        if self.shares[0] || !SRAM1.contains(&address) {
+        if self.shares[0] || self.watch.is_some() || !SRAM1.contains(&address) {
             return None;
         }
         self.ram.read(address, size)
@@ -101,6 +104,7 @@ impl Bus for Soc {
     #[inline(always)]
     fn write_at_once(&mut self, address: u32, size: Size, value: u32) -> bool {
         !self.shares[0]
+            && self.watch.is_none()
             && SRAM1.contains(&address)
             && self.ram.write(address, size, value).is_some()
     }
@@ -260,6 +264,13 @@ impl Soc {
         self.playback.misreload(cycles, at, &mut self.ram)?;
         self.reschedule_at(at);
         Ok(())
+    }
+
+    #[inline]
+    fn touched(&mut self, address: u32, size: Size, first: First) {
+        if let Some(watch) = &mut self.watch {
+            watch.touch(address, size, first);
+        }
     }
 
     /// Wait states of an access to SRAM1 or SRAM2.

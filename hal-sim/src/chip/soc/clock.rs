@@ -58,7 +58,7 @@ pub fn rescale(due: Cycle, at: Cycle, old_hz: u32, new_hz: u32) -> Cycle {
 
 /// An oscillator that the core clock does not derive from, seen in core cycles:
 /// tick n is the first cycle at or after its exact instant.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Oscillator {
     hz: u32,
     core_hz: u32,

@@ -11,7 +11,7 @@ const POLYNOMIAL: u32 = 0x04C1_1DB7;
 const WORD_CYCLES: Cycle = 4;
 
 /// CRC calculation unit.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Crc {
     sum: u32,
     /// IDR: eight bits that are the program's own.

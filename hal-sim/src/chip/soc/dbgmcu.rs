@@ -8,7 +8,7 @@ use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part};
 pub const IDCODE: u32 = 0x1007_6413;
 
 /// The three registers CR, APB1FZR, APB2FZR. A system reset leaves them alone.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Dbgmcu {
     registers: [u32; 3],
 }

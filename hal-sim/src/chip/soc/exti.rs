@@ -16,7 +16,7 @@ const SWIER: u32 = 0x10;
 const PR: u32 = 0x14;
 
 /// The external interrupt controller.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Exti {
     imr: u32,
     rtsr: u32,

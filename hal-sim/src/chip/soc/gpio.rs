@@ -53,7 +53,7 @@ pub(crate) mod offset {
     pub const AFRH: u32 = 0x24; // Alternate function, pins 8–15
 }
 
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 struct Port {
     moder: u32,
     otyper: u16,
@@ -71,7 +71,7 @@ struct Port {
 }
 
 /// All ports.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Gpio {
     ports: [Port; PORTS],
     /// Edges that writes made since the last drain, ascending in cycle: up to the

@@ -14,7 +14,7 @@ const UPDATE_TICKS: u64 = 5;
 const RESET_RELOAD: u32 = 0xFFF;
 
 /// A register whose new value is on its way into the LSI's domain.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 struct Synchronized {
     value: u32,
     pending: Option<(u32, u64)>,
@@ -48,14 +48,14 @@ impl Synchronized {
 
 /// The running counter: `count` at tick `since`, one less with each tick that
 /// is a multiple of the prescaler.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 struct Counter {
     count: u64,
     since: u64,
 }
 
 /// Independent watchdog.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Iwdg {
     lsi_hz: u32,
     core_hz: u32,

@@ -44,7 +44,7 @@ pub enum Bridge {
     Apb2,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 struct State {
     /// First cycle in which it can begin an access.
     free: Cycle,
@@ -52,7 +52,7 @@ struct State {
 }
 
 /// The slaves that both the core and DMA2 reach in the images.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Matrix {
     slaves: [State; 3],
     /// HCLK cycles per APB1 and APB2 cycle.
@@ -76,6 +76,13 @@ impl Matrix {
     /// PPRE).
     pub fn set_apb(&mut self, apb1: u32, apb2: u32) {
         self.apb = [apb1.max(1), apb2.max(1)];
+    }
+
+    /// Forgets what was over by `at`: it can no longer make anybody wait.
+    pub fn forget(&mut self, at: Cycle) {
+        for slave in &mut self.slaves {
+            slave.free = slave.free.max(at);
+        }
     }
 
     /// First cycle from `want` on in which `slave` can take up an access.

@@ -30,6 +30,7 @@ mod tests;
 pub mod timer;
 pub mod uid;
 pub mod usart;
+pub mod watch;
 mod wires;
 mod word;
 
@@ -98,6 +99,8 @@ pub struct Soc {
     pub unclocked: u64,
     /// Its number and size.
     pub signature: Signature,
+    /// Who looks on at SRAM.
+    pub watch: Option<Box<watch::Watch>>,
     /// Whether DMA uses SRAM1, SRAM2.
     shares: [bool; 2],
     /// A reset that was asked for and not carried out yet.
@@ -135,6 +138,7 @@ impl Soc {
             dbgmcu: Dbgmcu::default(),
             signature: Signature::default(),
             unclocked: 0,
+            watch: None,
             shares: [false; 2],
             reset: None,
             pvd: false,
@@ -178,6 +182,32 @@ impl Soc {
     pub fn lose_power(&mut self) {
         self.reset = Some(Cause::PowerOn);
         self.reschedule();
+    }
+
+    /// The first part whose state is another than in `other` at `at`; nothing where both do
+    /// the same from then on. What is counted for people, and what is foreseen, is no state.
+    pub fn unlike(&self, other: &Self, at: Cycle) -> Option<&'static str> {
+        let parts = [
+            ("SRAM", self.ram == other.ram),
+            ("CCM", self.ccm == other.ccm),
+            ("playback", self.playback.is_like(&other.playback, at)),
+            ("RCC", self.rcc == other.rcc),
+            ("ADC", self.adc == other.adc),
+            ("SPI3", self.spi3 == other.spi3),
+            ("OTG", self.otg.is_like(&other.otg)),
+            ("USART2", self.usart2 == other.usart2),
+            ("backup", self.backup == other.backup),
+            ("EXTI", self.exti == other.exti),
+            ("PWR", self.pwr == other.pwr),
+            ("IWDG", self.iwdg == other.iwdg),
+            ("CRC", self.crc == other.crc),
+            ("SYSCFG", self.syscfg == other.syscfg),
+            ("DBGMCU", self.dbgmcu == other.dbgmcu),
+            ("reset", (self.reset, self.pvd) == (other.reset, other.pvd)),
+            ("shares", self.shares == other.shares),
+            ("flash", self.flash == other.flash),
+        ];
+        parts.into_iter().find(|it| !it.1).map(|it| it.0)
     }
 
     /// Core clock, Hz.

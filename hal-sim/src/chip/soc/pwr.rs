@@ -35,7 +35,7 @@ const THRESHOLDS_MV: [(u32, u32); 8] = [
 const BROWN_OUT_MV: [(u32, u32); 4] = [(2830, 2920), (2500, 2590), (2190, 2290), (1680, 1720)];
 
 /// Power control.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Pwr {
     cr: u32,
     /// The supply, mV.

@@ -4,7 +4,7 @@ use crate::chip::cpu::Size;
 
 /// A block of RAM. All zero at power-on: silicon's is random, so a program that
 /// depends on it is not found out here.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Ram {
     base: u32,
     /// All bytes, for loaders and debuggers.

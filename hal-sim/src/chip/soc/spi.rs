@@ -35,7 +35,7 @@ pub struct Word {
 }
 
 /// One SPI block.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Spi {
     cr1: u32,
     /// Core cycles per cycle of its bus.

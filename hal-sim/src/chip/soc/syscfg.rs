@@ -10,7 +10,7 @@ const CMPCR: u32 = 0x20;
 
 /// The system configuration controller. Memory is never remapped and the
 /// compensation cell never on.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Syscfg {
     exticr: [u32; 4],
 }

@@ -33,7 +33,7 @@ mod cr1 {
 const FRAME_BITS: u64 = 10;
 
 /// One USART.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Usart {
     bus_divider: u32,
     sr: u32,

@@ -9,7 +9,7 @@ use crate::chip::Cycle;
 const RETRY_US: u64 = 25;
 
 /// Frames of 1 ms from `origin` on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Frames {
     /// Start of frame `first`.
     origin: Cycle,

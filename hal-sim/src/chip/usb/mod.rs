@@ -32,7 +32,7 @@ use std::collections::VecDeque;
 /// to the device's registers and before [`Host::send`], and at
 /// [`Host::next_event`]: a poll that can only be NAKed is left out, and the
 /// next one is found from the state that the registers had until then.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Host {
     hz: u64,
     /// All before has happened.
@@ -75,7 +75,7 @@ pub struct Host {
 }
 
 /// Bytes that a program wrote at once: they share no packet with others.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 struct Write {
     bytes: Vec<u8>,
     sent: usize,
@@ -114,6 +114,16 @@ impl Host {
             delivered: None,
             failure: None,
         }
+    }
+
+    /// Whether both do the same from now on: all but what is foreseen is equal.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let bare = |it: &Self| {
+            let mut it = it.clone();
+            (it.outlook, it.quiet_until) = (None, 0);
+            it
+        };
+        bare(self) == bare(other)
     }
 
     /// The clock that counts cycles is `hz` hertz from cycle `at` on. A packet

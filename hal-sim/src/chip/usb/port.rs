@@ -35,7 +35,7 @@ pub enum Port {
 }
 
 /// What comes next as long as nobody touches the device or the host.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Outlook {
     /// [`Otg::changes`] when it was found.
     changes: u64,

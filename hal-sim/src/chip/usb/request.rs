@@ -163,7 +163,7 @@ pub enum Stage {
 }
 
 /// A control transfer under way.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Control {
     /// What for.
     pub request: Request,

@@ -15,7 +15,7 @@ use crate::chip::soc::otg::{Answer, Otg, Packet, Reply};
 const TRIES: u8 = 3;
 
 /// One direction of an endpoint, as the host keeps it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Pipe {
     pub number: usize,
     pub max_packet: usize,
@@ -41,14 +41,14 @@ pub enum Kind {
 }
 
 /// A transaction on the wire, and when its next phase ends.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Flight {
     at: Cycle,
     kind: Kind,
     phase: Phase,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 enum Phase {
     /// Data from the host: SETUP or OUT.
     Data(Packet),

@@ -251,6 +251,33 @@ impl Pump {
         }
     }
 
+    /// Its edges before `at_us`, and those of `other` from then on; both had the same last
+    /// edge before.
+    #[must_use]
+    pub fn followed_by(&self, other: &Self, at_us: u64) -> Self {
+        let (Self::Runs(own), Self::Runs(then)) = (self, other) else {
+            return other.clone();
+        };
+        let own = own.iter().filter(|run| run.0 < at_us);
+        let mut runs: Vec<_> = own.copied().collect();
+        for &(first, last) in then.iter().filter(|run| run.1 >= at_us) {
+            match runs.last_mut() {
+                Some(run) if first < at_us => run.1 = last,
+                _ => runs.push((first, last)),
+            }
+        }
+        Self::Runs(runs)
+    }
+
+    /// When it last toggled.
+    #[must_use]
+    pub fn last_edge(&self) -> Option<u64> {
+        match self {
+            Self::Throughout => None,
+            Self::Runs(runs) => runs.last().map(|run| run.1),
+        }
+    }
+
     /// What the detectors make of it.
     pub(super) fn supply(&self, hardware: &Hardware, mut give: impl FnMut(u64, Event)) {
         let Self::Runs(runs) = self else {

@@ -3,7 +3,7 @@
 use super::Reg;
 
 /// An instruction's two half-words and where it lies.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Wide {
     /// First half-word.
     pub first: u16,

@@ -17,7 +17,7 @@ use super::timing::{self, Trail};
 use super::{Bus, Cpu, Fault, Stop, Trap, Trapped};
 
 /// A decoded instruction, 16 bytes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Entry {
     /// What to do.
     pub op: Op,

@@ -16,7 +16,7 @@ const VECTOR: Cycle = 2;
 const STACKING: (Fault, Fault) = (Fault::StackingAccess, Fault::StackingBus);
 
 /// The way to a handler.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Approach {
     number: u16,
     /// As in the vector table: bit 0 is the Thumb bit.

@@ -70,7 +70,7 @@ impl Rounding {
 /// A finite number: `significand` × 2^(`exponent` − 62), negative or not. The
 /// significand of all but zero has bit 62 as its highest; zero has an exponent
 /// below all others.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Finite {
     pub(super) negative: bool,
     pub(super) exponent: i32,
@@ -114,7 +114,7 @@ impl Finite {
 }
 
 /// A number of any kind.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Number {
     /// Zero, denormal, normal.
     Finite(Finite),

@@ -15,7 +15,7 @@ const ASPEN: u32 = 1 << 31;
 pub const DEFAULT_BITS: u32 = 0x07C0_0000;
 
 /// What the preempted context could do, for the fault of a lazy save.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Preempted {
     /// It had privileges.
     pub privileged: bool,
@@ -30,7 +30,7 @@ pub struct Preempted {
 }
 
 /// CPACR, FPCCR, FPCAR, FPDSCR.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Floating {
     cpacr: u32,
     fpccr: u32,

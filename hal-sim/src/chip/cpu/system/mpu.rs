@@ -19,7 +19,7 @@ pub enum Use {
     Execute,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 struct Region {
     base: u32,
     attributes: u32,
@@ -79,7 +79,7 @@ impl Region {
 }
 
 /// The MPU.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Mpu {
     control: u32,
     number: usize,

@@ -55,7 +55,7 @@ pub const fn bit(number: u16) -> u128 {
 }
 
 /// State of all exceptions.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Nvic {
     /// Bits of the exceptions that are enabled.
     pub(crate) enabled: u128,
@@ -103,6 +103,13 @@ pub fn numbers(mut bits: u128) -> impl Iterator<Item = u16> {
 }
 
 impl Nvic {
+    /// Whether both do the same from now on: since when something is pending may differ.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let mut it = self.clone();
+        it.raised = other.raised;
+        it == *other
+    }
+
     /// Samples the interrupt lines and NMI as they are at `at`: a line pends
     /// when it rises, and as long as it is high and not active (Arm ARM
     /// B3.4.1). Gives the exceptions that became pending.

@@ -78,7 +78,7 @@ pub const fn cfsr_bit(fault: Fault) -> u32 {
 }
 
 /// The registers.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Scb {
     /// VTOR: where the vector table begins.
     pub vtor: u32,

@@ -14,7 +14,7 @@ const COUNTER_BITS: u32 = 0x00FF_FFFF;
 const CALIBRATION: u32 = 0x0000_493E;
 
 /// SysTick.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct SysTick {
     control: u32,
     reload: u32,

@@ -14,7 +14,7 @@ const DWT_CTRL: u32 = 0x4000_0000;
 const C_DEBUGEN: u32 = 1;
 
 /// The registers.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Trace {
     trcena: bool,
     cyccntena: bool,

@@ -13,7 +13,7 @@ use crate::chip::cpu::system::actlr;
 use crate::chip::cpu::{Bus, Cpu, Trapped};
 
 /// Where the floating-point unit is.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Floating {
     /// It takes the next instruction from this cycle on.
     free: Cycle,

@@ -53,7 +53,7 @@ pub struct Sample {
 }
 
 /// The conversion under way.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 struct Conversion {
     /// Place in the group, 0–3.
     rank: u8,
@@ -64,7 +64,7 @@ struct Conversion {
 }
 
 /// ADC1 with the common registers.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Adc {
     hz: u32,
     /// Core cycles per APB2 cycle.

@@ -23,7 +23,7 @@ pub const STREAMS: usize = 8;
 pub const EVENTS: usize = 5;
 
 /// One controller.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Dma {
     /// 1 or 2.
     number: u8,

@@ -33,7 +33,7 @@ pub enum Target {
 }
 
 /// State of a stream.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Stream {
     pub(super) cr: u32,
     pub(super) ndtr: u16,

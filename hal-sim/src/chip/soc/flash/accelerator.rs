@@ -37,7 +37,7 @@ mod acr {
 }
 
 /// The line after the one in use.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 struct Prefetch {
     /// [`NONE`] if there is none.
     line: u32,
@@ -55,7 +55,7 @@ impl Prefetch {
 }
 
 /// Wait states and what hides them.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub(super) struct Accelerator {
     acr: u32,
     pub(crate) latency: u32,

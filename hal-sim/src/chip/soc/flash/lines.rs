@@ -26,7 +26,21 @@ pub(super) struct Lines<const N: usize> {
     stale: Vec<u32>,
 }
 
+/// The same lines in the same order of use, whatever slots they are in.
+impl<const N: usize> PartialEq for Lines<N> {
+    fn eq(&self, other: &Self) -> bool {
+        self.stale == other.stale && self.in_order().eq(other.in_order())
+    }
+}
+
 impl<const N: usize> Lines<N> {
+    /// The lines, the one used longest ago first.
+    fn in_order(&self) -> impl Iterator<Item = u32> {
+        let after = |slot: u8| Some(self.later[usize::from(slot)]).filter(|it| *it != END);
+        let slots = std::iter::successors(after(END), move |slot| after(*slot));
+        slots.map(|slot| self.line_in[usize::from(slot)])
+    }
+
     pub(super) fn new() -> Self {
         let mut lines = Self {
             slot_of: vec![NO_SLOT; COUNT + 1],

@@ -55,7 +55,7 @@ impl Prefetched {
 }
 
 /// Flash memory and its interface.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Flash {
     bytes: Vec<u8>,
     accelerator: Accelerator,

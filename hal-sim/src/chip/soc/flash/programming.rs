@@ -63,7 +63,7 @@ fn erase_ns(bytes: u32, psize: u32) -> u64 {
     ms[psize as usize] * 1_000_000 // 0–2: checked by the callers
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub(super) struct Programming {
     pub(super) cr: u32,
     flags: u32,

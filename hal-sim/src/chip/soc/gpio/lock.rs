@@ -7,7 +7,7 @@
 const KEY: u32 = 1 << 16;
 
 /// One port's lock.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct Lock {
     pins: u16,
     /// Writes of the key so far.

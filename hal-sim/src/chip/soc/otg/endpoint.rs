@@ -13,7 +13,7 @@ pub enum Direction {
 }
 
 /// DIEPCTLn/DOEPCTLn, DIEPINTn/DOEPINTn, DIEPTSIZn/DOEPTSIZn.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Endpoint {
     number: usize,
     direction: Direction,

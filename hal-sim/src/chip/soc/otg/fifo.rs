@@ -33,7 +33,7 @@ pub struct Popped {
 }
 
 /// The receive FIFO: status words, each followed by its packet's data.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Receive {
     words: VecDeque<u32>,
     /// Data words of the entry popped last that nobody has read.
@@ -111,7 +111,7 @@ impl Receive {
 }
 
 /// The transmit FIFO of one IN endpoint.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Transmit {
     words: VecDeque<u32>,
     /// DIEPTXFn.

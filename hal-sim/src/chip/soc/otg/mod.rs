@@ -31,7 +31,7 @@ pub const ENDPOINTS: usize = 4;
 const VBUS_VALID_US: u64 = 100;
 
 /// The controller.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Otg {
     hz: u64,
     now: Cycle,
@@ -89,6 +89,13 @@ enum Session {
 }
 
 impl Otg {
+    /// Whether both do the same from now on: how often something changed may differ.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let mut it = self.clone();
+        it.changes = other.changes;
+        it == *other
+    }
+
     /// As after power-on, no VBUS, with a core clock of `hz` hertz.
     pub fn new(hz: u64) -> Self {
         Self {

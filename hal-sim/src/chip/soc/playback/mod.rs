@@ -42,7 +42,7 @@ const PERIPHERAL: usize = 0;
 const MEMORY: usize = 1;
 
 /// A bus access that was granted its port.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 struct Access {
     stream: usize,
     slave: Slave,
@@ -50,7 +50,7 @@ struct Access {
 }
 
 /// One port of DMA2.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 struct Port {
     access: Option<Access>,
     /// From when on it can be granted again.
@@ -60,7 +60,7 @@ struct Port {
 }
 
 /// Timers, DMA, ports and matrix.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Playback {
     timers: [Timer; 5],
     /// Earliest of their next events.
@@ -115,6 +115,20 @@ impl Playback {
             capture_input: false,
             transfers: 0,
         }
+    }
+
+    /// Whether both do the same from `at` on: all but what is counted and foreseen is equal.
+    pub fn is_like(&self, other: &Self, at: Cycle) -> bool {
+        let bare = |it: &Self| {
+            let mut it = it.clone();
+            (it.quiet_until, it.timer_event, it.transfers) = (0, 0, 0);
+            it.matrix.forget(at);
+            for port in &mut it.ports {
+                port.free = port.free.max(at);
+            }
+            it
+        };
+        bare(self) == bare(other)
     }
 
     /// Lets everything happen up to `to`. `ram` holds SRAM2, or SRAM1 and

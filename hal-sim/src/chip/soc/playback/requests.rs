@@ -4,7 +4,7 @@ use crate::chip::Cycle;
 use crate::chip::soc::dma::{EVENTS, NEVER};
 
 /// The events that ask, in the order in which they come.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub(super) struct Requests {
     /// Next cycle of each, and which event it is; the first `asking` count.
     due: [Cycle; EVENTS],

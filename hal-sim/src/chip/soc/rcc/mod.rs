@@ -84,7 +84,7 @@ impl Cause {
 
 /// When each oscillator that was switched on is ready; `Cycle::MAX` if none is
 /// on its way.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 struct Starting {
     hsi: Cycle,
     hse: Cycle,
@@ -93,7 +93,7 @@ struct Starting {
 }
 
 /// Reset and clock control.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Rcc {
     hse_hz: u32,
     hse_works: bool,

@@ -12,7 +12,7 @@ use crate::chip::soc::clock::Oscillator;
 const SYNCHRONISATION: u64 = 2;
 
 /// The way of the pin's level to the edge detector.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Capture {
     /// Level after the filter.
     filtered: bool,

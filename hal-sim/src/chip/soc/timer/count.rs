@@ -5,7 +5,7 @@ use crate::chip::Cycle;
 use crate::chip::cpu::bus::{Modelled, refuse};
 
 /// Cycles of future counts: single ones, then an arithmetic sequence.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Ticks {
     /// Counts on their way through the synchroniser, ascending.
     single: Vec<Cycle>,

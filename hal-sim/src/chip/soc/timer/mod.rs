@@ -36,7 +36,7 @@ enum Mode {
 }
 
 /// One timer. Cycles are HCLK; a timer clock lasts `divider` of them.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Timer {
     /// 1–5.
     number: u8,
