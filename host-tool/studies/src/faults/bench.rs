@@ -54,6 +54,27 @@ pub(super) struct Heard {
     pub stages: Option<Stages>,
 }
 
+impl<D> Bench<D> {
+    /// The same with another device in its place.
+    pub fn with_device<E>(self, change: impl FnOnce(D) -> E) -> Bench<E> {
+        Bench {
+            device: change(self.device),
+            recorder: self.recorder,
+            sensors: self.sensors,
+            speaks: self.speaks,
+            wanted: self.wanted,
+            said_us: self.said_us,
+            now_us: self.now_us,
+            due_us: self.due_us,
+            session: self.session,
+            seq: self.seq,
+            draft: self.draft,
+            half: self.half,
+            heard: self.heard,
+        }
+    }
+}
+
 impl<D: Device> Bench<D> {
     /// A device whose time is `now_us`, and what it has put out; nobody speaks to it.
     pub fn of(device: D, recorder: Recorder, now_us: u64, sensors: Sensors) -> Self {
@@ -121,6 +142,13 @@ impl<D: Device> Bench<D> {
             ([], None) if self.drives_since(self.now_us.saturating_sub(50_000)) => Ok(self),
             (refused, fault) => Err(never(format!("refused {refused:?}, fault {fault:?}"))),
         }
+    }
+
+    /// Whether the host is where that of `other` is, and says the same from now on.
+    pub fn speaks_like(&self, other: &Self) -> bool {
+        (self.speaks, self.said_us, self.due_us) == (other.speaks, other.said_us, other.due_us)
+            && (self.session, self.seq, self.now_us) == (other.session, other.seq, other.now_us)
+            && (&self.wanted, &self.half) == (&other.wanted, &other.half)
     }
 
     /// Device time, which is the world's.

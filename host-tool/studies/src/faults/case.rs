@@ -36,6 +36,9 @@ pub struct Fate {
     pub found: bool,
     /// How long after it the first edge or code differs from what would have been, µs.
     pub changed_us: Option<u64>,
+    /// For how long at a stretch a line was another, up to when the outputs were isolated,
+    /// µs; of flips of the tape.
+    pub shown_us: Option<u64>,
     /// The fault that the device told, or kept through a reset.
     pub fault: Option<Fault>,
     /// When the device says that it found it, µs after it; nothing where only a reset tells.

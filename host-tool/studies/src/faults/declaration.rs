@@ -135,6 +135,9 @@ pub struct Declaration {
     pub(super) scenes: Vec<SessionFile>,
     /// SHA-256 of all of them, by file.
     pub sha256: BTreeMap<String, String>,
+    /// Every fork is played to the end of its time, although it is known before what
+    /// becomes of it: to check what is known.
+    pub to_the_end: bool,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -150,9 +153,9 @@ pub(super) struct Written {
     runs_ms: u64,
     #[serde(default)]
     silent_ms: u64,
-    /// The variable whose bits are flipped, as its source calls it.
-    #[serde(default)]
-    pub symbol: String,
+    /// What memory bits are flipped in.
+    #[serde(default, rename = "stratum")]
+    pub strata: Vec<WrittenStratum>,
     /// The registers of which a bit is turned.
     #[serde(default, rename = "register")]
     pub registers: Vec<Register>,
@@ -162,6 +165,37 @@ pub(super) struct Written {
     /// Of those, what the native simulator can play.
     #[serde(default)]
     pub native_kinds: Vec<String>,
+}
+
+/// Memory of one kind, in which a declared number of bits is flipped.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct WrittenStratum {
+    pub kind: String,
+    pub count: u64,
+    pub memory: Memory,
+    /// Of [`Memory::Variable`], as its source calls it.
+    #[serde(default)]
+    pub symbol: String,
+    /// While a refill is under way, not at rest.
+    #[serde(default)]
+    pub in_refill: bool,
+}
+
+/// What memory.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Memory {
+    /// A variable.
+    Variable,
+    /// What the main stack holds at that moment.
+    LiveStack,
+    /// Down to where the stack was deepest, whatever it holds.
+    Stack,
+    /// All other variables.
+    Rest,
+    /// Both copies of the board's table, in flash.
+    Table,
 }
 
 /// A register and those of its bits that may be turned.
@@ -216,6 +250,7 @@ impl Declaration {
             scene,
             scenes,
             sha256,
+            to_the_end: false,
         })
     }
 

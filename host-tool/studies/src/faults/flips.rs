@@ -1,103 +1,242 @@
-//! One bit of the memory that decides the outputs turns by itself.
+//! One bit of memory turns by itself.
 
 use super::Draws;
-use super::case::Case;
+use super::case::{Case, Ended, Fate};
 use super::declaration::Declaration;
 use super::error::FaultsError;
-use super::stem::{Chip, Stem};
-use hal_sim::chip::board::Board;
+use super::first_use::{Refills, Wanted, first_uses};
+use super::stem::Stem;
+use super::strata::{self, SRAM1, Stratum};
+use hal_sim::chip::Cycle;
+use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::cpu::Size;
 use hal_sim::chip::image::Image;
+use hal_sim::chip::soc::watch::First;
 use hal_sim::random::{Random, word};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
-/// Exceptions in whose handlers that memory is at work, not at rest: 16 and the
-/// interrupt's number (RM0090 table 62) of PVD, EXTI9_5 and TIM2.
-const AT_WORK: [u16; 3] = [17, 39, 44];
 /// Of the streams that this class draws from.
 const STREAM: u64 = 0xF11B;
+/// Cases whose first uses are found in one run of the unbroken board.
+const BLOCK: u64 = 2_000;
+/// Main flash, and SRAM2, which holds the tape.
+const FLASH: std::ops::Range<u32> = 0x0800_0000..0x0810_0000;
+const SRAM2: std::ops::Range<u32> = 0x2001_C000..0x2002_0000;
+
+/// Of each case of a block, its byte and what comes first there.
+type Block = Arc<Vec<Option<(u32, First)>>>;
 
 /// What is flipped.
 pub(super) struct Flips {
     stem: Stem,
     seed: u64,
-    symbol: String,
-    address: u32,
-    bytes: u32,
+    strata: Vec<Stratum>,
+    refills: Refills,
+    /// Nothing is left out.
+    to_the_end: bool,
+    blocks: Mutex<BTreeMap<u64, Block>>,
+}
+
+/// A bit and when it is turned.
+struct Drawn<'a> {
+    stratum: &'a Stratum,
+    cycle: Cycle,
+    part: f64,
+    bit: u32,
 }
 
 impl Flips {
     pub fn new(seed: u64, declaration: &Declaration, image: &Image) -> Result<Self, FaultsError> {
-        let symbol = &declaration.of.symbol;
-        let variable = image.symbols.variable(symbol).filter(|it| it.size > 0);
-        let Some(variable) = variable else {
-            return Err(FaultsError::NoSymbol {
-                image: image.path().display().to_string(),
-                symbol: symbol.clone(),
-            });
-        };
+        let written = &declaration.of.strata;
+        // An image without what is declared is told before anything is played.
+        strata::found(written, image, SRAM1.start)?;
+        let stem = Stem::grow(declaration, image)?;
+        let deepest = stem.deepest_stack().unwrap_or(SRAM1.start);
         Ok(Self {
-            stem: Stem::grow(declaration, image)?,
+            refills: Refills::of(&stem)?,
+            stem,
             seed,
-            symbol: symbol.clone(),
-            address: variable.address,
-            bytes: variable.size,
+            strata: strata::found(written, image, deepest)?,
+            to_the_end: declaration.to_the_end,
+            blocks: Mutex::default(),
         })
     }
+
+    /// The stratum of case `index`: of any first ones, each has its declared part.
+    fn stratum(&self, index: u64) -> Result<&Stratum, FaultsError> {
+        let total = self.strata.iter().map(|it| it.count).sum::<u64>();
+        let none = || FaultsError::Declaration("flips.toml: no strata".into());
+        let mut place = spread(index % total.max(1), total);
+        for stratum in &self.strata {
+            if place < stratum.count {
+                return Ok(stratum);
+            }
+            place -= stratum.count;
+        }
+        Err(none())
+    }
+
+    fn draw(&self, index: u64) -> Result<Drawn<'_>, FaultsError> {
+        let mut random = Random::new(word(word(self.seed, STREAM), index));
+        let stratum = self.stratum(index)?;
+        Ok(Drawn {
+            stratum,
+            cycle: self.refills.cycle(random.unit(), stratum.in_refill),
+            part: random.unit(),
+            bit: random.below(8) as u32,
+        })
+    }
+
+    /// The byte of case `index` and what comes first there.
+    fn first_use(&self, index: u64) -> Result<Option<(u32, First)>, FaultsError> {
+        let number = index / BLOCK;
+        // Others wait for it: they need the same block.
+        let mut blocks = self.blocks.lock().unwrap_or_else(PoisonError::into_inner);
+        let block = match blocks.get(&number) {
+            Some(block) => block.clone(),
+            None => {
+                let block = Arc::new(self.block(number)?);
+                blocks.insert(number, block.clone());
+                block
+            }
+        };
+        drop(blocks);
+        Ok(block[(index % BLOCK) as usize])
+    }
+
+    fn block(&self, number: u64) -> Result<Vec<Option<(u32, First)>>, FaultsError> {
+        let cases = number * BLOCK..(number + 1) * BLOCK;
+        let drawn: Result<Vec<_>, _> = cases.map(|index| self.draw(index)).collect();
+        let drawn = drawn?;
+        let byte = |it: &Drawn<'_>| {
+            let (area, part) = (it.stratum.area.clone(), it.part);
+            move |msp: u32| area.byte(part, msp)
+        };
+        let bytes: Vec<_> = drawn.iter().map(byte).collect();
+        let wanted: Vec<_> = std::iter::zip(&drawn, &bytes)
+            .map(|(it, byte)| Wanted {
+                cycle: it.cycle,
+                byte,
+            })
+            .collect();
+        first_uses(&self.stem, &wanted)
+    }
+
+    /// What becomes of a flip that no program meets, if it is one.
+    fn unmet(&self, byte: u32, first: First) -> Option<Fate> {
+        // DMA reads the tape, and what is in flash is not looked at.
+        let ended = match first {
+            _ if self.to_the_end || !SRAM1.contains(&byte) => return None,
+            First::Untouched => Ended::Untouched,
+            First::Written => Ended::Overwritten,
+            First::Read => return None,
+        };
+        Some(Fate {
+            ended,
+            ..Fate::default()
+        })
+    }
+
+    fn play(&self, drawn: &Drawn<'_>, byte: u32, moment_us: u64) -> Result<Fate, FaultsError> {
+        let mut fork = self.stem.fork_at(drawn.cycle)?;
+        flip(&mut fork.device, byte, drawn.bit)?;
+        let mut fate = self.stem.follow(fork, moment_us);
+        if SRAM2.contains(&byte) {
+            // One slot of the tape is over before anybody could look.
+            let is_short = fate.shown_us.is_some_and(|us| us <= 1);
+            fate.must_find = fate.found || fate.must_find && !is_short;
+        } else {
+            fate.shown_us = None;
+        }
+        Ok(fate)
+    }
+}
+
+/// A number below `total` for each below `total`, neighbours far apart.
+fn spread(index: u64, total: u64) -> u64 {
+    const fn gcd(a: u64, b: u64) -> u64 {
+        if b == 0 { a } else { gcd(b, a % b) }
+    }
+    // The golden section, as near as has no factor in common.
+    let near = (total as f64 * 0.618_033_988_75) as u64;
+    let step = (near.max(1)..).find(|&it| gcd(it, total) == 1).unwrap_or(1);
+    index * step % total.max(1)
 }
 
 impl Draws for Flips {
     fn case(&self, index: u64) -> Result<Case, FaultsError> {
-        let mut random = Random::new(word(word(self.seed, STREAM), index));
-        let moment_us = self.stem.moment(random.unit());
-        let offset = random.below(self.bytes.into()) as u32;
-        let bit = random.below(8) as u32;
-        let mut fork = self.stem.fork(moment_us)?;
-        come_to_rest(&mut fork)?;
-        let address = self.address + offset;
-        flip(&mut fork.device, address, bit);
-        let fate = self.stem.follow(fork, moment_us);
-        let what = format!(
-            "{address:#010x} ({}+{offset:#x}) bit {bit}",
-            short(&self.symbol)
-        );
+        let drawn = self.draw(index)?;
+        let (origin, _) = self.stem.cycles();
+        let moment_us = drawn.cycle.saturating_sub(origin) / CYCLES_PER_US;
+        let kind = &drawn.stratum.kind;
+        let Some((byte, first)) = self.first_use(index)? else {
+            let what = format!("{kind}: the stack is empty");
+            let fate = Fate {
+                ended: Ended::Untouched,
+                ..Fate::default()
+            };
+            return Ok(Case {
+                index,
+                moment_us,
+                what,
+                fate,
+            });
+        };
+        let fate = match self.unmet(byte, first) {
+            Some(fate) => fate,
+            None => self.play(&drawn, byte, moment_us)?,
+        };
+        let (cycle, bit) = (drawn.cycle, drawn.bit);
         Ok(Case {
             index,
             moment_us,
-            what,
+            what: format!("{kind}: {byte:#010x} bit {bit}, cycle {cycle}"),
             fate,
         })
     }
 
     fn notes(&self) -> Vec<String> {
-        let (begin, end) = (self.address, self.address + self.bytes - 1);
-        let (symbol, bytes) = (&self.symbol, self.bytes);
-        vec![
-            format!("Flipped: one bit of {begin:#010x} to {end:#010x}, {bytes} bytes, {symbol}."),
-            "A moment within the refill or a stop is put off to its end: memory at rest.".into(),
-        ]
+        let strata = self.strata.iter();
+        let mut notes: Vec<_> = strata
+            .map(|it| format!("{}: {}.", it.kind, it.area.in_words()))
+            .collect();
+        let share = 100.0 * self.refills.share();
+        notes.push(format!("A refill is under way {share:.1} % of the time."));
+        notes
     }
 }
 
-/// The last two parts of a path.
-fn short(symbol: &str) -> &str {
-    let mut parts = symbol.rmatch_indices("::");
-    let second = parts.nth(1).map_or(0, |(at, _)| at + 2);
-    &symbol[second..]
-}
-
-/// Lets the handlers that use the memory come to their end.
-fn come_to_rest(fork: &mut Chip) -> Result<(), FaultsError> {
-    let Board { cpu, around, .. } = &mut fork.device;
-    while AT_WORK.contains(&cpu.registers.exception) {
-        let done = cpu.step(around);
-        done.map_err(|stop| FaultsError::NeverStimulates(stop.to_string()))?;
+/// Turns one bit of memory the other way.
+fn flip(board: &mut Board<()>, byte: u32, bit: u32) -> Result<(), FaultsError> {
+    let soc = &mut board.around.soc;
+    if FLASH.contains(&byte) {
+        let old = soc.flash.peek(byte, Size::Byte) as u8;
+        let done = soc.flash.load(byte, &[old ^ 1 << bit]);
+        return done.map_err(|e| FaultsError::Declaration(e.to_string()));
     }
-    Ok(())
+    // Symbols lie in RAM; one beyond would be flipped nowhere, and found by no test.
+    let old = soc.ram.read(byte, Size::Byte);
+    let done = old.and_then(|old| soc.ram.write(byte, Size::Byte, old ^ 1 << bit));
+    done.ok_or_else(|| FaultsError::Declaration(format!("no memory at {byte:#010x}")))
 }
 
-fn flip(board: &mut Board<()>, address: u32, bit: u32) {
-    let ram = &mut board.around.soc.ram;
-    if let Some(byte) = ram.read(address, Size::Byte) {
-        let _ = ram.write(address, Size::Byte, byte ^ 1 << bit); // it was read there
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_place_is_met_once_and_any_first_ones_are_spread() {
+        for total in [1, 2, 7, 10_000] {
+            let mut places: Vec<_> = (0..total).map(|k| spread(k, total)).collect();
+            let early = places
+                .iter()
+                .take(100)
+                .filter(|it| **it < total / 2)
+                .count();
+            assert!(total < 100 || (45..56).contains(&early), "{early}");
+            places.sort_unstable();
+            assert!(places.into_iter().eq(0..total));
+        }
     }
 }

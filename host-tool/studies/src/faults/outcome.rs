@@ -46,6 +46,8 @@ pub struct Outcome {
     pub truncated: u64,
     /// The charge of the worst of them, µC.
     pub truncated_uc: Option<f64>,
+    /// For how long a flip of the tape was shown at most, µs.
+    pub shown_us: Option<u64>,
     /// In which the simulator could not go on.
     pub stopped: u64,
     /// Why, and how often.
@@ -115,6 +117,7 @@ impl Outcome {
             bare: count(&|fate| !fate.bare.is_empty()),
             truncated: truncated().count() as u64,
             truncated_uc: truncated().map(|uc| uc.abs()).max_by(f64::total_cmp),
+            shown_us: fates().filter_map(|fate| fate.shown_us).max(),
             stopped: count(&|fate| fate.stopped.is_some()),
             reasons,
             ended,
@@ -219,6 +222,12 @@ impl Outcome {
                 us(self.slowest_us),
             ),
             (
+                "shown",
+                "longest on a line, of the tape",
+                "us",
+                us(self.shown_us),
+            ),
+            (
                 "charge",
                 "most left by a truncated pulse",
                 "uC",
@@ -261,6 +270,11 @@ impl Outcome {
             all.push(format!(
                 "{pulses} pulses were cut off or held, and excused: at most {uc:.1} uC each \
                  (limit {MOST_TRUNCATED_UC} uC)."
+            ));
+        }
+        if let Some(us) = self.shown_us {
+            all.push(format!(
+                "A flip of the tape was on a line for at most {us} us at a stretch."
             ));
         }
         if let Some(us) = self.slowest_us {

@@ -162,7 +162,19 @@ impl Boards for Native {
 pub(super) fn judged<D: Simulated>(
     bench: &mut Bench<D>,
     moment_us: u64,
+    truth: Truth,
+) -> (Fate, Verdict) {
+    let (pump, end_us) = (bench.device.pump(), bench.now_us());
+    judged_to(bench, moment_us, truth, (&pump, end_us))
+}
+
+/// The same of a bench whose recorder has more than it played: with its pump, and to
+/// `end_us`.
+pub(super) fn judged_to<D: Simulated>(
+    bench: &mut Bench<D>,
+    moment_us: u64,
     mut truth: Truth,
+    (pump, end_us): (&Pump, u64),
 ) -> (Fate, Verdict) {
     let mut fate = Fate::default();
     let mut quiet = |from_us: u64| {
@@ -188,7 +200,7 @@ pub(super) fn judged<D: Simulated>(
         fate.isolated_us = Some(at.saturating_sub(moment_us));
     }
     truth.faults.push(judge::Fault { t_us: moment_us });
-    let verdict = judge::judge(trace, &bench.device.pump(), &truth, bench.now_us());
+    let verdict = judge::judge(trace, pump, &truth, end_us);
     let severe = verdict.as_built.findings.iter();
     fate.severe = severe.map(ToString::to_string).collect();
     let truncated = verdict.as_built.truncated.iter();

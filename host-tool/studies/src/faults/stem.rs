@@ -1,32 +1,42 @@
 //! A board that stimulates, the forks of it, and how each goes on.
 
 use super::bench::Bench;
-use super::case::Fate;
+use super::case::{Ended, Fate};
 use super::declaration::{Declaration, Timing};
 use super::error::FaultsError;
-use super::simulated::{Boards, TWO_WINDOWS_US, judged};
+use super::simulated::{Boards, Simulated, TWO_WINDOWS_US, judged, judged_to};
 use super::truth::declared_truth;
 use firmware::lockstep::Sensors;
 use hal_sim::body::{CHANNELS, Load};
+use hal_sim::chip::Cycle;
 use hal_sim::chip::board::{Board, CYCLES_PER_US};
+use hal_sim::chip::cpu::Observer;
 use hal_sim::chip::image::Image;
 use hal_sim::random::Random;
-use hal_sim::trace::Trace;
-use hal_sim::trace::judge::{Quiet, Rule, Truth, Verdict};
+use hal_sim::trace::judge::{Pump, Quiet, Rule, Truth, Verdict};
+use hal_sim::trace::{Levels, Trace};
 use std::io;
+use std::ops::Range;
 
 /// A chip and its host.
 pub(super) type Chip = Bench<Board<()>>;
 
-/// From one kept fork to the next, µs.
+/// From one kept fork to the next, µs: from there forks begin, and there those that go on
+/// are looked at.
 const KEPT_US: u64 = 20_000;
+/// Outputs that a fault isolated stay so if they were this long, µs: the host has spoken
+/// eight times, the judge's pulses are over, and a chip that was reset has booted.
+const FOR_GOOD_US: u64 = 40_000;
 /// Every electrode of the scene, Ω: the load that its voltage stages declare.
 const LOAD_OHM: u32 = 2_000;
-/// A board that nothing broke, kept at moments from which forks begin.
+/// A board that nothing broke, kept at moments from which forks begin and at which they
+/// may be as it is again.
 pub(super) struct Stem {
     kept: Vec<Chip>,
     /// What it puts out, to the end of the last fork.
     whole: Trace,
+    pump: Pump,
+    to_the_end: bool,
     truth: Truth,
     timing: Timing,
     /// From the host's last word to the last output that is allowed.
@@ -51,23 +61,29 @@ impl Stem {
         let mut bench = bench.stimulating(session, wanted, timing.warm_us)?;
         let end_us = bench.now_us() + timing.window_us;
         let mut kept = Vec::new();
-        while bench.now_us() < end_us {
+        let mut last = bench.clone();
+        while bench.now_us() < end_us + timing.runs_us {
             kept.push(bench.clone());
             bench.run_to(bench.now_us() + KEPT_US).map_err(never)?;
+            if bench.now_us() <= end_us {
+                last = bench.clone();
+            }
         }
-        let last = bench.clone();
-        bench.run_to(end_us + timing.runs_us).map_err(never)?;
         let wearer = &session.wearer;
         let silence_ms = u64::from(wearer.host_timeout_ms + wearer.fall_ms);
         let mut stem = Self {
             kept,
+            pump: bench.device.pump(),
             whole: std::mem::take(&mut bench.recorder.trace),
+            to_the_end: declaration.to_the_end,
             truth: declared_truth(session, &[Load::Ohms(LOAD_OHM.into()); CHANNELS]),
             timing,
             silence_us: 1000 * silence_ms + TWO_WINDOWS_US,
             always: Vec::new(),
         };
-        let (fate, verdict) = stem.judged(last, end_us);
+        // To its end, host silence included: it is like itself at once.
+        let begin_us = last.now_us();
+        let (fate, verdict) = stem.played(last, begin_us);
         stem.always = verdict
             .bare
             .findings
@@ -81,10 +97,59 @@ impl Stem {
         }
     }
 
+    /// How deep the main stack came where nothing broke.
+    pub fn deepest_stack(&self) -> Option<u32> {
+        let deepest = |it: &Chip| it.device.cpu.system.deepest_msp;
+        self.kept.last().and_then(deepest)
+    }
+
     /// When the part `part` (0 to 1) of the window has gone by, device time in µs.
     pub fn moment(&self, part: f64) -> u64 {
         let begin_us = self.kept.first().map_or(0, Bench::now_us);
         begin_us + (part * self.timing.window_us as f64) as u64
+    }
+
+    /// Device time 0, and the window, in cycles.
+    pub fn cycles(&self) -> (Cycle, Range<Cycle>) {
+        let origin = self.kept.first().map_or(0, |it| it.device.around.origin());
+        let [begin, end] = [0.0, 1.0].map(|part| origin + self.moment(part) * CYCLES_PER_US);
+        (origin, begin..end)
+    }
+
+    /// The board at `cycle` of the window, or as soon after as an instruction ends.
+    pub fn fork_at(&self, cycle: Cycle) -> Result<Chip, FaultsError> {
+        let (origin, _) = self.cycles();
+        let mut fork = self.fork(cycle.saturating_sub(origin) / CYCLES_PER_US)?;
+        fork.device.run_to(cycle)?;
+        Ok(fork)
+    }
+
+    /// From the begin of the window on with `observer`, to the end of the last fork; `at` is
+    /// called at each of `cycles`, which ascend.
+    pub fn watched<O: Observer + Send + Clone>(
+        &self,
+        observer: O,
+        cycles: &[Cycle],
+        at: &mut dyn FnMut(&mut Board<O>),
+    ) -> Result<Bench<Board<O>>, FaultsError> {
+        let begin = self.kept.first().cloned();
+        let begin = begin.ok_or_else(|| FaultsError::NeverStimulates("nothing kept".into()))?;
+        let end_us = begin.now_us() + self.timing.window_us + self.timing.runs_us;
+        let mut bench = begin.with_device(|board| board.observed(observer));
+        let origin = bench.device.around.origin();
+        for &cycle in cycles {
+            let us = cycle.saturating_sub(origin) / CYCLES_PER_US;
+            bench.run_to(us).map_err(never)?;
+            bench.device.run_to(cycle)?;
+            at(&mut bench.device);
+        }
+        bench.run_to(end_us).map_err(never)?;
+        // One reference of a host that falls silent.
+        bench.speaks = false;
+        bench
+            .run_to(end_us + self.timing.silent_us)
+            .map_err(never)?;
+        Ok(bench)
     }
 
     /// The board at `moment_us` of the window.
@@ -117,23 +182,92 @@ impl Stem {
 
     fn judged(&self, mut fork: Chip, moment_us: u64) -> (Fate, Verdict) {
         let silent_us = moment_us + self.timing.runs_us;
+        let after = self.kept.partition_point(|kept| kept.now_us() <= moment_us);
+        for stem in self.kept.iter().skip(after).filter(|_| !self.to_the_end) {
+            // A fork that cannot go on has its error at once, and again below.
+            if stem.now_us() >= silent_us || fork.run_to(stem.now_us()).is_err() {
+                break;
+            }
+            if is_isolated_for_good(&fork) {
+                return self.fate(fork, moment_us, Ended::Isolated, Ok(()));
+            }
+            if fork.speaks_like(stem) && fork.device.unlike(&stem.device).is_none() {
+                return self.goes_on_as(stem, fork, moment_us);
+            }
+        }
+        self.played(fork, moment_us)
+    }
+
+    /// Plays to the end of its time, and judges it.
+    fn played(&self, mut fork: Chip, moment_us: u64) -> (Fate, Verdict) {
+        let silent_us = moment_us + self.timing.runs_us;
         let end_us = silent_us + self.timing.silent_us;
         let played = fork.run_to(silent_us);
         fork.speaks = false;
         let played = played.and_then(|()| fork.run_to(end_us));
+        self.fate(fork, moment_us, Ended::Played, played)
+    }
+
+    /// Of a fork that is in the state of `stem`: what that puts out from here on is its own.
+    fn goes_on_as(&self, stem: &Chip, mut fork: Chip, moment_us: u64) -> (Fate, Verdict) {
+        let (at_us, end_us) = (stem.now_us(), moment_us + self.timing.runs_us);
+        let trace = &mut fork.recorder.trace;
+        let later = |t: u64| (at_us..end_us).contains(&t);
+        trace
+            .levels
+            .extend(self.whole.levels.iter().filter(|it| later(it.0)));
+        trace
+            .dac
+            .extend(self.whole.dac.iter().filter(|it| later(it.t_us)));
+        trace
+            .trips
+            .extend(self.whole.trips.iter().filter(|it| later(it.t_us)));
+        let pump = fork.device.pump().followed_by(&self.pump, at_us);
+        let on = (&pump, end_us);
+        let (mut fate, verdict) = judged_to(&mut fork, moment_us, self.truth.clone(), on);
+        fate.ended = Ended::Reconverged;
+        self.compare(&mut fate, &fork, (moment_us, at_us));
+        (fate, verdict)
+    }
+
+    fn fate(
+        &self,
+        mut fork: Chip,
+        moment_us: u64,
+        ended: Ended,
+        played: io::Result<()>,
+    ) -> (Fate, Verdict) {
         let mut truth = self.truth.clone();
         truth.quiet.push(Quiet {
             from_us: fork.said_us() + self.silence_us,
             until_us: u64::MAX,
         });
         let (mut fate, verdict) = judged(&mut fork, moment_us, truth);
+        (fate.ended, fate.stopped) = (ended, played.err().map(|e| e.to_string()));
+        let silent_us = moment_us + self.timing.runs_us;
         let compared_us = fork.now_us().min(silent_us);
-        let changed = first_difference(&self.whole, &fork.recorder.trace, moment_us, compared_us);
-        fate.changed_us = changed.map(|at| at.saturating_sub(moment_us));
-        fate.stopped = played.err().map(|e| e.to_string());
-        fate.must_find = changed.is_some() && fate.stopped.is_none();
+        self.compare(&mut fate, &fork, (moment_us, compared_us));
         (fate, verdict)
     }
+
+    /// Whether an edge or a code was another.
+    fn compare(&self, fate: &mut Fate, fork: &Chip, (from_us, to_us): (u64, u64)) {
+        let changed = first_difference(&self.whole, &fork.recorder.trace, from_us, to_us);
+        fate.changed_us = changed.map(|at| at.saturating_sub(from_us));
+        fate.must_find = changed.is_some() && fate.stopped.is_none();
+        let trace = &fork.recorder.trace;
+        let shown_to_us = fate.isolated_us.map_or(to_us, |us| to_us.min(from_us + us));
+        fate.shown_us = changed.and(longest_difference(&self.whole, trace, from_us, shown_to_us));
+    }
+}
+
+/// Whether a fault was told, or the chip was reset, and the outputs have been isolated since.
+fn is_isolated_for_good(fork: &Chip) -> bool {
+    let found = fork.heard().fault.is_some() || fork.device.reset_us().is_some();
+    let last = fork.recorder.trace.levels.last();
+    let since_us = last.filter(|it| it.1 == Levels::ISOLATED).map(|it| it.0);
+    let reset_us = fork.device.reset_us().unwrap_or(0);
+    found && since_us.is_some_and(|us| us.max(reset_us) + FOR_GOOD_US <= fork.now_us())
 }
 
 impl Chip {
@@ -166,6 +300,32 @@ pub(super) fn first_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -
     let levels = first_unlike(&levels(a), &levels(b));
     let codes = first_unlike(&codes(a), &codes(b));
     levels.into_iter().chain(codes).min()
+}
+
+/// How long at a stretch the lines differ, at most, from `from_us` on and before `to_us`.
+fn longest_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<u64> {
+    let mut times: Vec<u64> = [a, b]
+        .iter()
+        .flat_map(|it| it.levels.iter().map(|l| l.0))
+        .collect();
+    times.retain(|t| (from_us..to_us).contains(t));
+    times.push(to_us);
+    times.sort_unstable();
+    let at = |trace: &Trace, t: u64| {
+        let after = trace.levels.partition_point(|it| it.0 <= t);
+        after.checked_sub(1).map(|last| trace.levels[last].1)
+    };
+    let (mut since, mut longest) = (None, None);
+    for t in times {
+        if let Some(since) = since {
+            longest = longest.max(Some(t - since));
+        }
+        since = match t < to_us && at(a, t) != at(b, t) {
+            true => since.or(Some(t)),
+            false => None,
+        };
+    }
+    longest
 }
 
 /// When two lists in order of time first differ.

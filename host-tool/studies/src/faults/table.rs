@@ -9,7 +9,7 @@ pub(super) const SIMULATED: &str =
     "Simulated: a model of the chip and of the stages; no board and no person.";
 
 /// Columns of a class's or kind's name.
-const NAME: usize = 18;
+const NAME: usize = 17;
 /// Columns of the table.
 const WIDTH: usize = 80;
 
@@ -73,7 +73,7 @@ fn line(name: &str, counts: [String; 6], times: [String; 2], severe: [String; 3]
     let ([median, longest], [severe, bound, bare]) = (times, severe);
     format!(
         "{name}{drawn:>6}{changed:>6}{harmless:>6}{found:>6}{missed:>5}{refused:>4}{median:>7}\
-         {longest:>8}{severe:>4}{bound:>6}{bare:>4}"
+         {longest:>8}{severe:>4}{bound:>6}{bare:>5}"
     )
 }
 
@@ -137,6 +137,7 @@ pub fn csv(class: Class, cases: &[Case]) -> Result<Vec<u8>, csv::Error> {
         "must_find",
         "found",
         "changed_us",
+        "shown_us",
         "fault",
         "told_us",
         "reset",
@@ -161,6 +162,7 @@ pub fn csv(class: Class, cases: &[Case]) -> Result<Vec<u8>, csv::Error> {
             flag(fate.must_find),
             flag(fate.found),
             &number(fate.changed_us),
+            &number(fate.shown_us),
             &number(fault),
             &number(fate.told_us),
             flag(fate.reset),

@@ -1,0 +1,157 @@
+//! Where in an image the memory lies whose bits are flipped.
+
+use super::declaration::{Memory, WrittenStratum};
+use super::error::FaultsError;
+use firmware::safety::StageWords;
+use hal_sim::chip::board::stages::COPIES;
+use hal_sim::chip::image::Image;
+use std::ops::Range;
+
+/// SRAM1, all that the core alone uses.
+pub(super) const SRAM1: Range<u32> = 0x2000_0000..0x2001_C000;
+/// Of what the linker places: the end of all variables, where the stack may come to.
+const END_OF_VARIABLES: &str = "__sheap";
+
+/// Memory of one kind, and how many of its bits are flipped.
+#[derive(Clone, Debug)]
+pub(super) struct Stratum {
+    pub kind: String,
+    pub count: u64,
+    pub in_refill: bool,
+    pub area: Area,
+}
+
+/// The bytes of which one is drawn.
+#[derive(Clone, Debug)]
+pub(super) enum Area {
+    /// Of these, even over all.
+    Bytes(Vec<Range<u32>>),
+    /// From the main stack pointer of the moment up to here.
+    Live(u32),
+}
+
+impl Area {
+    /// How many there are, while the main stack pointer is `msp`.
+    fn bytes(&self, msp: u32) -> u64 {
+        match self {
+            Self::Bytes(ranges) => ranges.iter().map(|it| it.len() as u64).sum(),
+            Self::Live(top) => top.saturating_sub(msp).into(),
+        }
+    }
+
+    /// The byte at the part `part` (0 to 1) of all; nothing of an empty stack.
+    pub fn byte(&self, part: f64, msp: u32) -> Option<u32> {
+        let bytes = self.bytes(msp);
+        let mut number = ((part * bytes as f64) as u64).min(bytes.checked_sub(1)?) as u32;
+        match self {
+            Self::Live(_) => Some(msp + number),
+            Self::Bytes(ranges) => ranges.iter().find_map(|range| {
+                let own = range.len() as u32;
+                if number < own {
+                    return Some(range.start + number);
+                }
+                number -= own;
+                None
+            }),
+        }
+    }
+
+    /// For people.
+    pub fn in_words(&self) -> String {
+        match self {
+            Self::Live(top) => format!("what the stack holds, below {top:#010x}"),
+            Self::Bytes(ranges) => {
+                let all = ranges.iter();
+                let all = all.map(|it| format!("{:#010x} to {:#010x}", it.start, it.end - 1));
+                let bytes = self.bytes(0);
+                format!("{}, {bytes} bytes", all.collect::<Vec<_>>().join(", "))
+            }
+        }
+    }
+}
+
+/// Where the declared strata lie in `image`, whose stack was never below `deepest`.
+///
+/// # Errors
+/// E616: it has not what is declared.
+pub(super) fn found(
+    written: &[WrittenStratum],
+    image: &Image,
+    deepest: u32,
+) -> Result<Vec<Stratum>, FaultsError> {
+    let missing = |symbol: &str| FaultsError::NoSymbol {
+        image: image.path().display().to_string(),
+        symbol: symbol.to_owned(),
+    };
+    let variable = |name: &str| {
+        let found = image.symbols.variable(name).filter(|it| it.size > 0);
+        let found = found.ok_or_else(|| missing(name))?;
+        Ok::<_, FaultsError>(found.address..found.address + found.size)
+    };
+    // The first word of the vector table.
+    let top = image
+        .flash
+        .first_chunk()
+        .copied()
+        .map_or(0, u32::from_le_bytes);
+    let area = |it: &WrittenStratum| {
+        Ok::<_, FaultsError>(match it.memory {
+            Memory::Variable => Area::Bytes(vec![variable(&it.symbol)?]),
+            Memory::LiveStack => Area::Live(top),
+            Memory::Stack => Area::Bytes(vec![deepest.min(top)..top]),
+            Memory::Table => {
+                let bytes = size_of::<StageWords>() as u32; // some tens
+                Area::Bytes(COPIES.map(|copy| copy..copy + bytes).into())
+            }
+            Memory::Rest => {
+                let end = image.symbols.find(END_OF_VARIABLES);
+                let end = end.ok_or_else(|| missing(END_OF_VARIABLES))?.address;
+                let others = written.iter().filter(|it| it.memory == Memory::Variable);
+                let others: Result<Vec<_>, _> = others.map(|it| variable(&it.symbol)).collect();
+                Area::Bytes(without(SRAM1.start..end, others?))
+            }
+        })
+    };
+    let stratum = |it: &WrittenStratum| {
+        Ok(Stratum {
+            kind: it.kind.clone(),
+            count: it.count,
+            in_refill: it.in_refill,
+            area: area(it)?,
+        })
+    };
+    written.iter().map(stratum).collect()
+}
+
+/// What of `all` lies in none of `others`.
+fn without(all: Range<u32>, mut others: Vec<Range<u32>>) -> Vec<Range<u32>> {
+    others.sort_by_key(|it| it.start);
+    let (mut left, mut from) = (Vec::new(), all.start);
+    for other in others.into_iter().filter(|it| it.start < all.end) {
+        if other.start > from {
+            left.push(from..other.start);
+        }
+        from = from.max(other.end);
+    }
+    if from < all.end {
+        left.push(from..all.end);
+    }
+    left
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rest_is_what_is_in_no_other() {
+        let left = without(0..100, vec![50..60, 10..20, 10..20, 200..300]);
+        assert_eq!(left, [0..10, 20..50, 60..100]);
+        let area = Area::Bytes(left);
+        assert_eq!(area.bytes(0), 80);
+        let bytes = [0.0, 0.2, 0.999_999].map(|part| area.byte(part, 0));
+        assert_eq!(bytes, [Some(0), Some(26), Some(99)]);
+        assert_eq!(Area::Live(100).byte(0.5, 80), Some(90));
+        assert_eq!(Area::Live(100).byte(0.5, 100), None);
+    }
+}
