@@ -14,8 +14,8 @@ use hal_sim::chip::image::Image;
 const STREAM: u64 = 0x9A14;
 /// Instructions of the owner before it stays where it is.
 const INSTRUCTIONS: u64 = 300;
-/// From the first fault to the second, µs, at most.
-const APART_US: u64 = 1_000_000;
+/// From the first fault to the second, µs.
+const APART_US: (f64, f64) = (1.0, 1e6);
 
 /// What fails.
 pub(super) struct Pairs {
@@ -37,7 +37,7 @@ impl Draws for Pairs {
         let (kind, mut random) = self.kinds.draw(index)?;
         let owner = Owner::of(kind)?;
         let stream = ERASE[random.below(2) as usize];
-        let after_us = random.below(APART_US);
+        let after_us = random.log_between(APART_US.0, APART_US.1) as u64;
         let instructions = random.below(INSTRUCTIONS);
         let erasing_first = random.below(2) == 0;
         let mut fork = self.stem.instant(&mut random)?;
