@@ -9,8 +9,8 @@ pub enum SensorFault {
     Stuck,
     /// It says this, °.
     Says(f64),
-    /// One reading is off by so much, °.
-    Outlier(f64),
+    /// Its first reading is off by so much, °, and those up to so long after it, µs.
+    Outlier(f64, u64),
     /// Every reading is off by so much, °.
     Step(f64),
     /// Every reading is off by so much more each second, °/s.
@@ -26,7 +26,7 @@ pub enum SensorFault {
 pub struct BrokenSensor {
     fault: SensorFault,
     from_us: u64,
-    first_deg: Option<f64>,
+    first: Option<(u64, f64)>,
     said_deg: Option<[f64; 2]>,
     /// Readings that are not yet old enough, and the one that is; with their times.
     earlier: VecDeque<(u64, f64)>,
@@ -39,7 +39,7 @@ impl BrokenSensor {
         Self {
             fault,
             from_us,
-            first_deg: None,
+            first: None,
             said_deg: None,
             earlier: VecDeque::new(),
         }
@@ -56,13 +56,12 @@ impl BrokenSensor {
         if t_us < self.from_us {
             return deg;
         }
-        let is_first = self.first_deg.is_none();
-        let first_deg = *self.first_deg.get_or_insert(deg);
+        let (first_us, first_deg) = *self.first.get_or_insert((t_us, deg));
         let said = match self.fault {
             SensorFault::Stuck => first_deg,
             SensorFault::Says(deg) => deg,
-            SensorFault::Outlier(off_deg) if is_first => deg + off_deg,
-            SensorFault::Outlier(_) => deg,
+            SensorFault::Outlier(off_deg, for_us) if t_us <= first_us + for_us => deg + off_deg,
+            SensorFault::Outlier(..) => deg,
             SensorFault::Step(off_deg) => deg + off_deg,
             SensorFault::Drift(deg_per_s) => deg + deg_per_s * (t_us - self.from_us) as f64 * 1e-6,
             SensorFault::Delayed(_) => self.earlier.front().map_or(deg, |it| it.1),
@@ -95,7 +94,8 @@ mod tests {
         for (fault, said) in [
             (SensorFault::Stuck, [3.0, 3.0, 3.0, 3.0]),
             (SensorFault::Says(-9.0), [-9.0; 4]),
-            (SensorFault::Outlier(50.0), [53.0, 4.0, 5.0, 6.0]),
+            (SensorFault::Outlier(50.0, 0), [53.0, 4.0, 5.0, 6.0]),
+            (SensorFault::Outlier(50.0, 1_000), [53.0, 54.0, 5.0, 6.0]),
             (SensorFault::Step(-10.0), [-7.0, -6.0, -5.0, -4.0]),
             (SensorFault::Drift(2_000.0), [3.0, 6.0, 9.0, 12.0]),
             (SensorFault::Delayed(2_000), [1.0, 2.0, 3.0, 4.0]),

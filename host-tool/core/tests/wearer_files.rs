@@ -237,6 +237,43 @@ fn what_is_wrong_is_told_by_field() {
     }
 }
 
+/// Edits of a wearer file that would loosen a limit beyond the device's own, or make it no
+/// number: what is put in place of what is there, and the number told.
+#[rustfmt::skip]
+const LOOSENED: [(&str, &str, u16); 19] = [
+    ("max_current_ma = 30.5", "max_current_ma = 100.001", 407),
+    ("max_current_ma = 30.5", "max_current_ma = 30.5\nmax_charge_uc = 40.001", 407),
+    ("max_current_ma = 30.5", "max_current_ma = 30.5\nmax_rms_ma = 50.001", 407),
+    ("max_current_ma = 30.5", "max_current_ma = 30.5\nmax_sum_ma = 200.001", 407),
+    ("max_current_ma = 30.5", "max_current_ma = 30.5\nmax_sum_rms_ma = 50.001", 407),
+    ("max_current_ma = 30.5", "max_current_ma = 0", 407),
+    ("max_current_ma = 30.5", "max_current_ma = -30.5", 407),
+    ("max_current_ma = 30.5", "max_current_ma = nan", 407),
+    ("max_current_ma = 30.5", "max_current_ma = inf", 407),
+    ("max_current_ma = 30.5", "max_current_ma = \"30.5\"", 403),
+    ("max_current_ma = 30.5", "max_current_ma = 30.5\nmax_current_ma = 100", 401),
+    ("max_current_ma = 30.5", "max_curent_ma = 30.5", 402),
+    ("rise_ms = 300", "rise_ms = 0", 407),
+    ("fall_ms = 40", "fall_ms = 101", 407),
+    ("host_timeout_ms = 40", "host_timeout_ms = 1001", 407),
+    ("max_session_s = 1200", "max_session_s = 86401", 407),
+    ("max_dose_mc = 900", "max_dose_mc = 4320001", 407),
+    ("hand_stop_required = true", "hand_stop_required = 1", 403),
+    ("[[electrode]]\nchannel = 2", "[limits]\nmax_current_ma = 100\n[[electrode]]\nchannel = 2", 401),
+];
+
+#[test]
+fn no_edit_of_a_file_loosens_a_limit_beyond_the_devices_own() {
+    for (find, replace, number) in LOOSENED {
+        assert!(FULL.contains(find), "{find}");
+        let Err(e) = read(&FULL.replacen(find, replace, 1)) else {
+            panic!("{replace} is taken");
+        };
+        let told: Vec<u16> = e.all().map(|e| e.problem().number()).collect();
+        assert_eq!(told.first(), Some(&number), "{replace}: {}", e.lines());
+    }
+}
+
 #[test]
 fn another_schema_is_all_that_is_told_of_it() {
     let e = read("schema = 12\nwho = \"K01\"\n").unwrap_err();

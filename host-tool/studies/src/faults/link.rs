@@ -42,14 +42,20 @@ struct Drawn {
     /// The cable is out from the first to the second, µs.
     out: Option<(u64, u64)>,
     moment_us: u64,
+    /// Every frame of the script comes whole, and when it should.
+    is_beside: bool,
     what: String,
 }
 
 impl<B: Replays> Link<B> {
     pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
         let files = std::iter::once(&declaration.scene).chain(&declaration.scenes);
-        let scripts = files.map(|file| Script::record(&boards, file));
-        let scripts = scripts.collect::<Result<_, _>>()?;
+        let scripts = files.map(|file| {
+            let mut script = Script::record(&boards, file)?;
+            script.replay(&boards)?;
+            Ok(script)
+        });
+        let scripts = scripts.collect::<Result<_, FaultsError>>()?;
         let kinds = Kinds::of(declaration, &boards, seed, STREAM);
         Ok(Self {
             boards,
@@ -69,10 +75,14 @@ impl<B: Replays> Link<B> {
             written: Vec::new(),
             out: None,
             moment_us: *t_us,
+            is_beside: matches!(
+                kind,
+                "duplicated" | "frames out of place" | "flood of frames"
+            ),
             what: String::new(),
         };
         let told = drawn.break_it(kind, at, script, &mut random);
-        let asked = request(bytes).map_or_else(String::new, |asked| name(&asked));
+        let asked = request(bytes).map_or_else(|| "no frame".to_owned(), |it| name(&it));
         let file = &script.file.name;
         drawn.what = format!("{kind}: {file}, message {at}, {asked}{told}");
         Ok((script, drawn))
@@ -100,8 +110,7 @@ impl<B: Replays> Link<B> {
         let (quiet, is_silenced) = orders.quiet(&whole, *moment_us, end_us);
         truth.quiet = quiet;
         let (mut fate, verdict) = judged(&mut bench, *moment_us, truth);
-        let bare = verdict.bare.findings.iter();
-        fate.bare = bare.map(ToString::to_string).collect();
+        fate.bare = script.bare(&verdict);
         fate.stopped = played.err().map(|e| e.to_string());
         let trace = &bench.recorder.trace;
         let changed = first_difference(&script.whole, trace, *moment_us, end_us);
@@ -109,13 +118,14 @@ impl<B: Replays> Link<B> {
         let tells = broken > 0 && out.is_none();
         let is_told = !tells || bench.heard().refused.iter().any(|it| is_of_a_frame(it.0));
         let applied = B::IS_EXACT && broken > 0 && self.applies(script, &bench, &whole, end_us)?;
-        let is_over = !is_silenced || bench.heard().stopping.is_some() || out.is_some();
-        let unexpected = fate.found && broken == 0 && !is_silenced;
-        fate.must_find = (tells || is_silenced) && fate.stopped.is_none();
-        fate.found = match fate.must_find {
-            true => is_told && is_over && !applied,
-            false => unexpected,
-        };
+        let heard = bench.heard();
+        let is_ended = heard.stopping.is_some() || heard.fault.is_some() || out.is_some();
+        // What else it tells is of what is missing or late, or it is a false alarm.
+        let is_owed = tells || is_silenced || fate.found && !drawn.is_beside;
+        fate.must_find = is_owed && fate.stopped.is_none();
+        if is_owed {
+            fate.found = is_told && (!is_silenced || is_ended) && !applied;
+        }
         if is_silenced && is_isolated(&bench) {
             let last = bench.recorder.trace.levels.last();
             fate.isolated_us = last.map(|(at, _)| at.saturating_sub(*moment_us));
@@ -202,7 +212,10 @@ impl Drawn {
                 self.out = Some((out_us, in_us));
                 self.stream.lose(out_us, in_us);
                 let after = if is_half { "within it" } else { "after it" };
-                return format!(", {after}, for {} us", in_us - out_us);
+                return match kind {
+                    "unplugged" => format!(", {after}"),
+                    _ => format!(", {after}, for {for_us} us"),
+                };
             }
         }
         String::new()

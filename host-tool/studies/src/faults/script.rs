@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 use super::error::FaultsError;
-use super::simulated::{Boards, Native, Simulated};
+use super::simulated::{Boards, Native, Simulated, judged};
 use super::truth::declared_truth;
 use firmware::link::{Decoder, ToDevice};
 use firmware::lockstep::{Lockstep, Sensors, Sink};
@@ -13,7 +13,7 @@ use hal_sim::chip::image::Image;
 use hal_sim::lockstep::{Device, Output};
 use hal_sim::native::native;
 use hal_sim::trace::Trace;
-use hal_sim::trace::judge::Truth;
+use hal_sim::trace::judge::{Rule, Truth, Verdict};
 use hal_sim::wire::stream::{Stream, Write};
 use hal_sim::world::Recorder;
 use host_core::run::{SessionFile, power_on, run, simulated};
@@ -103,6 +103,8 @@ pub(super) struct Script<B: Replays> {
     pub said: Stream,
     /// What comes out then.
     pub whole: Trace,
+    /// What is severe without protection although nothing broke: rule and channel.
+    always: Vec<(Rule, u8)>,
     /// Index and time of `Start` and of `Stop` in it.
     pub start: (usize, u64),
     pub stop: (usize, u64),
@@ -174,22 +176,30 @@ impl<B: Replays> Script<B> {
         let heard = Arc::into_inner(heard).map(Mutex::into_inner);
         let heard = heard.map(|it| it.unwrap_or_else(PoisonError::into_inner));
         let said = Stream::new(heard.unwrap_or_default());
-        let mut script = Self {
+        let first_us = said.writes().first().map_or(0, |write| write.t_us);
+        let mut bench = boards.booted(session, sensors)?;
+        bench.run_to(first_us).map_err(never)?;
+        Ok(Self {
             file: file.clone(),
             start: find(&said, "Start")?,
             stop: find(&said, "Stop")?,
             said,
             whole: Trace::default(),
+            always: Vec::new(),
             sensors,
-            kept: Vec::new(),
-        };
-        script.keep(boards)?;
-        Ok(script)
+            kept: B::keep(&bench)
+                .into_iter()
+                .map(|it| (first_us, it))
+                .collect(),
+        })
     }
 
-    /// Plays all of it, and keeps boards to fork.
-    fn keep(&mut self, boards: &B) -> Result<(), FaultsError> {
-        let mut bench = boards.booted(&self.file.session, self.sensors)?;
+    /// Plays all of it as it was said, keeps boards to fork, and what comes out.
+    ///
+    /// # Errors
+    /// As of [`Self::accept`].
+    pub fn replay(&mut self, boards: &B) -> Result<(), FaultsError> {
+        let mut bench = self.board(boards, self.first_us())?;
         let (mut kept, mut next_us) = (Vec::new(), 0);
         for write in self.said.writes() {
             if write.t_us >= next_us {
@@ -200,8 +210,27 @@ impl<B: Replays> Script<B> {
             bench.receive(write.t_us, &write.bytes).map_err(never)?;
         }
         bench.run_to(self.end_us()).map_err(never)?;
-        self.whole = bench.recorder.trace;
         self.kept = kept;
+        self.accept(bench)
+    }
+
+    /// What came of it when nothing broke is what everything else is compared with.
+    ///
+    /// # Errors
+    /// It is severe by itself.
+    pub fn accept(&mut self, mut bench: Bench<B::Board>) -> Result<(), FaultsError> {
+        let (fate, verdict) = judged(&mut bench, self.end_us(), self.truth());
+        if let Some(severe) = fate.severe.first() {
+            let severe = format!("{}: {severe}", self.file.name);
+            return Err(FaultsError::SevereItself(severe));
+        }
+        if let Some(fault) = fate.fault {
+            let why = format!("{}: fault {}", self.file.name, fault.number());
+            return Err(FaultsError::NeverStimulates(why));
+        }
+        let bare = verdict.bare.findings.iter();
+        self.always = bare.map(|found| (found.rule, found.channel)).collect();
+        self.whole = bench.recorder.trace;
         Ok(())
     }
 
@@ -220,6 +249,13 @@ impl<B: Replays> Script<B> {
     pub fn truth(&self) -> Truth {
         let loads = self.sensors.load_ohm.map(|ohm| Load::Ohms(ohm.into()));
         declared_truth(&self.file.session, &loads)
+    }
+
+    /// What is severe without protection, and is not when nothing breaks.
+    pub fn bare(&self, verdict: &Verdict) -> Vec<String> {
+        let found = verdict.bare.findings.iter();
+        let found = found.filter(|it| !self.always.contains(&(it.rule, it.channel)));
+        found.map(ToString::to_string).collect()
     }
 
     /// A board at the last kept moment up to `to_us`, all said before.

@@ -16,8 +16,8 @@ use firmware::link::{Request, ToDevice, encode};
 use firmware::units::Micros;
 use hal_sim::body::{BrokenSensor, SensorFault};
 use hal_sim::random::Random;
-use hal_sim::trace::Trace;
 use hal_sim::wire::faults::Faults;
+use hal_sim::wire::stream::Write;
 use hal_sim::world::World;
 use host_core::run::{body_of, fit};
 use std::io;
@@ -30,11 +30,13 @@ const BEGIN_US: u64 = 150_000;
 /// A measurement is asked for again this long after it was found wrong, or missing, at
 /// least: two ticks of the control, and the next reading of 50 a second, µs.
 const SOON_US: u64 = 22_000;
+/// The board reads its converter this often, µs.
+const TICK_US: u64 = 1_000;
 
 /// What breaks.
 pub(super) struct Sensor<B: Replays> {
     boards: B,
-    scenes: Vec<(Script<B>, Trace)>,
+    scenes: Vec<Script<B>>,
     kinds: Kinds,
     runs_us: u64,
 }
@@ -55,11 +57,11 @@ impl<B: Replays> Sensor<B> {
     pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
         let files = std::iter::once(&declaration.scene).chain(&declaration.scenes);
         let scenes = files.map(|file| {
-            let script = Script::record(&boards, file)?;
-            let end_us = script.end_us();
-            let (bench, _, played) = played(&boards, &script, None, end_us)?;
+            let mut script = Script::record(&boards, file)?;
+            let (bench, _, played) = played(&boards, &script, None)?;
             played.map_err(|lost| FaultsError::NeverStimulates(lost.to_string()))?;
-            Ok((script, bench.recorder.trace))
+            script.accept(bench)?;
+            Ok(script)
         });
         Ok(Self {
             scenes: scenes.collect::<Result<_, FaultsError>>()?,
@@ -69,12 +71,11 @@ impl<B: Replays> Sensor<B> {
         })
     }
 
-    fn draw(&self, index: u64) -> Result<(&(Script<B>, Trace), Drawn<'_>), FaultsError> {
+    fn draw(&self, index: u64) -> Result<(&Script<B>, Drawn<'_>), FaultsError> {
         let (kind, mut random) = self.kinds.draw(index)?;
         let scene = random.below(self.scenes.len().max(1) as u64) as usize;
         let none = || FaultsError::Declaration("no scene with a measured angle".into());
-        let scene = self.scenes.get(scene).ok_or_else(none)?;
-        let (script, _) = scene;
+        let script = self.scenes.get(scene).ok_or_else(none)?;
         let angles = angles(&script.file.session);
         let drawn = random.below(angles.len().max(1) as u64) as usize;
         let angle = *angles.get(drawn).ok_or_else(none)?;
@@ -90,7 +91,7 @@ impl<B: Replays> Sensor<B> {
             moment_us,
         };
         drawn.break_it(&angles, &mut random);
-        Ok((scene, drawn))
+        Ok((script, drawn))
     }
 }
 
@@ -101,7 +102,9 @@ impl Drawn<'_> {
         let far = 1e6_f64.copysign(off);
         let fault = match self.kind {
             "stuck" => SensorFault::Stuck,
-            "outlier" => SensorFault::Outlier(off),
+            // One reading: of a host the first, of a converter those of a tick.
+            "outlier" if self.angle.is_converted() => SensorFault::Outlier(off, TICK_US),
+            "outlier" => SensorFault::Outlier(off, 0),
             "step" => SensorFault::Step(off),
             "drift" => SensorFault::Drift(off),
             "code" => SensorFault::Says(far),
@@ -189,7 +192,6 @@ fn played<B: Replays>(
     boards: &B,
     script: &Script<B>,
     drawn: Option<&Drawn<'_>>,
-    end_us: u64,
 ) -> Result<Played<B::Board>, FaultsError> {
     let session = &script.file.session;
     let Bench {
@@ -212,8 +214,10 @@ fn played<B: Replays>(
     if drawn.is_some_and(|drawn| drawn.angle.is_converted()) {
         world.broken_joint = Some(broken.clone());
     }
-    let done = say(&mut world, script, drawn, &mut broken, end_us);
-    let said = world.broken_joint.as_ref().unwrap_or(&broken).said_deg();
+    let (said, done) = match say(&mut world, script, drawn, &mut broken) {
+        Ok(said) => (said, Ok(())),
+        Err(lost) => (None, Err(lost)),
+    };
     let recorder = std::mem::take(&mut world.recorder);
     let (now_us, sensors) = (world.now_us(), world.sensors);
     drop(world);
@@ -227,14 +231,15 @@ fn played<B: Replays>(
     Ok((bench, said, done.and(listened)))
 }
 
-/// Says the script, its angles measured anew.
+/// Says the script, its angles measured anew. Back comes what was said of the broken one,
+/// early enough to be found while it is heeded, °.
 fn say<B: Replays>(
     world: &mut World,
     script: &Script<B>,
     drawn: Option<&Drawn<'_>>,
     broken: &mut BrokenSensor,
-    end_us: u64,
-) -> io::Result<()> {
+) -> io::Result<Option<[f64; 2]>> {
+    let (mut said, heeded_us) = (None, heeded_us(script));
     let mut late: Vec<(u64, Vec<u8>)> = Vec::new();
     for write in script.said.writes() {
         while let Some(first) = late.first().map(|it| it.0).filter(|at| *at <= write.t_us) {
@@ -242,6 +247,9 @@ fn say<B: Replays>(
             world.send(&late.remove(0).1);
         }
         world.run_until(write.t_us)?;
+        if write.t_us + SOON_US < heeded_us {
+            said = world.broken_joint.as_ref().unwrap_or(broken).said_deg();
+        }
         let asked = request(&write.bytes);
         let measured = asked.and_then(|asked| measurement(world, script, asked));
         let Some((asked, joint, deg)) = measured else {
@@ -261,7 +269,19 @@ fn say<B: Replays>(
             _ => late.push((write.t_us + late_us, frame)),
         }
     }
-    world.run_until(end_us)
+    world.run_until(script.end_us())?;
+    Ok(said)
+}
+
+/// Until when the device heeds an angle that is beyond belief: while it stimulates, of a
+/// lift while an object is held.
+fn heeded_us<B: Replays>(script: &Script<B>) -> u64 {
+    let is_held = |write: &Write| match request(&write.bytes)?.request {
+        Request::Held { held } => held.then_some(write.t_us),
+        _ => None,
+    };
+    let held_us = script.said.writes().iter().filter_map(is_held).last();
+    held_us.unwrap_or(script.stop.1)
 }
 
 /// A measurement among what is said, with the angle as the wearer has it now.
@@ -306,19 +326,21 @@ fn measurement_frame(asked: &ToDevice, joint: u8, deg: f64) -> io::Result<Vec<u8
 
 impl<B: Replays> Draws for Sensor<B> {
     fn case(&self, index: u64) -> Result<Case, FaultsError> {
-        let ((script, whole), drawn) = self.draw(index)?;
+        let (script, drawn) = self.draw(index)?;
         let (moment_us, end_us) = (drawn.moment_us, script.end_us());
-        let (mut bench, said, played) = played(&self.boards, script, Some(&drawn), end_us)?;
+        let (mut bench, said, played) = played(&self.boards, script, Some(&drawn))?;
         let session = &script.file.session;
         let orders = Orders::of(session, script.said.writes(), B::LINE_US);
         let mut truth = script.truth();
         truth.quiet = orders.quiet(script.said.writes(), moment_us, end_us).0;
         let (mut fate, verdict) = judged(&mut bench, moment_us, truth);
-        let bare = verdict.bare.findings.iter();
-        fate.bare = bare.map(ToString::to_string).collect();
-        let changed = first_difference(whole, &bench.recorder.trace, moment_us, end_us);
+        fate.bare = script.bare(&verdict);
+        let changed = first_difference(&script.whole, &bench.recorder.trace, moment_us, end_us);
         fate.changed_us = changed.map(|at| at - moment_us);
         let stopped = played.err().map(|e| e.to_string());
+        // A force that cannot be made with such an angle is refused, and its host silent.
+        let ended = bench.heard().stopping.map(|(at, _)| u64::from(at.get()));
+        fate.found |= ended.is_some_and(|at| (moment_us..script.stop.1).contains(&at));
         // What it finds of what it need not is no false alarm: the angle is wrong.
         fate.must_find = stopped.is_none() && (drawn.is_owed(said) || fate.found);
         Ok(Case {
@@ -334,7 +356,8 @@ impl<B: Replays> Draws for Sensor<B> {
         vec![
             format!("Drawn: {kinds}; the loop is closed through the scene's wearer."),
             "To find: an angle more than 20 degrees beyond its joint's range, and one older \
-             than its joint allows. Not to find, but counted where it is: an angle that may be \
+             than its joint allows; found by a fault, or ended because the force at the hand \
+             cannot be made. Not to find, but counted where it is: an angle that may be \
              believed, however wrong; the limits bound what comes of it."
                 .to_owned(),
         ]
