@@ -34,7 +34,7 @@ SHELVES = {
 FORGET, FALL = "forget", "fall"
 JOINTS = "left-elbow left-shoulder right-elbow right-shoulder".split()
 PERIOD_S, UP_S, DOWN_S, REST_S = 0.01, 1.2, 0.8, 0.2
-HOLD_OVER = 322
+FAULT_LATCHED, HOLD_OVER = 306, 322
 
 # --- what client.py does not say: the order is that of protocol.md's tables ---
 
@@ -239,7 +239,12 @@ def play(place, path, deeds):
         raise SystemExit(f"{path} has no [[modulation]]: take host-tool/sessions/lift.toml")
     hands = Hands(place, session)
     hands.must({"Subscribe": {"period_ms": 20}})
-    hands.must({"Arm": {"setup": client.setup_sum(hands.parts)}})
+    refused = hands.exchange({"Arm": {"setup": client.setup_sum(hands.parts)}}).get(0)
+    if refused and refused["code"] == FAULT_LATCHED:
+        fault = refused["min"]
+        raise RuntimeError(f"E306: fault {fault} is latched: find why, then `Acknowledge` it")
+    if refused:
+        raise RuntimeError(f"refused: {refused}")
     hands.must(*hands.measurements([*TABLE, *TABLE]), {"Held": {"held": False}})
     hands.must("Start")
     try:
