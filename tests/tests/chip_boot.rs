@@ -117,7 +117,8 @@ fn an_oscillator_outside_its_range_is_told_and_nothing_is_armed() {
         (60_000, false),
     ] {
         let mut board = powered(desk::flashed());
-        board.around.soc.set_lsi_hz(hz);
+        let cycle = board.cpu.cycle;
+        board.around.soc.set_lsi_hz(hz, cycle);
         let (mut bench, hello) = Bench::greeted(board);
         println!("{hz} Hz: {:?}", hello.last_fault);
         if is_whole {

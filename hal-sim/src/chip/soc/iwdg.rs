@@ -85,11 +85,6 @@ impl Iwdg {
         }
     }
 
-    /// The LSI is one of `hz`; before the watchdog is started.
-    pub const fn set_lsi_hz(&mut self, hz: u32) {
-        self.lsi_hz = hz;
-    }
-
     /// System reset: the watchdog stands still until it is started again.
     pub fn reset(&mut self) {
         *self = Self {

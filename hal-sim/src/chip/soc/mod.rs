@@ -170,13 +170,6 @@ impl Soc {
         Ok(())
     }
 
-    /// The LSI is one of `hz`, 17–47 kHz on a chip that is whole (DS8626), from the next
-    /// time on that it is switched on.
-    pub fn set_lsi_hz(&mut self, hz: u32) {
-        self.lsi_hz = hz;
-        self.iwdg.set_lsi_hz(hz);
-    }
-
     /// The supply fails for a moment, in which a battery at VBAT keeps the backup
     /// registers: a reset follows. RAM keeps what it held.
     pub fn lose_power(&mut self) {

@@ -13,7 +13,7 @@ pub struct Ram {
 }
 
 /// A cell that reads the same whatever was written.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 struct Stuck {
     /// Index of its byte.
     at: usize,

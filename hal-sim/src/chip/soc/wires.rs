@@ -70,9 +70,11 @@ impl Soc {
         self.pwr.powered
     }
 
-    /// The LSI has `hz` from `at` on: 17 to 47 kHz (DS8626).
+    /// The LSI has `hz` from `at` on: 17 to 47 kHz on a chip that is whole (DS8626).
     pub fn set_lsi_hz(&mut self, hz: u32, at: Cycle) {
+        self.lsi_hz = hz;
         self.iwdg.set_lsi_hz(hz, at);
+        self.playback.set_lsi_hz(hz, at);
         self.reschedule_at(self.now.min(at));
     }
 

@@ -95,7 +95,7 @@ pub struct Mpu {
 const OPEN: usize = 6;
 
 /// Memory that privileged data may read throughout.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 struct Open {
     first: u32,
     bytes: u64,

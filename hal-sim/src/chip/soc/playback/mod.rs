@@ -210,6 +210,11 @@ impl Playback {
         self.timers[4].set_lsi(lsi);
     }
 
+    /// The LSI that TIM5 is told of has `hz` from cycle `at` on.
+    pub fn set_lsi_hz(&mut self, hz: u32, at: Cycle) {
+        self.timers[4].set_lsi_hz(hz, at);
+    }
+
     /// From cycle `at` on the core runs at `hz`.
     pub fn set_core_hz(&mut self, hz: u32, at: Cycle) {
         self.timers[4].set_core_hz(hz, at);

@@ -44,7 +44,7 @@ impl Capture {
 }
 
 /// TIM5's channel 4 and what TIM5_OR connects to it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Channel4 {
     /// TIM5_OR: TI4_RMP is 01 where the LSI is connected.
     pub(super) option: u32,
@@ -71,6 +71,13 @@ impl Timer {
     /// TIM5 only: the LSI oscillates as `lsi`, or not.
     pub fn set_lsi(&mut self, lsi: Option<Oscillator>) {
         self.channel_4.lsi = lsi.map(|lsi| (lsi, 0));
+    }
+
+    /// The LSI has `hz` from cycle `at` on.
+    pub fn set_lsi_hz(&mut self, hz: u32, at: Cycle) {
+        if let Some((lsi, _)) = &mut self.channel_4.lsi {
+            lsi.set_hz(hz, at);
+        }
     }
 
     /// From cycle `at` on the core runs at `hz`.
