@@ -165,6 +165,12 @@ struct Played {
     error: Option<anyhow::Error>,
 }
 
+/// The folder of a class and its journal, which others may not write.
+struct Kept {
+    place: Place,
+    journal: Journal,
+}
+
 impl Played {
     fn of(
         args: &FaultsArgs,
@@ -181,51 +187,39 @@ impl Played {
             Some(image) => Campaign::on_chip(seed, &declaration, image)?,
         };
         let flashed = image.map(|image| sha256(&image.flash));
-        let identity = Identity::of(&declaration, &args.device.typed(), seed, flashed);
+        let device = args.device.typed();
+        let identity = Identity::of(&declaration, &device, seed, flashed);
         let folder = args.dir(class);
-        let journal = folder.as_deref().map(|dir| journal(dir, &identity));
-        let (place, mut journal, mut cases) = match journal.transpose()? {
-            Some((place, journal, cases)) => (Some(place), Some(journal), cases),
-            None => (None, None, Vec::new()),
+        let (mut kept, mut cases) = match &folder {
+            Some(dir) => Kept::open(dir, &identity).map(|(kept, cases)| (Some(kept), cases))?,
+            None => (None, Vec::new()),
         };
-        let (known, begun) = (cases.len() as u64, Instant::now());
-        let mut lost = None;
+        let (mut speed, mut lost) = (None, None);
         if let Some(index) = args.only {
             cases = vec![campaign.case(index)?];
         } else {
             let bar = output.bar(&format!("faults: {class}"));
-            campaign.play_from(known, count, &mut |part, some| {
-                cases.extend_from_slice(some);
+            let (known, begun) = (cases.len() as u64, Instant::now());
+            let mut go_on = |part| {
                 bar.set(part);
-                if let Some(journal) = &mut journal
-                    && let Err(error) = journal.add(some)
-                {
-                    // What was played is told, whatever becomes of the folder.
-                    lost = Some(error);
-                    return Ok(false);
-                }
-                Ok(interruption.asked().is_none())
-            })?;
+                interruption.asked().is_none()
+            };
+            lost = play(&campaign, (&mut cases, count), kept.as_mut(), &mut go_on)?;
             bar.finish();
-            cases.truncate(usize::try_from(count).unwrap_or(usize::MAX));
+            let played = (cases.len() as u64).saturating_sub(known);
+            speed = (played > 0).then(|| in_words(played, begun));
         }
-        let played = (cases.len() as u64).saturating_sub(known);
-        let speed = (played > 0 && args.only.is_none()).then(|| speed(played, begun));
         let (outcome, notes) = (Outcome::of(class, &cases), campaign.notes());
-        let on = (args.device.typed(), seed);
-        let mut result = outcome.result(&declaration, (&*on.0, on.1), &notes);
+        let mut result = outcome.result(&declaration, (&device, seed), &notes);
         let is_whole = args.only.is_some() || cases.len() as u64 == count;
         let done = format!("{} of {count} cases, the first ones", cases.len());
         if !is_whole {
             result.cut_short = Some(format!("Cut short: {done}."));
         }
-        let written = match &place {
-            Some(place) => write(place.dir(), class, &result, &cases),
-            None => Ok(()),
-        };
+        let written = kept.map_or(Ok(()), |it| write(it.place.dir(), class, &result, &cases));
+        let written = written.and(lost.map_or(Ok(()), |error| Err(error.into())));
         let ended = interruption.asked().filter(|_| !is_whole);
         let ended = ended.map(|signal| interrupt::Ended(signal, format!("after {done}")).into());
-        let written = written.and(lost.map_or(Ok(()), |error| Err(error.into())));
         Ok(Self {
             outcome,
             result,
@@ -242,18 +236,38 @@ impl Played {
     }
 }
 
-/// The folder `dir` and what it has: nothing, or the first cases of the same campaign.
-fn journal(dir: &Path, identity: &Identity) -> anyhow::Result<(Place, Journal, Vec<Case>)> {
-    let place = match dir.join(JOURNAL).is_file() {
-        true => Place::existing(dir)?,
-        false => Place::given(dir, false)?,
-    };
-    let (journal, cases) = Journal::open(dir, identity)?;
-    Ok((place, journal, cases))
+impl Kept {
+    /// The folder `dir` and what it has: nothing, or the first cases of the same campaign.
+    fn open(dir: &Path, identity: &Identity) -> anyhow::Result<(Self, Vec<Case>)> {
+        let place = match dir.join(JOURNAL).is_file() {
+            true => Place::existing(dir)?,
+            false => Place::given(dir, false)?,
+        };
+        let (journal, cases) = Journal::open(dir, identity)?;
+        Ok((Self { place, journal }, cases))
+    }
+}
+
+/// Plays what is missing of the first cases; gives why the folder could not take them all:
+/// what was played is told, whatever becomes of it.
+fn play(
+    campaign: &Campaign,
+    (cases, count): (&mut Vec<Case>, u64),
+    mut kept: Option<&mut Kept>,
+    go_on: &mut dyn FnMut(f64) -> bool,
+) -> Result<Option<FaultsError>, FaultsError> {
+    let mut lost = None;
+    campaign.play_from(cases.len() as u64, count, &mut |part, some| {
+        cases.extend_from_slice(some);
+        lost = kept.as_mut().and_then(|it| it.journal.add(some).err());
+        Ok(go_on(part) && lost.is_none())
+    })?;
+    cases.truncate(usize::try_from(count).unwrap_or(usize::MAX));
+    Ok(lost)
 }
 
 /// How fast it went, by the clock of this machine, whatever else it did.
-fn speed(played: u64, begun: Instant) -> String {
+fn in_words(played: u64, begun: Instant) -> String {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let rate = played as f64 / begun.elapsed().as_secs_f64().max(1e-3) / cores as f64;
     format!("Played {played} cases, {rate:.2} a second and core.")

@@ -2,7 +2,7 @@
 //! Seeds from 1000 on: the judged one is looked at by the command alone.
 
 use host_core::run::chip_image;
-use studies::faults::{Campaign, Case, Class, Declaration, Outcome, csv};
+use studies::faults::{Campaign, Case, Class, Declaration, Ended, Fate, Outcome, csv};
 
 const SEED: u64 = 1_000;
 
@@ -38,9 +38,42 @@ fn played(class: Class, campaign: &Campaign, count: u64) -> Outcome {
 
 #[test]
 fn flips_are_found_and_not_severe() {
-    let outcome = played(Class::Flips, &on_chip(Class::Flips), 8);
+    let outcome = played(Class::Flips, &on_chip(Class::Flips), 24);
     assert_eq!((outcome.found, outcome.stopped), (outcome.to_find, 0));
     assert!(outcome.to_find > 0);
+    let kinds: Vec<_> = outcome
+        .kinds
+        .iter()
+        .filter_map(|it| it.kind.as_deref())
+        .collect();
+    assert!(
+        kinds.contains(&"tape") && kinds.contains(&"guard, lanes, plan"),
+        "{kinds:?}"
+    );
+}
+
+/// What is known before the end is what comes of playing to it: of forks that end early, and
+/// of bits that are not played at all.
+#[test]
+fn a_fork_that_ends_early_has_the_fate_of_one_that_does_not() {
+    let mut declaration = Declaration::of(Class::Flips).unwrap();
+    let image = chip_image(None).unwrap();
+    let early = Campaign::on_chip(SEED, &declaration, &image).unwrap();
+    declaration.to_the_end = true;
+    let whole = Campaign::on_chip(SEED, &declaration, &image).unwrap();
+    let mut seen = Vec::new();
+    for index in 100..124 {
+        let [early, whole] = [&early, &whole].map(|it| it.case(index).unwrap());
+        let known = Fate {
+            ended: Ended::Played,
+            ..early.fate.clone()
+        };
+        assert_eq!(known, whole.fate, "{index}: {}", early.what);
+        seen.push(early.fate.ended);
+    }
+    for ended in [Ended::Isolated, Ended::Overwritten, Ended::Untouched] {
+        assert!(seen.contains(&ended), "{ended:?}: {seen:?}");
+    }
 }
 
 #[test]
