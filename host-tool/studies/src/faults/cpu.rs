@@ -137,17 +137,16 @@ impl Draws for Core {
         let (kind, mut random) = self.kinds.draw(index)?;
         let mut fork = self.stem.instant(&mut random)?;
         let open = [Open::Undefined, Open::Nothing][random.below(2) as usize];
-        let (detail, done) = self.strike(kind, &mut fork, &mut random)?;
         fork.device.cpu.open = open;
+        let struck = self.strike(kind, &mut fork, &mut random);
         let moment_us = fork.device_us();
+        let (detail, done) = struck?;
         let fate = match done {
-            Err(stop @ Stop::LockUp { .. }) => {
-                return Err(never_runs(stop));
+            Err(Stop::LockUp { .. }) => {
+                fork.device.cpu.halt(true); // until a reset
+                self.stem.follow(fork, moment_us)
             }
-            Err(stop) => Fate {
-                stopped: Some(stop.to_string()),
-                ..Fate::default()
-            },
+            Err(stop) => Fate::stopped(stop),
             Ok(()) => self.stem.follow(fork, moment_us),
         };
         Ok(Case {

@@ -14,11 +14,18 @@ use hal_sim::chip::board::Board;
 use hal_sim::chip::image::Image;
 use hal_sim::random::Random;
 use host_core::session::Session;
+use std::sync::OnceLock;
 
-/// Both sectors erased, and written: 2 s each (DS8626), µs.
-const WRITING_US: u64 = 4_100_000;
-/// Until the writing has begun, µs.
+/// Steps of a copy: its sector is erased, then its words are written; and what they take at
+/// the data sheet's most, µs.
+const WORDS: u64 = 16;
+const ERASE_US: u64 = 2_000_000;
+const WORD_US: u64 = 100;
+/// Until the writing has begun, µs, and both copies are written.
 const BEGINS_US: u64 = 1_000;
+const WRITING_US: u64 = 2 * (ERASE_US + WORDS * WORD_US) + BEGINS_US;
+/// From one kept fork to the next, µs.
+const KEPT_US: u64 = 100_000;
 /// Power is away for this long, µs.
 const AWAY_US: u64 = 10_000;
 /// What the new table has on each channel.
@@ -31,57 +38,74 @@ const FULL_MV: u32 = 3_300;
 pub(super) struct CutOff {
     image: Image,
     session: Session,
+    /// Boards that write, from the request on, once one was asked for.
+    kept: OnceLock<Result<Vec<Writer>, String>>,
 }
+
+type Writer = Bench<Board<()>>;
 
 impl CutOff {
     pub fn new(declaration: &Declaration, image: &Image) -> Self {
         Self {
             image: image.clone(),
             session: declaration.scene.session.clone(),
+            kept: OnceLock::new(),
         }
+    }
+
+    fn grow(&self) -> Result<Vec<Writer>, FaultsError> {
+        let sensors = Sensors::default();
+        let mut bench = self.image.board(&self.session, sensors, &|_| ())?;
+        bench.tell(Request::StoreStages {
+            stages: [Some(NEW); CHANNELS],
+        })?;
+        let end_us = bench.now_us() + WRITING_US;
+        let mut kept = vec![bench.clone()];
+        while bench.now_us() < end_us {
+            bench.run_to(bench.now_us() + KEPT_US).map_err(never_runs)?;
+            kept.push(bench.clone());
+        }
+        Ok(kept)
     }
 
     /// # Errors
     /// Nothing was broken yet.
     pub fn case(&self, kind: &str, index: u64, random: &mut Random) -> Result<Case, FaultsError> {
-        let (at_us, seed) = (random.below(WRITING_US), random.below(u64::MAX));
-        let sensors = Sensors::default();
-        let seeded = |board: &mut Board<()>| board.around.soc.flash.seed = seed;
-        let mut bench = self.image.board(&self.session, sensors.clone(), &seeded)?;
-        let old = bench.heard().stages;
-        bench.tell(Request::StoreStages {
-            stages: [Some(NEW); CHANNELS],
-        })?;
-        let begin_us = bench.now_us();
-        let mut fate = Fate::default();
+        let kept = self.kept.get_or_init(|| self.grow().map_err(|e| e.to_string()));
+        let kept = kept.as_ref().map_err(never_runs)?;
+        let Some(first) = kept.first() else {
+            return Err(never_runs("no moment was kept"));
+        };
+        let (copy, step, part) = (random.below(2), random.below(1 + WORDS), random.unit());
+        let within_us = match step {
+            0 => part * ERASE_US as f64,
+            word => ERASE_US as f64 + ((word - 1) as f64 + part) * WORD_US as f64,
+        };
+        let begin_us = first.now_us();
+        let copy_us = copy * (ERASE_US + WORDS * WORD_US);
+        let at_us = begin_us + BEGINS_US + copy_us + within_us as u64;
+        let after = kept.partition_point(|it| it.now_us() <= at_us);
+        let mut bench = kept.get(after.saturating_sub(1)).unwrap_or(first).clone();
+        bench.device.around.soc.flash.seed = random.below(u64::MAX);
         let played = bench
-            .run_to(begin_us + BEGINS_US + at_us)
+            .run_to(at_us)
             .map_err(|e| e.to_string())
-            .and_then(|()| self.restart(&mut bench, sensors).map_err(|e| e.to_string()));
-        match played {
-            Ok((told, drives)) => {
-                fate.found = matches!(told, Some(Stages::Unknown(_)));
-                let is_old = told.is_some() && told == old;
-                let is_new = matches!(told, Some(Stages::Stored(table))
-                    if table.stages == [Some(NEW); CHANNELS]);
-                if !fate.found && !is_old && !is_new {
-                    fate.severe.push(format!("a third table: {told:?}"));
-                }
-                if drives && !is_old {
-                    fate.severe.push(format!("driven by {told:?}"));
-                }
-                // Between the first erasure's begin and the last word there is no whole pair.
-                fate.must_find = !is_old && !is_new;
-            }
-            Err(why) => fate.stopped = Some(why),
-        }
+            .and_then(|()| self.restart(&mut bench).map_err(|e| e.to_string()));
+        let mut fate = match played {
+            Ok((told, drives)) => fate(told, first.heard().stages, drives),
+            Err(why) => Fate::stopped(why),
+        };
         if bench.drives_since(begin_us) {
             fate.severe.push("driven while it was written".to_owned());
         }
+        let step = match step {
+            0 => "erasing".to_owned(),
+            word => format!("word {word}"),
+        };
         Ok(Case {
             index,
-            moment_us: begin_us + BEGINS_US + at_us,
-            what: format!("{kind}: {at_us} us after the writing began"),
+            moment_us: at_us,
+            what: format!("{kind}: copy {}, {step}", copy + 1),
             fate,
         })
     }
@@ -90,9 +114,9 @@ impl CutOff {
     /// host that arms and starts makes it drive.
     fn restart(
         &self,
-        bench: &mut Bench<Board<()>>,
-        sensors: Sensors,
+        bench: &mut Writer,
     ) -> Result<(Option<Stages>, bool), FaultsError> {
+        let sensors = Sensors::default();
         let board = &mut bench.device;
         board.supply(0).map_err(never_runs)?;
         let until = board.around.cycle_of(board.now_us() + AWAY_US);
@@ -109,5 +133,26 @@ impl CutOff {
         again.start(0, wanted)?;
         again.run_to(again.now_us() + 50_000).map_err(never_runs)?;
         Ok((told, again.drives_since(0)))
+    }
+}
+
+/// What the board `told` of its stages after power came again, if they were `old` before.
+fn fate(told: Option<Stages>, old: Option<Stages>, drives: bool) -> Fate {
+    let is_old = told.is_some() && told == old;
+    let is_new = matches!(told, Some(Stages::Stored(table))
+        if table.stages == [Some(NEW); CHANNELS]);
+    let found = matches!(told, Some(Stages::Unknown(_)));
+    let mut severe = Vec::new();
+    if !found && !is_old && !is_new {
+        severe.push(format!("a third table: {told:?}"));
+    }
+    if drives && !is_old {
+        severe.push(format!("driven by {told:?}"));
+    }
+    Fate {
+        must_find: !is_old && !is_new,
+        found,
+        severe,
+        ..Fate::default()
     }
 }

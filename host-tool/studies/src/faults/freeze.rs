@@ -53,7 +53,7 @@ pub(super) fn freeze(fork: &mut Chip, owner: Owner, instructions: u64) -> Result
     let end = cpu.cycle + PATIENCE;
     let mut left = instructions;
     loop {
-        let is_own = cpu.registers.exception == owner.exception();
+        let is_own = cpu.registers.exception == owner.exception() && !cpu.is_asleep();
         if is_own && left == 0 {
             break;
         }

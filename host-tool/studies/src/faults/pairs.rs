@@ -1,7 +1,7 @@
 //! An owner freezes and an erase stream is off: neither alone lets a pulse be replayed.
 
 use super::Draws;
-use super::case::Case;
+use super::case::{Case, Fate};
 use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::freeze::{Owner, freeze};
@@ -48,7 +48,11 @@ impl Draws for Pairs {
         strike(&mut fork, erasing_first)?;
         let moment_us = fork.device_us();
         let between = fork.run_to(moment_us + after_us);
-        let second = between.is_ok() && strike(&mut fork, !erasing_first)?;
+        let struck = match between {
+            Ok(()) => strike(&mut fork, !erasing_first),
+            Err(lost) => Err(never_runs(lost)),
+        };
+        let second = matches!(struck, Ok(true));
         let order = match (erasing_first, second) {
             (true, true) => "erasing off, frozen",
             (false, true) => "frozen, erasing off",
@@ -59,7 +63,10 @@ impl Draws for Pairs {
             index,
             moment_us,
             what: format!("{kind}: {order} after {after_us} us, stream {stream}"),
-            fate: self.stem.follow(fork, moment_us),
+            fate: match struck {
+                Ok(_) => self.stem.follow(fork, moment_us),
+                Err(why) => Fate::stopped(why),
+            },
         })
     }
 

@@ -270,6 +270,16 @@ fn is_isolated_for_good(fork: &Chip) -> bool {
     found && since_us.is_some_and(|us| us.max(reset_us) + FOR_GOOD_US <= fork.now_us())
 }
 
+impl Fate {
+    /// Of a fault that the simulator cannot play.
+    pub(super) fn stopped(why: impl ToString) -> Self {
+        Self {
+            stopped: Some(why.to_string()),
+            ..Self::default()
+        }
+    }
+}
+
 impl Chip {
     /// Device time of the core, µs: within a step of the host's, later than that.
     pub fn device_us(&self) -> u64 {

@@ -1,7 +1,7 @@
 //! What moves words, paces them or asks for the next ones fails, and no register shows it.
 
 use super::Draws;
-use super::case::Case;
+use super::case::{Case, Fate};
 use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::kinds::Kinds;
@@ -51,13 +51,16 @@ impl Draws for Streams {
     fn case(&self, index: u64) -> Result<Case, FaultsError> {
         let (kind, mut random) = self.kinds.draw(index)?;
         let mut fork = self.stem.instant(&mut random)?;
-        let detail = strike(kind, &mut fork, &mut random)?;
         let moment_us = fork.device_us();
+        let (detail, fate) = match strike(kind, &mut fork, &mut random) {
+            Ok(detail) => (detail, self.stem.follow(fork, moment_us)),
+            Err(why) => (String::new(), Fate::stopped(why)),
+        };
         Ok(Case {
             index,
             moment_us,
             what: format!("{kind}: {detail}"),
-            fate: self.stem.follow(fork, moment_us),
+            fate,
         })
     }
 

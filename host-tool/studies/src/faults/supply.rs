@@ -1,7 +1,7 @@
 //! What the chip lives on fails: clocks, supply, a debugger, power within a flash write.
 
 use super::Draws;
-use super::case::Case;
+use super::case::{Case, Fate};
 use super::cut_off::CutOff;
 use super::declaration::Declaration;
 use super::error::FaultsError;
@@ -56,18 +56,22 @@ impl Draws for Supply {
         }
         let mut fork = self.stem.instant(&mut random)?;
         let mut moment_us = fork.device_us();
-        let detail = if kind == "LSI, frozen" {
-            let detail = slow_and_frozen(&mut fork, &mut random)?;
+        let struck = if kind == "LSI, frozen" {
+            let struck = slow_and_frozen(&mut fork, &mut random);
             moment_us = fork.device_us();
-            detail
+            struck
         } else {
-            strike(kind, &mut fork.device, &mut random).map_err(never_runs)?
+            strike(kind, &mut fork.device, &mut random).map_err(never_runs)
+        };
+        let (detail, fate) = match struck {
+            Ok(detail) => (detail, self.stem.follow(fork, moment_us)),
+            Err(why) => (String::new(), Fate::stopped(why)),
         };
         Ok(Case {
             index,
             moment_us,
             what: format!("{kind}: {detail}"),
-            fate: self.stem.follow(fork, moment_us),
+            fate,
         })
     }
 
