@@ -12,6 +12,7 @@ use super::script::{Replays, Script, name, request};
 use super::simulated::judged;
 use super::stem::first_difference;
 use firmware::link::{Code, Request, ToDevice, encode};
+use hal_sim::lockstep::Device;
 use hal_sim::random::Random;
 use hal_sim::trace::State;
 use hal_sim::wire::stream::{Stream, Write};
@@ -115,21 +116,10 @@ impl<B: Replays> Link<B> {
         let trace = &bench.recorder.trace;
         let changed = first_difference(&script.whole, trace, *moment_us, end_us);
         fate.changed_us = changed.map(|at| at - moment_us);
-        let tells = broken > 0 && out.is_none();
-        let is_told = !tells || bench.heard().refused.iter().any(|it| is_of_a_frame(it.0));
-        let applied = B::IS_EXACT && broken > 0 && self.applies(script, &bench, &whole, end_us)?;
-        let heard = bench.heard();
-        let is_ended = heard.stopping.is_some() || heard.fault.is_some() || out.is_some();
-        // What else it tells is of what is missing or late, or it is a false alarm.
-        let is_owed = tells || is_silenced || fate.found && !drawn.is_beside;
-        fate.must_find = is_owed && fate.stopped.is_none();
-        if is_owed {
-            fate.found = is_told && (!is_silenced || is_ended) && !applied;
-        }
-        if is_silenced && is_isolated(&bench) {
-            let last = bench.recorder.trace.levels.last();
-            fate.isolated_us = last.map(|(at, _)| at.saturating_sub(*moment_us));
-        }
+        let is_applied =
+            B::IS_EXACT && broken > 0 && self.applies(script, &bench, &whole, end_us)?;
+        drawn.find(&mut fate, &bench, (broken > 0, is_silenced));
+        fate.found &= !is_applied;
         Ok(fate)
     }
 
@@ -152,6 +142,27 @@ impl<B: Replays> Link<B> {
 }
 
 impl Drawn {
+    /// What the device owes, and whether it did that: where frames were broken, and where a
+    /// silence ends what plays.
+    fn find<D: Device>(&self, fate: &mut Fate, bench: &Bench<D>, (broken, silenced): (bool, bool)) {
+        // With the cable out nobody hears what it says; when it ended is judged.
+        let (is_out, heard) = (self.out.is_some(), bench.heard());
+        let tells = broken && !is_out;
+        let is_told = !tells || heard.refused.iter().any(|it| is_of_a_frame(it.0));
+        let ends = heard.stopping.is_some() || heard.fault.is_some();
+        let is_ended = !silenced || ends || is_out && fate.severe.is_empty();
+        // What else it tells is of what is missing or late, or it is a false alarm.
+        let is_owed = tells || silenced || fate.found && !self.is_beside;
+        fate.must_find = is_owed && fate.stopped.is_none();
+        if is_owed {
+            fate.found = is_told && is_ended;
+        }
+        if silenced && is_isolated(bench) {
+            let last = bench.recorder.trace.levels.last();
+            fate.isolated_us = last.map(|(at, _)| at.saturating_sub(self.moment_us));
+        }
+    }
+
     /// Breaks it at write `at`; says what is not the kind's name.
     fn break_it<B: Replays>(
         &mut self,

@@ -111,3 +111,77 @@ pub(super) fn broken_frames(passed: &Stream, sent: &[&[u8]]) -> (Vec<Write>, usi
     let broken = broken.iter().filter(|frame| frame.bytes.len() > 1).count();
     (whole, broken)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use firmware::link::{ToDevice, encode};
+
+    const ORDERS: Orders = Orders {
+        timeout_us: 100_000,
+        fall_us: 50_000,
+        line_us: 0,
+        session: 7,
+    };
+
+    /// Frames at milliseconds, of this session or another.
+    fn frames(said: &[(u64, u16, Request)]) -> Vec<Write> {
+        let frame = |(ms, session, request): &(u64, u16, Request)| Write {
+            t_us: 1_000 * ms,
+            bytes: encode(&ToDevice {
+                session: *session,
+                seq: 0,
+                request: request.clone(),
+            })
+            .unwrap()
+            .to_vec(),
+        };
+        said.iter().map(frame).collect()
+    }
+
+    /// When nothing may be driven, ms and half ones, and whether a silence ended it.
+    fn quiet(said: &[(u64, u16, Request)]) -> (Vec<(f64, f64)>, bool) {
+        let (quiet, silenced) = ORDERS.quiet(&frames(said), 0, 1_000_000);
+        let ms = |us: u64| us as f64 * 1e-3;
+        let all = quiet.iter();
+        (
+            all.map(|it| (ms(it.from_us), ms(it.until_us.min(2_000_000))))
+                .collect(),
+            silenced,
+        )
+    }
+
+    const ARM: Request = Request::Arm { setup: 0 };
+
+    #[test]
+    fn silence_and_stop_end_what_was_armed_and_started() {
+        let begun = [(10, 7, ARM), (40, 7, Request::Start)];
+        let alive = |ms| (ms, 7, Request::KeepAlive);
+        let silent = [&begun[..], &[alive(100), alive(180)]].concat();
+        let until_armed = (0.0, 10.0);
+        assert_eq!(quiet(&silent), (vec![until_armed, (330.5, 2000.0)], true));
+        let stopped = [&silent[..], &[(190, 0, Request::Stop)]].concat();
+        assert_eq!(quiet(&stopped), (vec![until_armed, (240.5, 2000.0)], false));
+        // What comes after a silence, or is a stranger's, keeps nothing alive.
+        let late = [&silent[..], &[alive(290), (150, 9, Request::KeepAlive)]].concat();
+        assert_eq!(quiet(&late), quiet(&silent));
+        // Armed anew it may play again; a start alone does not.
+        let again = [&stopped[..], &[(600, 7, ARM), (650, 7, Request::Start)]].concat();
+        let paused = vec![until_armed, (240.5, 600.0), (800.5, 2000.0)];
+        assert_eq!(quiet(&again), (paused, true));
+        let started = [&stopped[..], &[(650, 7, Request::Start)]].concat();
+        assert_eq!(quiet(&started), quiet(&stopped));
+    }
+
+    #[test]
+    fn frames_are_whole_to_the_byte_or_broken() {
+        let said = frames(&[(1, 7, ARM), (2, 7, Request::Start), (3, 7, Request::Stop)]);
+        let sent: Vec<&[u8]> = said.iter().map(|write| &*write.bytes).collect();
+        let mut passed = Stream::new(said.clone());
+        assert_eq!(broken_frames(&passed, &sent), (said.clone(), 0));
+        passed.turn(1, &[9]);
+        passed.add(4_000, vec![0]);
+        let whole = vec![said[0].clone(), said[2].clone()];
+        assert_eq!(broken_frames(&passed, &sent), (whole, 1));
+    }
+}
