@@ -25,8 +25,6 @@ const PACKET: (usize, u64) = (64, 19);
 const AFTER_US: u64 = 60_000;
 /// Until bytes that were written before the cable was pulled are there, µs.
 const ON_THE_WAY_US: u64 = 1_500;
-/// Longest that one frame keeps a device, µs (docs/protocol.md, Stop).
-const FRAME_US: u64 = 60;
 
 /// What is broken.
 pub(super) struct Link<B: Replays> {
@@ -97,10 +95,8 @@ impl<B: Replays> Link<B> {
             ..
         } = drawn;
         let session = &script.file.session;
-        let mut orders = Orders::of(session, script.said.writes(), B::LINE_US);
+        let orders = Orders::of(session, script.said.writes(), B::LINE_US);
         let last = stream.writes().last().map_or(0, |write| write.t_us);
-        let flooded = (drawn.written.len() as u64).max(1);
-        orders.line_us += if B::IS_EXACT { 0 } else { FRAME_US * flooded };
         let end_us = last.max(*moment_us) + orders.silence_us() + AFTER_US;
         let mut bench = script.board(&self.boards, *moment_us)?;
         let (passed, played) = script.say(&mut bench, stream, *out, end_us);

@@ -14,8 +14,8 @@ const NEAR_US: u64 = 1_000;
 pub(super) struct Orders {
     timeout_us: u64,
     fall_us: u64,
-    /// Longest from a write to when the device has read it.
-    pub line_us: u64,
+    /// Longest from when a frame came to when the device has read it.
+    line_us: u64,
     session: u16,
 }
 

@@ -18,6 +18,7 @@ use hal_sim::wire::stream::{Stream, Write};
 use hal_sim::world::Recorder;
 use host_core::run::{SessionFile, power_on, run, simulated};
 use host_core::session::Session;
+use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -26,13 +27,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 const KEPT_US: u64 = 50_000;
 /// Played after the host's last word, µs.
 const AFTER_US: u64 = 250_000;
+/// From look to look whether the bus has carried what was written, µs.
+const LOOK_US: u64 = 250;
 
 /// Where the boards of scripts come from.
 pub(super) trait Replays: Boards<Board: 'static> {
     /// What is kept of a board to fork it.
     type Kept: Send + Sync;
 
-    /// Longest from a write of the host to when the device has read it, µs.
+    /// Longest from when the bus has carried a write to when the device has read it, µs.
     const LINE_US: u64;
     /// Work on one frame delays nothing else, so that runs can be compared to the
     /// microsecond.
@@ -55,8 +58,8 @@ pub(super) trait Replays: Boards<Board: 'static> {
 impl Replays for Image {
     type Kept = Bench<Board<()>>;
 
-    /// A frame of the bus, and one that is under way.
-    const LINE_US: u64 = 2_000;
+    /// A packet is worked on before the next is taken; and a frame of the bus.
+    const LINE_US: u64 = 1_500;
     const IS_EXACT: bool = false;
 
     fn booted(&self, session: &Session, sensors: Sensors) -> Result<Bench<Board<()>>, FaultsError> {
@@ -268,7 +271,7 @@ impl<B: Replays> Script<B> {
     }
 
     /// Says `stream` to it from where it is, up to `end_us`, the cable out meanwhile.
-    /// Back comes what the cable took.
+    /// Back comes what the device took, and when.
     ///
     /// # Errors
     /// The device is gone: the simulator does not model what it did.
@@ -295,27 +298,57 @@ fn say<D: Simulated>(
     let begin_us = bench.now_us();
     let (out_us, in_us) = out.unwrap_or((u64::MAX, u64::MAX));
     let mut cable = [(out_us, false), (in_us, true)].into_iter().peekable();
+    let mut waiting = VecDeque::new();
     for write in stream.writes() {
         if write.t_us < begin_us {
             passed.push(write.clone()); // before the fork
             continue;
         }
         while let Some((at, is_in)) = cable.next_if(|it| it.0 <= write.t_us) {
-            bench.run_to(at)?;
+            carry(bench, &mut waiting, passed, at)?;
+            waiting.clear();
             bench.device.plug(is_in);
         }
-        bench.run_to(write.t_us)?;
+        carry(bench, &mut waiting, passed, write.t_us)?;
         let is_lost = (out_us..in_us).contains(&write.t_us) || !bench.device.is_connected();
         if !is_lost {
             bench.receive(write.t_us, &write.bytes)?;
-            passed.push(write.clone());
+            waiting.push_back(write.clone());
         }
     }
     for (at, is_in) in cable.filter(|it| it.0 < end_us) {
-        bench.run_to(at)?;
+        carry(bench, &mut waiting, passed, at)?;
+        waiting.clear();
         bench.device.plug(is_in);
     }
-    bench.run_to(end_us)
+    carry(bench, &mut waiting, passed, end_us)
+}
+
+/// Time goes on to `to_us`. Of the writes that wait for the bus those that the device has
+/// taken pass, at the time when that is seen.
+fn carry<D: Simulated>(
+    bench: &mut Bench<D>,
+    waiting: &mut VecDeque<Write>,
+    passed: &mut Vec<Write>,
+    to_us: u64,
+) -> io::Result<()> {
+    loop {
+        let mut left = waiting.iter().map(|write| write.bytes.len()).sum::<usize>();
+        let unsent = bench.device.unsent();
+        while let Some(first) = waiting.pop_front_if(|first| left - first.bytes.len() >= unsent) {
+            left -= first.bytes.len();
+            let t_us = first.t_us.max(bench.now_us());
+            passed.push(Write { t_us, ..first });
+        }
+        if bench.now_us() >= to_us {
+            return Ok(());
+        }
+        let step_us = match waiting.is_empty() {
+            true => to_us,
+            false => to_us.min(bench.now_us() + LOOK_US),
+        };
+        bench.run_to(step_us)?;
+    }
 }
 
 /// The request of a whole frame.

@@ -38,6 +38,8 @@ pub(super) trait Simulated: Device {
     fn plug(&mut self, is_in: bool);
     /// What the host writes goes to the device.
     fn is_connected(&self) -> bool;
+    /// Bytes that the host has written, and that the device has not yet taken.
+    fn unsent(&self) -> usize;
 }
 
 impl Simulated for Board<()> {
@@ -70,6 +72,10 @@ impl Simulated for Board<()> {
     fn is_connected(&self) -> bool {
         self.around.host.is_open()
     }
+
+    fn unsent(&self) -> usize {
+        self.around.host.unsent()
+    }
 }
 
 /// It has no chip that could be reset, no lines, no converter and no cable: nothing draws
@@ -95,6 +101,10 @@ impl Simulated for Lockstep {
 
     fn is_connected(&self) -> bool {
         true
+    }
+
+    fn unsent(&self) -> usize {
+        0
     }
 }
 
