@@ -87,6 +87,11 @@ fn record() {
 }
 
 #[test]
+fn report() {
+    run("report");
+}
+
+#[test]
 fn lines() {
     run("lines");
 }
@@ -123,6 +128,7 @@ fn no_target_is_left_out() {
         "wearer",
         "journal",
         "record",
+        "report",
         "lines",
         "stage_words",
         "elf",

@@ -58,7 +58,8 @@ fn main() -> anyhow::Result<ExitCode> {
     let end = end.context("E782 --from and --runs together are beyond 2^64: give less")?;
     if let Some(threads) = arguments.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build_global().context("E783 no threads")?;
+        pool.build_global()
+            .context("E782 so many threads cannot be")?;
     }
     let signal = signals()?;
     let campaign = Campaign {
@@ -180,7 +181,7 @@ fn keep(name: &str, seed: u64, find: &Find) -> anyhow::Result<PathBuf> {
     let file = folder.join(name).join(format!("{seed}-{}", find.index));
     let written = std::fs::create_dir_all(folder.join(name))
         .and_then(|()| std::fs::write(&file, &find.input));
-    written.with_context(|| format!("E784 cannot keep the input in {}", file.display()))?;
+    written.with_context(|| format!("E782 the input cannot be kept in {}", file.display()))?;
     Ok(file)
 }
 
@@ -188,7 +189,7 @@ fn keep(name: &str, seed: u64, find: &Find) -> anyhow::Result<PathBuf> {
 fn files(target: &Target, files: &[PathBuf]) -> anyhow::Result<ExitCode> {
     for file in files {
         let input = std::fs::read(file)
-            .with_context(|| format!("E785 {} cannot be read", file.display()))?;
+            .with_context(|| format!("E782 {} cannot be read", file.display()))?;
         (target.function)(&input);
         println!("{}: {} holds", target.name, file.display());
     }

@@ -3,8 +3,8 @@
 use firmware::range::OutOfRange;
 use firmware::safety::{StageKind, StageTable, StageWords, Stages};
 use host_core::calibration::{self, Entry, Machine, Order, Plan, Unread};
-use host_core::record::{self, RecordError};
-use host_core::report::{self, Compared, Report, compare_page, compare_text};
+use host_core::record::{self, RecordError, Run};
+use host_core::report::{Compared, Report, compare_page, compare_text};
 use host_core::wearer::Wearer;
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -162,8 +162,21 @@ fn is_within(table: &StageTable) -> Result<(), OutOfRange> {
 }
 
 /// A record of which one file is anything: its name, a line, its contents. Refused with a
-/// number, or loaded; then it can be shown, compared and checked for damage.
+/// number, or loaded and checked for damage.
 pub fn record(data: &[u8]) {
+    spoilt(data, |dir| drop(load(dir)));
+}
+
+/// The same; one that is loaded is shown and compared, as `report` and `compare` do.
+pub fn report(data: &[u8]) {
+    spoilt(data, |dir| {
+        if let Some(run) = load(dir) {
+            show(run);
+        }
+    });
+}
+
+fn spoilt(data: &[u8], call: fn(&Path)) {
     let end = data.iter().position(|byte| *byte == b'\n');
     let (name, contents) = match end {
         Some(end) => (&data[..end], &data[end + 1..]),
@@ -172,20 +185,27 @@ pub fn record(data: &[u8]) {
     let known = RECORD.iter().position(|(file, _)| file.as_bytes() == name);
     let index = known.unwrap_or(name.len() % RECORD.len());
     thread_local!(static FOLDER: Folder = Folder::of_a_record());
-    FOLDER.with(|folder| folder.with(index, contents, load));
+    FOLDER.with(|folder| folder.with(index, contents, call));
 }
 
-/// What `report`, `rerun` and `compare` do with a folder before they write anything.
-fn load(dir: &Path) {
+/// What `report`, `rerun` and `compare` begin with.
+fn load(dir: &Path) -> Option<Run> {
     let run = match record::load(dir) {
         Ok(run) => run,
-        Err(error) => return numbered(&error.to_string()),
+        Err(error) => {
+            numbered(&error.to_string());
+            return None;
+        }
     };
     let damaged: Option<RecordError> = run.damaged(dir);
     if let Some(error) = damaged {
         numbered(&error.to_string());
     }
-    let page = report::page(&Report::of(&run));
+    Some(run)
+}
+
+fn show(run: Run) {
+    let page = host_core::report::page(&Report::of(&run));
     assert!(page.ends_with("</html>\n"), "a page without an end");
     let name = "one".to_owned();
     let both = [Compared { name, run }];

@@ -18,12 +18,12 @@ use crate::desk;
 pub use campaign::{Campaign, Find, broken, corpus};
 pub use chip::{elf, gdb};
 pub use device::device;
-pub use files::{journal, lines, record, stage_words, wearer};
+pub use files::{journal, lines, record, report, stage_words, wearer};
 use firmware::link::Request;
 use hal_sim::trace::{read_csv, write_csv};
 use host_core::session::Session as SessionFile;
 pub use mutate::mutation;
-pub use session::{Session, payload, sealed};
+pub use session::{BOOTED, Session, payload, sealed};
 pub use usb::usb;
 
 /// Something that is fuzzed.
@@ -64,6 +64,7 @@ targets! {
     wearer "host-tool/wearers" 10_000 "a wearer file"
     journal "tests/fuzz/corpus/journal" 10_000 "a calibration's journal"
     record "tests/fuzz/corpus/record" 3_000 "a record of which one file is spoilt"
+    report "tests/fuzz/corpus/record" 200 "the same, shown and compared where it is loaded"
     lines "tests/fuzz/corpus/lines" 20_000 "lines of orders at a calibration"
     stage_words "tests/fuzz/corpus/stage_words" 50_000 "a board's stored table of stages"
     elf "tests/fuzz/corpus/elf" 5_000 "an image's file, and the chip that runs it"

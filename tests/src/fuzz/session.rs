@@ -14,6 +14,9 @@ use firmware::units::{DacCode, Micros, us};
 /// The board boots shortly before its clock wraps.
 pub const BOOT: Micros = Micros::new(u32::MAX - 20_000);
 
+/// Its time once it has answered `Hello`.
+pub const BOOTED: Micros = Micros::new(BOOT.get() + 2_000);
+
 /// The longest step between two looks at the device's state, µs.
 const LOOK_US: u32 = 250;
 

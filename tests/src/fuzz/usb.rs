@@ -4,7 +4,7 @@
 use crate::desk;
 use crate::record::Record;
 use firmware::device::Draft;
-use firmware::link::{BROADCAST, HelloInfo, Request, Response, SCHEMA};
+use firmware::link::{BROADCAST, Request, Response, SCHEMA};
 use firmware::lockstep::Sensors;
 use firmware::pulse::TrainSpec;
 use firmware::safety::State;
@@ -106,7 +106,7 @@ fn enumerated() -> Board<()> {
 /// Two channels at 200 Hz, and a host that may be silent for a second.
 fn stimulating() -> Board<()> {
     let mut board = enumerated();
-    let session = hello(&mut board).session;
+    let session = hello(&mut board);
     let train = |offset_us| TrainSpec {
         offset_us,
         ..TrainSpec::biphasic(200, 50, 5_000)
@@ -128,8 +128,14 @@ fn stimulating() -> Board<()> {
         let frame = desk::frame(session, seq, draft.sending(request));
         say(&mut board, &frame, if is_arm { 40 } else { 5 });
     }
-    let told = hello(&mut board); // keeps the session's state
-    assert_eq!(told.state, State::Stimulating, "nothing would be watched");
+    let told = answers(&mut board, &desk::frame(session, 7, Request::Status));
+    let is_on = |message: &Vec<u8>| {
+        matches!(
+            postcard::from_bytes(message),
+            Ok(Response::Status { status, .. }) if status.state == State::Stimulating
+        )
+    };
+    assert!(told.iter().any(is_on), "nothing would be watched");
     board
 }
 
@@ -149,18 +155,28 @@ fn say(board: &mut Board<()>, bytes: &[u8], ms: u64) -> Record {
     record
 }
 
-/// The board answers.
-fn hello(board: &mut Board<()>) -> HelloInfo {
+/// What the board answers to a frame.
+fn answers(board: &mut Board<()>, frame: &[u8]) -> Vec<Vec<u8>> {
+    let said = say(board, frame, 10);
+    desk::messages(&said.bytes).collect()
+}
+
+/// A session's number.
+fn hello(board: &mut Board<()>) -> u16 {
+    let told = answers(board, &hello_frame());
+    let session =
+        told.iter().find_map(
+            |message| match postcard::from_bytes(message).expect("a response") {
+                Response::Hello(info) => Some(info.session),
+                _ => None,
+            },
+        );
+    session.expect("an answer to Hello")
+}
+
+fn hello_frame() -> Vec<u8> {
     let request = Request::Hello { schema: SCHEMA };
-    let frame = [&[0][..], &desk::frame(BROADCAST, 0, request)].concat();
-    let said = say(board, &frame, 10);
-    let told = desk::messages(&said.bytes).find_map(|message| {
-        match postcard::from_bytes(&message).expect("a response") {
-            Response::Hello(info) => Some(info),
-            _ => None,
-        }
-    });
-    told.expect("an answer to Hello")
+    [&[0][..], &desk::frame(BROADCAST, 0, request)].concat()
 }
 
 /// The changes of all lines, from now on.
@@ -201,5 +217,16 @@ fn again(board: &mut Board<()>) {
     around.soc.reschedule();
     let open = board.boot(&Sensors::default());
     open.unwrap_or_else(|why| panic!("it does not enumerate again: {why}"));
-    hello(board);
+    // One that still stimulates turns a new host away.
+    let told = answers(board, &hello_frame());
+    let is_answer = |message: &Vec<u8>| {
+        matches!(
+            postcard::from_bytes(message).expect("a response"),
+            Response::Hello(_) | Response::Refused { .. }
+        )
+    };
+    assert!(
+        told.iter().any(is_answer),
+        "it does not answer: {told:02x?}"
+    );
 }

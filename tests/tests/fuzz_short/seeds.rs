@@ -1,11 +1,13 @@
 //! Whole conversations in which a device does everything it can: what the
 //! fuzzers begin from.
 
+mod shipped;
+
 use firmware::control::{HoldPolicy, JointSpec, LawSpec, PointSpec, SensorSource};
 use firmware::link::Request;
 use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
-use firmware::safety::WearerSpec;
+use firmware::safety::{ListedPulse, WearerSpec};
 use firmware::units::Amplitude;
 use tests::desk;
 use tests::fuzz::{Session, payload, sealed};
@@ -35,10 +37,18 @@ impl Step {
     pub fn run(&self, session: &mut Session) {
         match self {
             Ask(request) => session.request(&payload(request)),
-            Wait(n) => session.advance(u32::from(*n) * 100 + 1),
+            Wait(_) => session.advance(self.length_us()),
             Inputs(bits) => session.inputs(*bits),
             Trigger => session.trigger(),
             Joint(code) => session.joint(&code.to_le_bytes()),
+        }
+    }
+
+    /// How much time goes on by it, µs.
+    fn length_us(&self) -> u32 {
+        match self {
+            Wait(n) => u32::from(*n) * 100 + 1,
+            _ => 0,
         }
     }
 
@@ -78,12 +88,17 @@ pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
 }
 
 /// Conversations that a device carries out from beginning to end.
-pub fn conversations() -> [(&'static str, Vec<Step>); 4] {
+pub fn conversations() -> [(&'static str, Vec<Step>); 9] {
     [
         ("two_channels", two_channels()),
         ("group_and_trigger", group_and_trigger()),
         ("joint", joint()),
         ("fault", fault()),
+        ("lists", lists()),
+        ("wall", shipped::conversation("harris_wall/1_pre_wall.toml")),
+        ("force", shipped::conversation("gentle_force.toml")),
+        ("endpoint", shipped::conversation("endpoint_force.toml")),
+        ("lift", shipped::conversation("lift.toml")),
     ]
 }
 
@@ -232,5 +247,31 @@ fn fault() -> Vec<Step> {
     steps.extend([amplitudes(0x08, 20_000), Wait(60)]);
     steps.extend([Inputs(4), Wait(10), Inputs(0)]); // over-current comes and goes
     steps.extend([Ask(Request::Acknowledge), Wait(200), Ask(Request::Status)]);
+    steps
+}
+
+fn lists() -> Vec<Step> {
+    let train = TrainSpec {
+        lists: true,
+        ..TRAIN
+    };
+    let pulse = |after_us, ua, width_us| ListedPulse {
+        after_us,
+        amplitude: Amplitude::new(ua),
+        width_us,
+    };
+    let pulses = [
+        pulse(1_000, 8_000, 200),
+        pulse(5_000, 12_000, 150),
+        pulse(7_300, 20_000, 100),
+    ];
+    let order = || Request::Pulses {
+        channel: 2,
+        pulses: pulses.into_iter().collect(),
+    };
+    let mut steps = vec![wearer(), channel(2, train)];
+    steps.extend(arm_and_start());
+    steps.extend([Ask(order()), Wait(250), Ask(order()), Wait(250)]);
+    steps.extend([Ask(Request::Stop), Wait(100)]);
     steps
 }

@@ -1,0 +1,53 @@
+//! Conversations of the sessions that the program comes with: what steers by itself.
+
+use super::Step::{self, Ask, Joint, Wait};
+use super::arm_and_start;
+use firmware::control::SensorSource;
+use firmware::link::Request;
+use firmware::units::us;
+use tests::desk;
+use tests::fuzz::BOOTED;
+
+/// A wait between setpoints: 25 ms.
+const WAIT: u8 = 250;
+
+/// What a host says that plays this session for a little while, its setpoints 0.4 s of the
+/// session apart so that they come to something.
+pub fn conversation(name: &str) -> Vec<Step> {
+    let session = desk::load(name).session;
+    let configured = session.requests().into_iter();
+    let mut steps: Vec<_> = configured
+        .filter(|request| !matches!(request, Request::Clear))
+        .map(Ask)
+        .collect();
+    if let Some(SensorSource::Adc { code_at_0, .. }) = session.sensor() {
+        steps.push(Joint(code_at_0 + 900));
+    }
+    let measured = |t_us: u64, steps: &mut Vec<Step>| {
+        let waited = steps.iter().map(Step::length_us).sum();
+        let at = BOOTED + us(waited);
+        let joints = session.modulations.iter();
+        steps.extend(joints.map(|joint| {
+            Ask(Request::Measurement {
+                joint: joint.spec.joint,
+                centideg: joint.angle_at(t_us),
+                at,
+            })
+        }));
+    };
+    measured(0, &mut steps);
+    steps.extend(arm_and_start());
+    for turn in 1..=6 {
+        let t_us = 400_000 * turn;
+        measured(t_us, &mut steps);
+        let setpoint = session.setpoints.at(t_us);
+        let with = session.setpoints.with(t_us);
+        steps.extend(
+            std::iter::once(setpoint)
+                .chain(with)
+                .map(|it| Ask(it.request(None))),
+        );
+        steps.push(Wait(WAIT));
+    }
+    steps
+}
