@@ -2,7 +2,7 @@
 
 use host_core::run::DeviceName;
 use host_core::session::LawName;
-use host_tool::selftest::{Path, Subject, latency, silence, soak};
+use host_tool::selftest::{Path, Subject, full_load, latency, silence, soak};
 use tests::desk::{load, play};
 
 /// Issue: 0.6 ms for a direct amplitude (Harris's stimulator: 1.22–1.30 ms),
@@ -41,6 +41,21 @@ fn twenty_minutes_on_a_bad_wire_put_out_nothing_unasked_for() {
     assert_eq!(soak.unasked, 0);
     assert!(soak.is_accounted(), "{soak:?}");
     assert!(soak.wire.lost > 900 && soak.wire.corrupted() > 900);
+}
+
+/// Across the wrap of the device's clock; the hour is a command (docs/architecture.md).
+#[test]
+fn full_load_loses_nothing_and_leaves_the_charge_that_is_told() {
+    let load = full_load(150, 1, |_| ()).unwrap();
+    println!("{load:?}");
+    assert!(load.holds(), "{load:?}");
+    // Ten channels at 200 Hz, but for the pauses after faults.
+    assert!(load.pulses > 290_000 && load.setpoints > 148_000 && load.samples > 149_000);
+    // Faults came in pulses, or nothing would be recorded that is not 0.
+    assert!(
+        load.truncations >= 1 && load.recorded != [0; 10],
+        "{load:?}"
+    );
 }
 
 /// RMSE of the demo's sessions over 10–30 s against golden values, from both

@@ -1,14 +1,16 @@
 //! Numbers that the whole device must show, measured on a simulator from its
-//! outputs and its answers: latency, host silence, a noisy soak.
+//! outputs and its answers: latency, host silence, a noisy soak, full load.
 //!
 //! Lives here: the measurements. Not here: what is allowed (`tests` asserts,
 //! `flexor selftest` prints). In: seeds and sizes. Out: plain numbers.
 
+mod full_load;
 mod latency;
 mod silence;
 mod soak;
 mod subject;
 
+pub use full_load::{FullLoad, full_load};
 pub use latency::{Distribution, Latency, Path, latency};
 pub use silence::{Silence, silence};
 pub use soak::{Soak, soak};
