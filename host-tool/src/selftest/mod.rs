@@ -4,6 +4,7 @@
 //! Lives here: the measurements. Not here: what is allowed (`tests` asserts,
 //! `flexor selftest` prints). In: seeds and sizes. Out: plain numbers.
 
+pub mod bench;
 mod full_load;
 mod latency;
 mod silence;

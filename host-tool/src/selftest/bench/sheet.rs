@@ -1,0 +1,340 @@
+//! What was measured, in a file that is whole after every step.
+
+use super::{Pattern, Step, steps};
+use host_core::record::{DeviceKind, Identity, replace_file, sha256};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Of the file.
+const FORMAT: u32 = 1;
+
+/// The longest text of a person, characters.
+const LONGEST: usize = 200;
+
+/// A bench sheet: who measured what on which board.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sheet {
+    /// Of the file.
+    pub format: u32,
+    /// Who measures, as they type it.
+    pub operator: String,
+    /// The date, as they type it.
+    pub date: String,
+    /// Oscilloscope, probe, meter, as they type it.
+    pub instruments: String,
+    /// They said that nobody is connected.
+    pub nobody_connected: bool,
+    /// The board, as it told itself, or a simulator.
+    pub device: Identity,
+    /// Channel, from 1.
+    pub channel: u8,
+    /// What it plays.
+    pub pattern: String,
+    /// What was measured, in the order of the steps.
+    pub answers: Vec<Answer>,
+    /// What it all comes to.
+    pub verdict: Verdict,
+    /// SHA-256 of this file with nothing here: finds a slip or an edit, not a forger.
+    pub sum: String,
+}
+
+/// One measured value and its bounds.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Answer {
+    /// The step.
+    pub id: String,
+    /// The load in the output, Ω.
+    pub load_ohm: u32,
+    /// What was measured where.
+    pub what: String,
+    /// Unit of the numbers.
+    pub unit: String,
+    /// What was expected.
+    pub expected: f64,
+    /// Lowest that passes.
+    pub low: f64,
+    /// Highest that passes.
+    pub high: f64,
+    /// Where the bounds are from.
+    pub source: String,
+    /// As typed.
+    pub measured: f64,
+    /// Whether it lies within the bounds, both included.
+    pub holds: bool,
+}
+
+/// What a sheet comes to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Steps are missing.
+    Incomplete,
+    /// Values lie outside of their bounds.
+    Failed,
+    /// A board, and every value lies within its bounds.
+    Passed,
+    /// Whatever was typed: no board was measured.
+    Simulated,
+}
+
+/// Why there is no sheet to go on with.
+#[derive(Debug, thiserror::Error)]
+pub enum SheetError {
+    /// What stands there cannot be gone on with: the file, and why.
+    #[error("E786 the bench sheet {0} cannot be gone on with: {1}")]
+    Unfit(PathBuf, String),
+    /// It cannot be written.
+    #[error("E787 cannot write the bench sheet {0}: {1}; what was written before is kept")]
+    Unwritten(PathBuf, String),
+}
+
+impl Answer {
+    /// What was measured in a step.
+    #[must_use]
+    pub fn to(step: &Step, measured: f64) -> Self {
+        Self {
+            id: step.id.clone(),
+            load_ohm: step.load_ohm,
+            what: step.what.clone(),
+            unit: step.unit.to_owned(),
+            expected: step.expected,
+            low: step.low,
+            high: step.high,
+            source: step.source.to_owned(),
+            measured,
+            holds: (step.low..=step.high).contains(&measured),
+        }
+    }
+}
+
+impl Sheet {
+    /// One without answers, of who measures this pattern with what on this device.
+    #[must_use]
+    pub fn begin(who: [&str; 3], device: Identity, pattern: &Pattern) -> Self {
+        let [operator, date, instruments] = who.map(ToOwned::to_owned);
+        let mut sheet = Self {
+            format: FORMAT,
+            operator,
+            date,
+            instruments,
+            nobody_connected: true,
+            device,
+            channel: pattern.channel,
+            pattern: pattern.told(),
+            answers: Vec::new(),
+            verdict: Verdict::Incomplete,
+            sum: String::new(),
+        };
+        sheet.seal(pattern);
+        sheet
+    }
+
+    /// Whether a person's text may stand in a sheet; why not.
+    #[must_use]
+    pub fn is_text(text: &str) -> bool {
+        let length = text.trim().chars().count();
+        (1..=LONGEST).contains(&length) && !text.chars().any(char::is_control)
+    }
+
+    /// Reads the sheet at `path` to go on with it as `next`, which has no answers yet: the
+    /// same board, firmware, channel and pattern.
+    ///
+    /// # Errors
+    /// [`SheetError::Unfit`].
+    pub fn go_on(path: &Path, next: &Self, pattern: &Pattern) -> Result<Self, SheetError> {
+        let unfit = |why: String| SheetError::Unfit(path.to_owned(), why);
+        let text = std::fs::read_to_string(path).map_err(|why| unfit(why.to_string()))?;
+        let mut sheet: Self =
+            serde_json::from_str(&text).map_err(|why| unfit(format!("it is none: {why}")))?;
+        if sheet.format != FORMAT {
+            return Err(unfit(format!(
+                "its format is {}, not {FORMAT}",
+                sheet.format
+            )));
+        }
+        if sheet.sum != sheet.summed() {
+            return Err(unfit(
+                "it was changed since it was written; begin another".into(),
+            ));
+        }
+        // Who and when may change from day to day; why it last reset does, too.
+        let is_same = |a: &Identity, b: &Identity| {
+            (a.kind, a.simulated, &a.unique_id, &a.firmware, &a.schema)
+                == (b.kind, b.simulated, &b.unique_id, &b.firmware, &b.schema)
+        };
+        if !is_same(&sheet.device, &next.device) {
+            let told = |it: &Identity| {
+                let id = it.unique_id.as_deref().unwrap_or("no number");
+                format!("{} {id}, firmware {}", it.kind.words(), it.firmware)
+            };
+            return Err(unfit(format!(
+                "it is of the {}, and this is the {}; give that one, or another --out",
+                told(&sheet.device),
+                told(&next.device)
+            )));
+        }
+        if (sheet.channel, &sheet.pattern) != (next.channel, &next.pattern) {
+            return Err(unfit(format!(
+                "it is of {}, and this is {}",
+                sheet.pattern, next.pattern
+            )));
+        }
+        sheet.seal(pattern);
+        Ok(sheet)
+    }
+
+    /// Whether a step has its answer.
+    #[must_use]
+    pub fn has(&self, id: &str) -> bool {
+        self.answers.iter().any(|answer| answer.id == id)
+    }
+
+    /// Takes an answer in, and judges anew.
+    pub fn take(&mut self, answer: Answer, pattern: &Pattern) {
+        self.answers.retain(|known| known.id != answer.id);
+        self.answers.push(answer);
+        self.seal(pattern);
+    }
+
+    fn seal(&mut self, pattern: &Pattern) {
+        let all = steps(pattern);
+        self.answers
+            .sort_by_key(|answer| all.iter().position(|step| step.id == answer.id));
+        let is_board = self.device.kind == DeviceKind::Board && !self.device.simulated;
+        let is_whole = all.iter().all(|step| self.has(&step.id));
+        self.verdict = if !is_board {
+            Verdict::Simulated
+        } else if self.answers.iter().any(|answer| !answer.holds) {
+            Verdict::Failed
+        } else if is_whole {
+            Verdict::Passed
+        } else {
+            Verdict::Incomplete
+        };
+        self.sum = self.summed();
+    }
+
+    fn summed(&self) -> String {
+        let mut without = self.clone();
+        without.sum.clear();
+        sha256(without.text().as_bytes())
+    }
+
+    fn text(&self) -> String {
+        // Numbers that were typed are finite, so it is JSON.
+        let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
+        text.push('\n');
+        text
+    }
+
+    /// Writes it as a whole: a crash leaves the one before.
+    ///
+    /// # Errors
+    /// [`SheetError::Unwritten`].
+    pub fn write(&self, path: &Path) -> Result<(), SheetError> {
+        let written = replace_file(path, self.text().as_bytes());
+        written.map_err(|why| SheetError::Unwritten(path.to_owned(), why.to_string()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use firmware::safety::StageKind;
+
+    fn pattern() -> Pattern {
+        Pattern::of(
+            1,
+            StageKind::Current {
+                full_scale_ua: 100_000,
+            },
+        )
+    }
+
+    fn device(kind: DeviceKind, simulated: bool) -> Identity {
+        Identity {
+            kind,
+            simulated,
+            in_process: false,
+            unique_id: Some("0123456789abcdef01234567".into()),
+            firmware: "0.1.0".into(),
+            schema: "0".into(),
+            reset: "power on".into(),
+            dead_time_us: 5,
+            option_bytes: Vec::new(),
+        }
+    }
+
+    /// Every step measured as expected, but for this one, measured as this.
+    fn filled(device: Identity, but: Option<(&str, f64)>) -> Sheet {
+        let pattern = pattern();
+        let mut sheet = Sheet::begin(["A", "2026-01-02", "scope"], device, &pattern);
+        for step in steps(&pattern) {
+            let measured = but
+                .filter(|it| it.0 == step.id)
+                .map_or(step.expected, |it| it.1);
+            sheet.take(Answer::to(&step, measured), &pattern);
+        }
+        sheet
+    }
+
+    #[test]
+    fn only_a_board_that_holds_in_every_step_passes() {
+        let board = || device(DeviceKind::Board, false);
+        assert_eq!(filled(board(), None).verdict, Verdict::Passed);
+        for (id, wrong) in [("500-peak", 2.7), ("2000-first", 201.5), ("stop", 0.6)] {
+            let sheet = filled(board(), Some((id, wrong)));
+            assert_eq!(sheet.verdict, Verdict::Failed, "{id}");
+            let failed: Vec<_> = sheet.answers.iter().filter(|it| !it.holds).collect();
+            assert!(failed.len() == 1 && failed[0].id == id);
+        }
+        for kind in [DeviceKind::Native, DeviceKind::Chip, DeviceKind::Qemu] {
+            let sheet = filled(device(kind, true), None);
+            assert_eq!(sheet.verdict, Verdict::Simulated, "{kind:?}");
+        }
+        // Whatever it calls itself.
+        let sheet = filled(device(DeviceKind::Board, true), None);
+        assert_eq!(sheet.verdict, Verdict::Simulated);
+        let (mut sheet, pattern) = (filled(board(), None), pattern());
+        sheet.answers.pop();
+        sheet.seal(&pattern);
+        assert_eq!(sheet.verdict, Verdict::Incomplete);
+    }
+
+    #[test]
+    fn a_sheet_is_gone_on_with_by_the_same_board_unchanged_only() {
+        let folder = std::env::temp_dir().join(format!("flexor-sheet-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let (path, pattern) = (folder.join("sheet.json"), pattern());
+        let board = device(DeviceKind::Board, false);
+        let next = Sheet::begin(["B", "later", "scope"], board.clone(), &pattern);
+        let sheet = filled(board.clone(), None);
+        sheet.write(&path).unwrap();
+        assert_eq!(Sheet::go_on(&path, &next, &pattern).unwrap(), sheet);
+        let told = |next: &Sheet| Sheet::go_on(&path, next, &pattern).unwrap_err().to_string();
+        let mut other = next.clone();
+        other.device.unique_id = Some("ff".into());
+        assert!(told(&other).contains("give that one"), "{}", told(&other));
+        let simulated = Sheet::begin(["B", "", ""], device(DeviceKind::Chip, true), &pattern);
+        assert!(told(&simulated).starts_with("E786 "));
+        let text = std::fs::read_to_string(&path).unwrap();
+        for (was, is) in [
+            ("\"measured\": 10.0", "\"measured\": 10.1"),
+            ("\"simulated\": false", "\"simulated\": true"),
+            ("2026-01-02", "2026-01-03"),
+        ] {
+            assert!(text.contains(was), "{was}");
+            std::fs::write(&path, text.replacen(was, is, 1)).unwrap();
+            assert!(
+                told(&next).contains("was changed"),
+                "{was}: {}",
+                told(&next)
+            );
+        }
+        std::fs::write(&path, &text[..text.len() / 2]).unwrap();
+        assert!(told(&next).contains("it is none"));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}

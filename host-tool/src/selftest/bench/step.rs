@@ -1,0 +1,291 @@
+//! What is measured, where, and what passes.
+
+use super::Pattern;
+
+/// The dummy loads, Ω, in the order in which they are asked for (docs/hardware.md, Before
+/// a person is connected).
+const LOADS_OHM: [u32; 3] = [2_000, 500, 10_000];
+
+/// What the board does while a value is measured.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Doing {
+    /// Plays the pattern.
+    Plays,
+    /// Plays it until the hand-held stop opens.
+    StopOpens,
+    /// Plays it until it is ordered to stop, and falls to zero.
+    Falls,
+}
+
+/// One value that a person measures.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Step {
+    /// Its name in files: "2000-peak".
+    pub id: String,
+    /// In the output, Ω.
+    pub load_ohm: u32,
+    /// What the board does.
+    pub doing: Doing,
+    /// Where the probe goes, and what is read from the screen.
+    pub what: String,
+    /// Unit in which the value is typed.
+    pub unit: &'static str,
+    /// What the pattern should give.
+    pub expected: f64,
+    /// Lowest that passes.
+    pub low: f64,
+    /// Highest that passes.
+    pub high: f64,
+    /// Where the bounds are from.
+    pub source: &'static str,
+}
+
+/// All steps of a pattern, in their order.
+#[must_use]
+pub fn steps(pattern: &Pattern) -> Vec<Step> {
+    let mut all = vec![pump()];
+    for load_ohm in LOADS_OHM {
+        all.extend(of_load(pattern, load_ohm));
+    }
+    all.extend([stop(), fall()]);
+    all
+}
+
+/// A step with 2 kΩ of which the bounds are this far from the expected value.
+fn around(id: &str, unit: &'static str, expected: f64, apart: f64) -> Step {
+    Step {
+        id: id.to_owned(),
+        load_ohm: 2_000,
+        doing: Doing::Plays,
+        what: String::new(),
+        unit,
+        expected,
+        low: (expected - apart).max(0.0),
+        high: expected + apart,
+        source: "",
+    }
+}
+
+fn pump() -> Step {
+    Step {
+        what: "PB10: the period of the pump, mean of 1000 or more".to_owned(),
+        source: "hil.md part 3: 50 us within the crystal's 50 ppm; 50 ppm more for the \
+                 oscilloscope",
+        ..around("pump-period", "us", 50.0, 0.005)
+    }
+}
+
+fn of_load(pattern: &Pattern, load_ohm: u32) -> [Step; 7] {
+    let peak_v = pattern.peak_v(load_ohm);
+    let across = "across the load";
+    let with = |name: &str, unit, expected, apart, what: &str, source| Step {
+        load_ohm,
+        what: format!("{across}: {what}"),
+        source,
+        ..around(&format!("{load_ohm}-{name}"), unit, expected, apart)
+    };
+    let phase = "hardware.md, Before a person is connected, 2: width within 1 us";
+    [
+        with(
+            "peak",
+            "V",
+            peak_v,
+            0.05 * peak_v,
+            "height of the first phase's flat top, without its sign",
+            "faults.md: a current may be 5 % above what was asked for; 5 % below for symmetry",
+        ),
+        with(
+            "first",
+            "us",
+            200.0,
+            1.0,
+            "width of the first phase at half its height",
+            phase,
+        ),
+        with("gap", "us", 50.0, 1.0, "time between the two phases", phase),
+        with(
+            "second",
+            "us",
+            200.0,
+            1.0,
+            "width of the second phase at half its height",
+            phase,
+        ),
+        with(
+            "period",
+            "ms",
+            20.0,
+            0.002,
+            "from first phase to first phase",
+            "hil.md part 3: the crystal's 50 ppm; 50 ppm more for the oscilloscope",
+        ),
+        Step {
+            low: 0.0,
+            high: 1.0,
+            ..with(
+                "match",
+                "%",
+                0.0,
+                1.0,
+                "how far the areas of the two phases differ, of the first's, without sign",
+                "hardware.md, Before a person is connected, 2: phases matched to 1 %",
+            )
+        },
+        Step {
+            low: 0.0,
+            ..with(
+                "mean",
+                "mV",
+                0.0,
+                1e-3 * f64::from(load_ohm), // 1 uA
+                "mean over 60 s, by a meter behind a low-pass, without sign",
+                "safety.md, Limits: 1 uA of net direct current",
+            )
+        },
+    ]
+}
+
+fn stop() -> Step {
+    Step {
+        doing: Doing::StopOpens,
+        what: "stop contact and load: open the hand-held stop; time from its opening to the \
+               start of the last pulse, 0 if none starts after it"
+            .to_owned(),
+        low: 0.0,
+        source: "hardware.md, Wiring: no pulse starts 0.5 ms later (two windows)",
+        ..around("stop", "ms", 0.0, 0.5)
+    }
+}
+
+fn fall() -> Step {
+    Step {
+        doing: Doing::Falls,
+        what: "across the load, single shot: from the last full pulse to the last pulse".to_owned(),
+        low: 0.0,
+        source: "the pattern's fall of 50 ms, and the 20 ms from the last full pulse to the next",
+        ..around("fall", "ms", 50.0, 20.0)
+    }
+}
+
+/// What is typed and is no measured value.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[error("E785 `{typed}` is no measured value: {why}; type one such as {like}")]
+pub struct ValueError {
+    typed: String,
+    why: String,
+    like: String,
+}
+
+/// A number and its unit, as they are typed: "2.51 V".
+///
+/// # Errors
+/// Nothing, letters, another unit, none, a sign, a comma, or nothing that anybody measures.
+pub fn read_value(step: &Step, typed: &str) -> Result<f64, ValueError> {
+    let fail = |why: &str| ValueError {
+        typed: host_core::session::visible(typed.trim()),
+        why: why.to_owned(),
+        like: format!("{} {}", step.expected, step.unit),
+    };
+    let text = typed.trim();
+    if text.is_empty() {
+        return Err(fail("it is empty"));
+    }
+    let is_number = |c: char| c.is_ascii_digit() || ".,+-eE".contains(c);
+    let end = text.find(|c| !is_number(c)).unwrap_or(text.len());
+    let (number, unit) = text.split_at(end);
+    if number.is_empty() {
+        return Err(fail("it does not begin with a number"));
+    }
+    if number.contains(',') {
+        return Err(fail("decimals follow a point"));
+    }
+    let value: f64 = number
+        .parse()
+        .map_err(|_| fail("the number cannot be read"))?;
+    match unit.trim().replace(['µ', 'μ'], "u") {
+        unit if unit == step.unit => {}
+        unit if unit.is_empty() => return Err(fail("it has no unit")),
+        _ => return Err(fail(&format!("the unit is {}", step.unit))),
+    }
+    if value.is_sign_negative() && value != 0.0 {
+        return Err(fail("it is negative, and a magnitude is asked for"));
+    }
+    match value <= 1e6 {
+        true => Ok(value.abs()),
+        false => Err(fail("nothing here is so large")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use firmware::safety::StageKind;
+
+    #[test]
+    fn what_is_typed_is_a_value_with_its_unit_or_told() {
+        let pattern = Pattern::of(
+            1,
+            StageKind::Current {
+                full_scale_ua: 100_000,
+            },
+        );
+        let all = steps(&pattern);
+        let [_, peak, first, ..] = &all[..] else {
+            panic!("steps");
+        };
+        assert_eq!((peak.expected, peak.unit), (10.0, "V"));
+        for (typed, value) in [
+            ("10 V", 10.0),
+            (" 9.87V ", 9.87),
+            ("1e1 V", 10.0),
+            ("-0 V", 0.0),
+        ] {
+            assert_eq!(read_value(peak, typed), Ok(value), "{typed}");
+        }
+        assert_eq!(read_value(first, "200.1 µs"), Ok(200.1));
+        assert_eq!(read_value(first, "200.1 μs"), Ok(200.1));
+        for (typed, why) in [
+            ("", "empty"),
+            ("ten volts", "begin with a number"),
+            ("10", "no unit"),
+            ("10 mV", "the unit is V"),
+            ("10 V V", "the unit is V"),
+            ("10,2 V", "point"),
+            ("-10 V", "negative"),
+            ("1e9 V", "so large"),
+            ("e V", "cannot be read"),
+            ("1.2.3 V", "cannot be read"),
+            ("inf V", "begin with a number"),
+            ("1e999 V", "so large"),
+        ] {
+            let told = read_value(peak, typed).unwrap_err().to_string();
+            assert!(
+                told.starts_with("E785 ") && told.contains(why),
+                "{typed}: {told}"
+            );
+        }
+    }
+
+    #[test]
+    fn every_step_has_bounds_around_what_is_expected_and_their_source() {
+        for kind in [
+            StageKind::Current {
+                full_scale_ua: 100_000,
+            },
+            StageKind::Voltage {
+                full_scale_mv: 60_000,
+            },
+        ] {
+            let all = steps(&Pattern::of(10, kind));
+            assert_eq!(all.len(), 1 + 3 * 7 + 2);
+            let mut ids: Vec<_> = all.iter().map(|step| &step.id).collect();
+            ids.sort();
+            ids.dedup();
+            assert_eq!(ids.len(), all.len());
+            for step in &all {
+                assert!((step.low..=step.high).contains(&step.expected), "{step:?}");
+                assert!(step.low < step.high && !step.source.is_empty(), "{step:?}");
+            }
+        }
+    }
+}
