@@ -3,6 +3,8 @@
 #[cfg(unix)]
 mod bad_input_cli;
 #[cfg(unix)]
+mod bench_cli;
+#[cfg(unix)]
 mod calibrate_cli;
 #[cfg(unix)]
 mod calibrate_lines;

@@ -23,6 +23,7 @@ mod lift;
 mod monitor;
 mod muscle;
 mod new;
+mod on_bench;
 mod operator;
 mod out;
 mod perform;

@@ -1,6 +1,7 @@
 //! `flexor selftest`: what the device code shows on this machine, in numbers.
 
 use super::chip::Prefetched;
+use super::on_bench::{self, BenchOptions};
 use super::{Output, interrupt, wrong};
 use crate::selftest::{
     Distribution, FullLoad, Latency, Path, Subject, full_load, latency, silence, soak,
@@ -11,10 +12,11 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// Measure latency on a simulator; on the native one host silence, a noisy soak and full
-/// load, too.
+/// load, too. With --bench, a person measures a board.
 #[derive(Args, Debug)]
 pub struct Selftest {
-    /// What to measure: native, or chip for the flashed image over USB
+    /// What to measure: native, or chip for the flashed image over USB; with --bench a
+    /// board's port
     #[arg(long, default_value = "native")]
     device: DeviceName,
     /// ELF to run instead of the board's own image (chip)
@@ -37,6 +39,8 @@ pub struct Selftest {
     /// cached)
     #[arg(long, value_enum)]
     prefetched: Option<Prefetched>,
+    #[command(flatten)]
+    bench: BenchOptions,
 }
 
 /// The bounds for a direct amplitude over USB, µs.
@@ -45,6 +49,9 @@ const CHIP_BOUNDS_US: (u64, u64) = (700, 2_000);
 /// # Errors
 /// A measurement that could not be made, or a bound that does not hold.
 pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
+    if args.bench.bench {
+        return on_bench::main(&args.bench, &args.device, output);
+    }
     interrupt::end_at_once()?;
     match args.device {
         DeviceName::Native if args.prefetched.is_some() || args.image.is_some() => {

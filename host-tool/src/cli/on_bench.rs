@@ -1,0 +1,332 @@
+//! `flexor selftest --bench`: a person measures a board on dummy loads, and is led.
+
+use super::typed::{Closed, Typed};
+use super::{Output, interrupt, wrong};
+use crate::selftest::bench::{Answer, Bench, Doing, Pattern, Sheet, Step, Verdict};
+use crate::selftest::bench::{read_value, steps};
+use anyhow::Context;
+use clap::Args;
+use host_core::link::Interruption;
+use host_core::run::{DeviceName, identity};
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// What somebody must type who is asked.
+const SENTENCE: &str = "nobody is connected";
+
+/// What a bench self-test needs to be told.
+#[derive(Args, Debug)]
+pub struct BenchOptions {
+    /// Measure a board on dummy loads (--device is its port; native to rehearse): the
+    /// program plays a pattern, asks for what you measure, and writes --out
+    #[arg(long, requires_all = ["out", "operator", "date", "instruments"])]
+    pub bench: bool,
+    /// With --bench: file of what was measured (JSON)
+    #[arg(long, requires = "bench")]
+    out: Option<PathBuf>,
+    /// With --bench: go on with --out
+    #[arg(long, requires = "bench")]
+    resume: bool,
+    /// With --bench: who measures
+    #[arg(long, requires = "bench")]
+    operator: Option<String>,
+    /// With --bench: today, as the file is to say it
+    #[arg(long, requires = "bench")]
+    date: Option<String>,
+    /// With --bench: oscilloscope, probe and meter
+    #[arg(long, requires = "bench")]
+    instruments: Option<String>,
+    /// With --bench: the channel, 1 to 10
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=10))]
+    channel: u8,
+    /// With --bench: nobody is connected to any output
+    #[arg(long, requires = "bench")]
+    nobody_connected: bool,
+    /// With --bench: values from a file, a line `STEP VALUE UNIT` each, in place of asking
+    #[arg(long, requires = "bench")]
+    answers: Option<PathBuf>,
+}
+
+/// # Errors
+/// Nobody said that nobody is connected; no board, or one that refuses; a value is
+/// missing or outside of its bounds; a signal.
+pub fn main(options: &BenchOptions, device: &DeviceName, output: Output) -> anyhow::Result<()> {
+    if matches!(device, DeviceName::Chip | DeviceName::Qemu) {
+        return wrong(format!(
+            "--bench --device is {device}: it takes a port, or native to rehearse"
+        ));
+    }
+    let (Some(out), who) = (options.out.as_deref(), who(options)?) else {
+        return wrong("--bench needs --out"); // clap has checked
+    };
+    if out.exists() && !options.resume {
+        return wrong(format!(
+            "--out {} is there: give another name, or --resume to go on with it",
+            out.display()
+        ));
+    }
+    let interruption = interrupt::heed()?;
+    let mut asking = Asking {
+        typed: None,
+        answers: options.answers.as_deref().map(read_answers).transpose()?,
+        interruption: interruption.clone(),
+    };
+    asking.nobody_is_connected(options)?;
+    let mut bench = Bench::open(device, interruption)?;
+    let Some(stage) = bench.stage(options.channel) else {
+        return wrong(format!(
+            "--channel is {}, and the board knows no stage there: flexor stages",
+            options.channel
+        ));
+    };
+    let pattern = Pattern::of(options.channel, stage);
+    if let Some(answers) = &asking.answers {
+        check_answers(&pattern, answers)?;
+    }
+    let is_in_process = bench.is_in_process();
+    let identity = identity(&bench.info, is_in_process);
+    let next = Sheet::begin(who, identity, &pattern);
+    let mut sheet = match options.resume {
+        true => Sheet::go_on(out, &next, &pattern)?,
+        false => next,
+    };
+    sheet.write(out)?;
+    let walked = walk(&mut bench, &mut asking, &pattern, &mut sheet, out);
+    let ended = bench.end(); // whatever came before it
+    walked?;
+    ended?;
+    conclude(&sheet, &pattern, out, output)
+}
+
+/// Who measures, when, with what.
+fn who(options: &BenchOptions) -> anyhow::Result<[&str; 3]> {
+    let all = [
+        ("--operator", &options.operator),
+        ("--date", &options.date),
+        ("--instruments", &options.instruments),
+    ];
+    for (name, text) in all {
+        if !text.as_deref().is_some_and(Sheet::is_text) {
+            return wrong(format!(
+                "{name} is 1 to 200 characters without control characters"
+            ));
+        }
+    }
+    Ok(all.map(|(_, text)| text.as_deref().unwrap_or_default()))
+}
+
+/// Every step that has no answer yet, load by load.
+fn walk(
+    bench: &mut Bench,
+    asking: &mut Asking,
+    pattern: &Pattern,
+    sheet: &mut Sheet,
+    out: &Path,
+) -> anyhow::Result<()> {
+    let mut load_ohm = None;
+    for step in steps(pattern) {
+        if sheet.has(&step.id) {
+            continue;
+        }
+        let is_new = load_ohm != Some(step.load_ohm);
+        if is_new || step.doing != Doing::Plays {
+            bench.end()?;
+            if is_new {
+                asking.ready(pattern, step.load_ohm)?;
+                bench.load(step.load_ohm);
+            }
+            bench.begin(*pattern)?;
+            load_ohm = Some(step.load_ohm);
+        }
+        tell(&step);
+        bench.act(step.doing)?;
+        let Some(measured) = asking.value(bench, &step)? else {
+            continue; // left out
+        };
+        let answer = Answer::to(&step, measured);
+        let (holds, low, high) = (answer.holds, answer.low, answer.high);
+        let verdict = if holds { "holds" } else { "DOES NOT HOLD" };
+        eprintln!("  {measured} {}: {verdict}, {low} to {high}", step.unit);
+        sheet.take(answer, pattern);
+        sheet.write(out)?;
+    }
+    Ok(())
+}
+
+fn tell(step: &Step) {
+    let Step { id, what, unit, .. } = step;
+    eprintln!("{id}: {what}");
+    eprintln!(
+        "  expected {} {unit}, passes from {} to {} ({})",
+        step.expected, step.low, step.high, step.source
+    );
+}
+
+/// Where values come from.
+struct Asking {
+    typed: Option<Typed>,
+    /// From a file, by step.
+    answers: Option<BTreeMap<String, String>>,
+    interruption: Interruption,
+}
+
+impl Asking {
+    fn nobody_is_connected(&mut self, options: &BenchOptions) -> anyhow::Result<()> {
+        if options.nobody_connected {
+            return Ok(());
+        }
+        if self.answers.is_none() {
+            eprintln!("Dummy loads only. Type: {SENTENCE}");
+            if self.line(|| Ok(()))?.as_deref().map(str::trim) == Some(SENTENCE) {
+                return Ok(());
+            }
+        }
+        anyhow::bail!(
+            "E784 nobody said that nobody is connected: nothing was put out; take every \
+             electrode off, and give --nobody-connected or type `{SENTENCE}`"
+        )
+    }
+
+    /// The outputs are silent; the load is changed.
+    fn ready(&mut self, pattern: &Pattern, load_ohm: u32) -> anyhow::Result<()> {
+        let channel = pattern.channel;
+        eprintln!("\nThe outputs are silent. Put {load_ohm} ohm in channel {channel}'s output.");
+        eprintln!("Enter: it will put out {}", pattern.told());
+        if self.answers.is_none() && self.line(|| Ok(()))?.is_none() {
+            anyhow::bail!("E783 the input ended: what was measured is kept; go on with --resume");
+        }
+        Ok(())
+    }
+
+    /// A measured value; nothing for a step that is left out.
+    fn value(&mut self, bench: &mut Bench, step: &Step) -> anyhow::Result<Option<f64>> {
+        if let Some(answers) = &self.answers {
+            for _ in 0..10 {
+                bench.go_on()?; // as if somebody had looked
+            }
+            let typed = answers.get(&step.id);
+            return Ok(typed.map(|typed| read_value(step, typed)).transpose()?);
+        }
+        loop {
+            eprintln!("  value and unit, or `skip`:");
+            let Some(line) = self.line(|| Ok(bench.go_on()?))? else {
+                anyhow::bail!(
+                    "E783 the input ended: what was measured is kept; go on with --resume"
+                );
+            };
+            if line.trim() == "skip" {
+                return Ok(None);
+            }
+            match read_value(step, &line) {
+                Ok(value) => return Ok(Some(value)),
+                Err(error) => eprintln!("  {error}"),
+            }
+        }
+    }
+
+    /// The next line that is typed, `alive` called meanwhile; nothing at the input's end.
+    fn line(
+        &mut self,
+        mut alive: impl FnMut() -> anyhow::Result<()>,
+    ) -> anyhow::Result<Option<String>> {
+        let typed = self.typed.get_or_insert_with(Typed::begin);
+        loop {
+            if let Some(signal) = self.interruption.asked() {
+                let when = "at the bench: what was measured is kept; go on with --resume";
+                return Err(interrupt::Ended(signal, when.to_owned()).into());
+            }
+            match typed.line() {
+                Ok(Some(line)) => return Ok(Some(line)),
+                Ok(None) => {
+                    alive()?;
+                    std::thread::sleep(Duration::from_millis(2));
+                }
+                Err(Closed) => return Ok(None),
+            }
+        }
+    }
+}
+
+/// Lines `STEP VALUE UNIT`; empty ones and those that begin with # are none.
+fn read_answers(path: &Path) -> anyhow::Result<BTreeMap<String, String>> {
+    let text = std::fs::read_to_string(path);
+    let text = text.with_context(|| format!("E789 {} cannot be read", path.display()))?;
+    let mut answers = BTreeMap::new();
+    let lines = text.lines().map(str::trim);
+    for line in lines.filter(|line| !line.is_empty() && !line.starts_with('#')) {
+        let (id, value) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        let before = answers.insert(id.to_owned(), value.to_owned());
+        anyhow::ensure!(
+            before.is_none(),
+            "E789 {} answers {id} twice",
+            path.display()
+        );
+    }
+    Ok(answers)
+}
+
+/// Everything that is wrong with them, before anything is put out.
+fn check_answers(pattern: &Pattern, answers: &BTreeMap<String, String>) -> anyhow::Result<()> {
+    let all = steps(pattern);
+    let known = |id: &String| all.iter().find(|step| step.id == *id);
+    let mistakes: Vec<String> = answers
+        .iter()
+        .filter_map(|(id, typed)| match known(id) {
+            None => Some(format!("{id} is no step")),
+            Some(step) => {
+                let read = read_value(step, typed);
+                read.err().map(|error| format!("{id}: {error}"))
+            }
+        })
+        .collect();
+    anyhow::ensure!(
+        mistakes.is_empty(),
+        "E789 the answers are refused, and nothing was put out:\n  {}",
+        mistakes.join("\n  ")
+    );
+    Ok(())
+}
+
+/// What it came to.
+fn conclude(sheet: &Sheet, pattern: &Pattern, out: &Path, output: Output) -> anyhow::Result<()> {
+    let all = steps(pattern);
+    let missing: Vec<_> = all.iter().filter(|step| !sheet.has(&step.id)).collect();
+    let missing: Vec<_> = missing.iter().map(|step| step.id.as_str()).collect();
+    let failed = sheet.answers.iter().filter(|answer| !answer.holds);
+    let failed: Vec<_> = failed.map(|answer| answer.id.as_str()).collect();
+    let place = out.display();
+    output.say(
+        || {
+            let counts = format!("{} of {} steps measured", sheet.answers.len(), all.len());
+            match sheet.verdict {
+                Verdict::Simulated => {
+                    format!("{counts} on a simulator: no evidence about a board; {place}")
+                }
+                Verdict::Passed => format!("{counts}, each holds; {place}"),
+                Verdict::Failed | Verdict::Incomplete => format!("{counts}; {place}"),
+            }
+        },
+        || {
+            json!({
+                "verdict": sheet.verdict, "simulated": sheet.device.simulated,
+                "failed": failed, "missing": missing, "sheet": sheet,
+            })
+        },
+    )?;
+    anyhow::ensure!(
+        failed.is_empty() && missing.is_empty(),
+        "E788 the bench self-test is not passed: outside of their bounds: {}; not measured: {}",
+        told(&failed),
+        told(&missing)
+    );
+    Ok(())
+}
+
+fn told(ids: &[&str]) -> String {
+    match ids {
+        [] => "none".to_owned(),
+        ids => ids.join(", "),
+    }
+}

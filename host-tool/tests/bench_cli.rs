@@ -1,0 +1,255 @@
+//! `flexor selftest --bench` from the outside: against a simulator with dummy loads, with
+//! right and wrong values, typed and from a file, cut short and gone on with.
+
+use crate::program::{flexor, folder, ran, written};
+use serde_json::Value;
+use std::io::Write;
+use std::path::Path;
+use std::process::Stdio;
+
+const WHO: &str = "selftest --bench --device native --out sheet.json --operator A-1 \
+                   --date 2026-01-02 --instruments scope,probe";
+
+fn words(more: &str) -> Vec<String> {
+    let all = format!("{WHO} {more}");
+    all.split_whitespace().map(ToOwned::to_owned).collect()
+}
+
+fn run(folder: &Path, more: &str) -> (Option<i32>, String, String) {
+    let words = words(more);
+    ran(
+        folder,
+        &words.iter().map(String::as_str).collect::<Vec<_>>(),
+    )
+}
+
+/// Every step as a board would show it, but for some.
+fn answers(but: &[(&str, &str)]) -> String {
+    let mut lines = vec![
+        "# typed at the bench".to_owned(),
+        "pump-period 50.001 us".into(),
+    ];
+    for (load, peak) in [("2000", "9.9"), ("500", "2.5"), ("10000", "51")] {
+        lines.push(format!("{load}-peak {peak} V"));
+        for (step, value) in [
+            ("first", "200.2 us"),
+            ("gap", "50 µs"),
+            ("second", "199.5 us"),
+            ("period", "20 ms"),
+            ("match", "0.4 %"),
+            ("mean", "0.1 mV"),
+        ] {
+            lines.push(format!("{load}-{step} {value}"));
+        }
+    }
+    lines.extend(["stop 0.3 ms".into(), "fall 52 ms".into()]);
+    for (id, value) in but {
+        let line = lines
+            .iter_mut()
+            .find(|line| line.split(' ').next() == Some(id));
+        *line.expect("a step") = format!("{id} {value}");
+    }
+    lines.join("\n")
+}
+
+fn sheet(folder: &Path) -> Value {
+    let text = std::fs::read_to_string(folder.join("sheet.json")).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+#[test]
+fn a_simulator_is_measured_to_the_end_and_never_passes_as_a_board() {
+    let folder = folder("bench_whole");
+    written(&folder, "values", answers(&[]));
+    let (code, out, error) = run(&folder, "--answers values --nobody-connected --json");
+    assert_eq!(code, Some(0), "{error}");
+    let said: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(
+        (&said["verdict"], &said["simulated"]),
+        (&"simulated".into(), &true.into())
+    );
+    let sheet = sheet(&folder);
+    assert_eq!(sheet, said["sheet"]);
+    assert_eq!(sheet["verdict"], "simulated");
+    assert_eq!(sheet["device"]["kind"], "native");
+    let who = ["operator", "date", "instruments"].map(|key| sheet[key].as_str().unwrap());
+    assert_eq!(who, ["A-1", "2026-01-02", "scope,probe"]);
+    let answers = sheet["answers"].as_array().unwrap();
+    assert_eq!(answers.len(), 24);
+    assert!(answers.iter().all(|answer| answer["holds"] == true));
+    let loads: Vec<_> = answers
+        .iter()
+        .map(|it| it["load_ohm"].as_u64().unwrap())
+        .collect();
+    assert!([500, 2_000, 10_000].iter().all(|ohm| loads.contains(ohm)));
+    // What lies there is neither replaced nor called anything else.
+    let (code, _, error) = run(&folder, "--answers values --nobody-connected");
+    assert_eq!(code, Some(2), "{error}");
+    assert!(
+        error.contains("E518") && error.contains("--resume"),
+        "{error}"
+    );
+    let text = std::fs::read_to_string(folder.join("sheet.json")).unwrap();
+    let forged = text.replace("\"simulated\": true", "\"simulated\": false");
+    written(&folder, "sheet.json", forged);
+    let (code, _, error) = run(&folder, "--answers values --nobody-connected --resume");
+    assert_eq!(code, Some(1), "{error}");
+    assert!(
+        error.contains("E786") && error.contains("was changed"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_wrong_value_fails_its_step_by_name() {
+    let folder = folder("bench_wrong");
+    written(
+        &folder,
+        "values",
+        answers(&[("500-peak", "2.7 V"), ("stop", "0.9 ms")]),
+    );
+    let (code, out, error) = run(&folder, "--answers values --nobody-connected --json");
+    assert_eq!(code, Some(1), "{error}");
+    assert!(
+        error.contains("E788") && error.contains("500-peak, stop"),
+        "{error}"
+    );
+    let said: Value = serde_json::from_str(out.lines().next().unwrap()).unwrap();
+    assert_eq!(said["failed"], serde_json::json!(["500-peak", "stop"]));
+    let failed = sheet(&folder)["answers"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|it| it["holds"] == false)
+        .count();
+    assert_eq!(failed, 2);
+}
+
+#[test]
+fn nonsense_is_told_all_at_once_before_anything_is_put_out() {
+    let folder = folder("bench_nonsense");
+    let nonsense = [
+        ("500-peak", "2.5 mV"),
+        ("2000-first", "two hundred us"),
+        ("2000-gap", "-50 us"),
+        ("stop", ""),
+    ];
+    written(&folder, "values", answers(&nonsense) + "\n700-peak 3 V");
+    let (code, _, error) = run(&folder, "--answers values --nobody-connected");
+    assert_eq!(code, Some(1), "{error}");
+    for told in [
+        "E789",
+        "the unit is V",
+        "begin with a number",
+        "negative",
+        "is empty",
+        "700-peak is no step",
+    ] {
+        assert!(error.contains(told), "{told}: {error}");
+    }
+    assert!(!folder.join("sheet.json").exists());
+    let (code, _, error) = run(&folder, "--answers values");
+    assert_eq!(code, Some(1));
+    assert!(error.contains("E784"), "{error}");
+    for (more, told) in [
+        ("--channel 11", "11"),
+        ("--device chip", "E518"),
+        (
+            "--device tcp:127.0.0.1:1 --nobody-connected --answers none",
+            "E789",
+        ),
+    ] {
+        let more = more.replace("--device", "--seed 1 --device");
+        let words = words(&more).join(" ").replacen(
+            "--device native ",
+            "",
+            usize::from(more.contains("--device")),
+        );
+        let words: Vec<_> = words.split_whitespace().collect();
+        let (code, _, error) = ran(&folder, &words);
+        assert!(
+            code != Some(0) && error.contains(told),
+            "{more}: {code:?} {error}"
+        );
+    }
+}
+
+/// Typed at a pipe: what is no value is asked for again, and the end of the input keeps
+/// what was measured.
+#[test]
+fn typed_values_are_asked_for_again_and_an_end_is_gone_on_from() {
+    let folder = folder("bench_typed");
+    let typed = "nobody is connected\n\n50 mm\nletters\n\n50.001 us\n-3 V\n9.9 V\nskip\n";
+    let all = words("");
+    let all: Vec<_> = all.iter().map(String::as_str).collect();
+    let mut command = flexor(&folder, &all);
+    command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let mut program = command.spawn().unwrap();
+    program
+        .stdin
+        .take()
+        .unwrap()
+        .write_all(typed.as_bytes())
+        .unwrap();
+    let (code, _, error) = crate::program::said(program.wait_with_output().unwrap());
+    assert_eq!(code, Some(1), "{error}");
+    assert!(error.contains("E783"), "{error}");
+    assert_eq!(error.matches("E785 ").count(), 4, "{error}");
+    let kept = sheet(&folder);
+    let ids: Vec<_> = kept["answers"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|it| it["id"].clone())
+        .collect();
+    assert_eq!(ids, ["pump-period", "2000-peak"]);
+    // The rest another day: what was measured is not asked for again.
+    written(&folder, "values", answers(&[("pump-period", "1 us")]));
+    let (code, _, error) = run(&folder, "--answers values --nobody-connected --resume");
+    assert_eq!(code, Some(0), "{error}");
+    let whole = sheet(&folder);
+    assert_eq!(whole["answers"].as_array().unwrap().len(), 24);
+    assert_eq!(whole["answers"][0]["measured"], 50.001);
+}
+
+/// Ctrl-C while a value is asked for.
+#[test]
+fn a_signal_keeps_what_was_measured() {
+    let folder = folder("bench_signal");
+    let all = words("--nobody-connected");
+    let all: Vec<_> = all.iter().map(String::as_str).collect();
+    let mut command = flexor(&folder, &all);
+    command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let mut program = command.spawn().unwrap();
+    let mut stdin = program.stdin.take().unwrap();
+    stdin.write_all(b"\n50.001 us\n").unwrap();
+    let path = folder.join("sheet.json");
+    let is_kept = || std::fs::read_to_string(&path).is_ok_and(|text| text.contains("50.001"));
+    for _ in 0..600 {
+        if is_kept() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
+    assert!(is_kept(), "nothing was kept within a minute");
+    let id = program.id().to_string();
+    let sent = std::process::Command::new("kill")
+        .args(["-INT", &id])
+        .status()
+        .unwrap();
+    assert!(sent.success());
+    let (code, _, error) = crate::program::said(program.wait_with_output().unwrap());
+    drop(stdin);
+    assert_eq!(code, Some(130), "{error}");
+    assert!(
+        error.contains("E580") && error.contains("--resume"),
+        "{error}"
+    );
+    assert_eq!(sheet(&folder)["answers"].as_array().unwrap().len(), 1);
+}
