@@ -114,6 +114,62 @@ fn electrodes_are_found_but_for_a_short_at_the_limiter() {
     }
 }
 
+/// Those of these kinds; at least one is.
+fn of_kinds<'c>(cases: &'c [Case], kinds: &[&str]) -> Vec<&'c Case> {
+    let is = |case: &&Case| kinds.iter().any(|kind| case.what.starts_with(kind));
+    let some: Vec<_> = cases.iter().filter(is).collect();
+    assert!(!some.is_empty(), "{kinds:?}");
+    some
+}
+
+/// The first `count` cases of a class of the chip: some change something, what stops the
+/// simulator is none, and whatever changes an edge is found.
+fn all_found(class: Class, count: u64) -> Vec<Case> {
+    let cases = on_chip(class).play(count, &mut |_| true).unwrap();
+    let outcome = Outcome::of(class, &cases);
+    println!("{}\n{}", Outcome::head(), outcome.lines());
+    assert_eq!((outcome.stopped, outcome.severe), (0, 0));
+    assert_eq!(outcome.found, outcome.to_find);
+    assert!(outcome.to_find > 0);
+    cases
+}
+
+#[test]
+fn streams_that_stop_are_isolated_before_a_one_shot_would() {
+    let cases = all_found(Class::Streams, 12);
+    let stopped = ["play stream off", "erase stream off", "TIM1 stands", "TIM2 stands"];
+    for case in of_kinds(&cases, &stopped) {
+        let isolated_us = case.fate.isolated_us;
+        assert!(isolated_us.is_some_and(|us| us <= 650), "{case:?}");
+    }
+}
+
+/// The refill at rest for good: the tape has erased itself within two windows.
+#[test]
+fn a_dead_core_is_isolated_by_its_tape_alone() {
+    let cases = all_found(Class::Cpu, 7);
+    for case in of_kinds(&cases, &["pulser frozen", "PRIMASK", "FAULTMASK", "wild SP"]) {
+        let isolated_us = case.fate.isolated_us;
+        assert!(isolated_us.is_some_and(|us| us <= 500), "{case:?}");
+    }
+}
+
+#[test]
+fn a_supply_that_fails_leaves_nothing_driven() {
+    for case in all_found(Class::Supply, 5) {
+        assert!(case.fate.severe.is_empty(), "{case:?}");
+    }
+}
+
+/// What is severe is driven for as long as the watchdog takes, at most.
+#[test]
+fn pairs_end_with_the_watchdog() {
+    let cases = on_chip(Class::Pairs).play(8, &mut |_| true).unwrap();
+    for case in &cases {
+        assert!(case.fate.stopped.is_none() && case.fate.found, "{case:?}");
+    }
+}
+
 #[test]
 fn nothing_comes_of_what_is_broken_on_the_link() {
     for (campaign, count) in [(native(Class::Link), 150), (on_chip(Class::Link), 6)] {
@@ -133,7 +189,15 @@ fn angles_beyond_belief_are_found_and_none_is_severe() {
 
 #[test]
 fn what_a_simulator_has_not_is_refused() {
-    for class in [Class::Flips, Class::Registers] {
+    let chip_only = [
+        Class::Flips,
+        Class::Registers,
+        Class::Streams,
+        Class::Cpu,
+        Class::Supply,
+        Class::Pairs,
+    ];
+    for class in chip_only {
         let declaration = Declaration::of(class).unwrap();
         let refused = Campaign::native(SEED, &declaration).err().unwrap();
         assert!(refused.to_string().starts_with("E620"), "{refused}");

@@ -96,7 +96,7 @@ impl Core {
             _ => {
                 let instructions = random.below(INSTRUCTIONS);
                 let frozen = freeze(fork, Owner::of(kind)?, instructions);
-                if !frozen.map_err(never_runs)? {
+                if !frozen? {
                     return Err(never_runs("an owner does not run"));
                 }
                 format!("after {instructions} instructions")
@@ -135,7 +135,7 @@ impl Core {
 impl Draws for Core {
     fn case(&self, index: u64) -> Result<Case, FaultsError> {
         let (kind, mut random) = self.kinds.draw(index)?;
-        let mut fork = self.stem.instant(&mut random)?;
+        let mut fork = self.stem.instant(random.unit(), &mut random)?;
         let open = [Open::Undefined, Open::Nothing][random.below(2) as usize];
         fork.device.cpu.open = open;
         let struck = self.strike(kind, &mut fork, &mut random);

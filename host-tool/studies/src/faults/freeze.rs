@@ -1,7 +1,7 @@
 //! An owner stays where it is: its code branches to itself from now on.
 
 use super::error::FaultsError;
-use super::stem::Chip;
+use super::stem::{Chip, never_runs};
 use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::cpu::{Bus, Size, Stop};
 
@@ -43,34 +43,55 @@ impl Owner {
 
 /// A word of SRAM2 that nothing uses, and a branch to itself, twice.
 const PLACE: (u32, u32) = (0x2001_FFFC, 0xE7FE_E7FE);
-/// Until an owner must have run, cycles: 20 ms.
-const PATIENCE: u64 = 20_000 * CYCLES_PER_US;
+/// Until an owner must have run for so long, cycles: 100 ms.
+const PATIENCE: u64 = 100_000 * CYCLES_PER_US;
+/// The host is asked whether it has something to say this often, cycles: 1 ms.
+const HOST: u64 = 1_000 * CYCLES_PER_US;
 
 /// Freezes `owner` when it has done `instructions` since it next ran. Whether it did: on a
 /// board that broke before it may never again.
-pub(super) fn freeze(fork: &mut Chip, owner: Owner, instructions: u64) -> Result<bool, Stop> {
-    let Board { cpu, around, .. } = &mut fork.device;
-    let end = cpu.cycle + PATIENCE;
+pub(super) fn freeze(
+    fork: &mut Chip,
+    owner: Owner,
+    instructions: u64,
+) -> Result<bool, FaultsError> {
+    let end = fork.device.cpu.cycle + PATIENCE;
     let mut left = instructions;
-    loop {
-        let is_own = cpu.registers.exception == owner.exception() && !cpu.is_asleep();
-        if is_own && left == 0 {
-            break;
-        }
-        left -= u64::from(is_own);
-        if cpu.cycle > end {
-            return Ok(false);
-        }
-        match cpu.step(around) {
+    while fork.device.cpu.cycle <= end {
+        match run(&mut fork.device, owner, &mut left) {
+            Ok(true) => return Ok(stay(&mut fork.device)),
+            Ok(false) => {}
             Err(Stop::Reset { .. }) => return Ok(false),
-            done => done?,
+            Err(stop) => return Err(never_runs(stop)),
         }
+        let now_us = fork.device_us();
+        fork.run_to(now_us).map_err(never_runs)?;
     }
+    Ok(false)
+}
+
+/// Lets time pass, or `owner` have done the instructions that are `left`; says whether it has.
+fn run(board: &mut Board<()>, owner: Owner, left: &mut u64) -> Result<bool, Stop> {
+    let Board { cpu, around, .. } = board;
+    let end = cpu.cycle + HOST;
+    while cpu.cycle < end {
+        if cpu.registers.exception == owner.exception() && !cpu.is_asleep() {
+            if *left == 0 {
+                return Ok(true);
+            }
+            *left -= 1;
+        }
+        cpu.step(around)?;
+    }
+    Ok(false)
+}
+
+/// From now on it branches to itself.
+fn stay(board: &mut Board<()>) -> bool {
+    let Board { cpu, around, .. } = board;
     let (place, code) = PLACE;
-    if around.write(place, Size::Word, code, cpu.cycle).is_err() {
-        return Ok(false);
-    }
+    let written = around.write(place, Size::Word, code, cpu.cycle);
     cpu.registers.it = 0;
     cpu.registers.r[15] = place;
-    Ok(true)
+    written.is_ok()
 }

@@ -40,24 +40,24 @@ impl Draws for Pairs {
         let after_us = random.log_between(APART_US.0, APART_US.1) as u64;
         let instructions = random.below(INSTRUCTIONS);
         let erasing_first = random.below(2) == 0;
-        let mut fork = self.stem.instant(&mut random)?;
+        let mut fork = self.stem.instant(random.unit(), &mut random)?;
         let strike = |fork: &mut Chip, erasing: bool| match erasing {
             true => switch_off(&mut fork.device, stream).map(|_| true),
-            false => freeze(fork, owner, instructions).map_err(never_runs),
+            false => freeze(fork, owner, instructions),
         };
-        strike(&mut fork, erasing_first)?;
+        let first = strike(&mut fork, erasing_first);
         let moment_us = fork.device_us();
-        let between = fork.run_to(moment_us + after_us);
-        let struck = match between {
+        let first = first?;
+        let struck = match fork.run_to(moment_us + after_us) {
             Ok(()) => strike(&mut fork, !erasing_first),
             Err(lost) => Err(never_runs(lost)),
         };
         let second = matches!(struck, Ok(true));
-        let order = match (erasing_first, second) {
+        let frozen = if erasing_first { second } else { first };
+        let order = match (erasing_first, frozen) {
+            (_, false) => "erasing off, never ran again",
             (true, true) => "erasing off, frozen",
             (false, true) => "frozen, erasing off",
-            (true, false) => "erasing off, never ran again",
-            (false, false) => "frozen, stopped",
         };
         Ok(Case {
             index,

@@ -163,9 +163,10 @@ impl Stem {
         Ok(fork)
     }
 
-    /// The board at an instant of the window, even in cycles (an instruction begins).
-    pub fn instant(&self, random: &mut Random) -> Result<Chip, FaultsError> {
-        let mut fork = self.fork(self.moment(random.unit()))?;
+    /// The board when the part `part` of the window has gone by, and a part of a microsecond
+    /// even in cycles (an instruction begins).
+    pub fn instant(&self, part: f64, random: &mut Random) -> Result<Chip, FaultsError> {
+        let mut fork = self.fork(self.moment(part))?;
         let cycle = fork.device.cpu.cycle + random.below(CYCLES_PER_US);
         fork.device.run_to(cycle).map_err(never_runs)?;
         Ok(fork)

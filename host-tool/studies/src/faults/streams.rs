@@ -18,6 +18,8 @@ const STREAM: u64 = 0x57E4;
 /// Those of DMA2 that play ports B and C, and that erase them.
 const PLAY: [usize; 2] = [5, 1];
 pub(super) const ERASE: [usize; 2] = [2, 6];
+/// Part of the window in which amplitudes rise.
+const RISES: f64 = 0.1;
 /// Channels of the scene.
 const CHANNELS: u64 = 8;
 /// DMA2_SxCR of a stream.
@@ -50,7 +52,8 @@ impl Streams {
 impl Draws for Streams {
     fn case(&self, index: u64) -> Result<Case, FaultsError> {
         let (kind, mut random) = self.kinds.draw(index)?;
-        let mut fork = self.stem.instant(&mut random)?;
+        let part = random.unit() * if kind.contains("DAC") { RISES } else { 1.0 };
+        let mut fork = self.stem.instant(part, &mut random)?;
         let moment_us = fork.device_us();
         let (detail, fate) = match strike(kind, &mut fork, &mut random) {
             Ok(detail) => (detail, self.stem.follow(fork, moment_us)),

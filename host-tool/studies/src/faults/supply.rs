@@ -54,7 +54,7 @@ impl Draws for Supply {
         if kind == "flash cut off" {
             return self.cut_off.case(kind, index, &mut random);
         }
-        let mut fork = self.stem.instant(&mut random)?;
+        let mut fork = self.stem.instant(random.unit(), &mut random)?;
         let mut moment_us = fork.device_us();
         let struck = if kind == "LSI, frozen" {
             let struck = slow_and_frozen(&mut fork, &mut random);
@@ -181,7 +181,7 @@ fn slow_and_frozen(fork: &mut Chip, random: &mut Random) -> Result<String, Fault
     fork.device.around.soc.set_lsi_hz(hz, cycle);
     let settled = cycle + 20_000 * CYCLES_PER_US; // fed at the new rate before it freezes
     fork.device.run_to(settled).map_err(never_runs)?;
-    if !freeze(fork, owner, instructions).map_err(never_runs)? {
+    if !freeze(fork, owner, instructions)? {
         return Err(never_runs("an owner does not run"));
     }
     Ok(format!("{hz} Hz, {name} after {instructions} instructions"))
