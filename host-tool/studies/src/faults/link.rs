@@ -16,6 +16,7 @@ use hal_sim::lockstep::Device;
 use hal_sim::random::Random;
 use hal_sim::trace::State;
 use hal_sim::wire::stream::{Stream, Write};
+use rayon::prelude::*;
 
 /// Of the streams that this class draws from.
 const STREAM: u64 = 0x114C;
@@ -49,7 +50,8 @@ struct Drawn {
 impl<B: Replays> Link<B> {
     pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
         let files = std::iter::once(&declaration.scene).chain(&declaration.scenes);
-        let scripts = files.map(|file| {
+        let files: Vec<_> = files.collect();
+        let scripts = files.into_par_iter().map(|file| {
             let mut script = Script::record(&boards, file)?;
             script.replay(&boards)?;
             Ok(script)

@@ -20,6 +20,7 @@ use hal_sim::wire::faults::Faults;
 use hal_sim::wire::stream::Write;
 use hal_sim::world::World;
 use host_core::run::{body_of, fit};
+use rayon::prelude::*;
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -56,7 +57,8 @@ struct Drawn<'k> {
 impl<B: Replays> Sensor<B> {
     pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
         let files = std::iter::once(&declaration.scene).chain(&declaration.scenes);
-        let scenes = files.map(|file| {
+        let files: Vec<_> = files.collect();
+        let scenes = files.into_par_iter().map(|file| {
             let mut script = Script::record(&boards, file)?;
             let (bench, _, played) = played(&boards, &script, None)?;
             played.map_err(|lost| FaultsError::NeverStimulates(lost.to_string()))?;
