@@ -18,6 +18,7 @@ mod device_lift;
 mod device_limit_cycle;
 mod device_lists;
 mod device_over_current;
+mod device_reconnects;
 mod device_rungs;
 mod device_safety;
 mod device_setup_sum;

@@ -1,0 +1,72 @@
+//! Hosts that go and come again: what was asked of a device before is not asked by them.
+
+use crate::device_desk::*;
+use firmware::link::{Request, SCHEMA};
+use firmware::safety::State;
+use firmware::units::Micros;
+
+const BOOT: Micros = Micros::new(u32::MAX - 100_000);
+
+/// Hosts that come, go for longer than any silence, and come again, in every state that
+/// there is: nothing is driven from when the old one's silence has ended it, whatever the
+/// new one asks for but arming.
+#[test]
+fn whoever_connects_again_puts_nothing_out_in_any_state() {
+    type Reach = fn(&mut Desk);
+    let arm: Reach = |desk| {
+        desk.prepare(wearer(), &[channel(PLAIN)]);
+        desk.must(ARM);
+    };
+    let start: Reach = |desk| desk.run(wearer(), &[channel(PLAIN)], 5_000);
+    let fault: Reach = |desk| {
+        desk.run(wearer(), &[channel(PLAIN)], 5_000);
+        desk.sensors.over_current = true;
+        desk.wait(1_000);
+        desk.sensors.over_current = false;
+    };
+    let states: [(State, Reach); 5] = [
+        (State::Idle, |_| ()),
+        (State::Armed, arm),
+        (State::Stimulating, start),
+        (State::Stopping, |desk| {
+            desk.run(wearer(), &[channel(PLAIN)], 5_000);
+            desk.must(Request::Stop);
+        }),
+        (State::Fault, fault),
+    ];
+    for (state, reach) in states {
+        let mut desk = Desk::open(BOOT);
+        reach(&mut desk);
+        assert_eq!(desk.state(), state);
+        let silence_ms = wearer().host_timeout_ms + wearer().fall_ms;
+        desk.wait(1_000 * u32::from(silence_ms) + 1_000);
+        let since = desk.time();
+        for _ in 0..3 {
+            // Refused where another host's session goes on.
+            let heard = desk.ask(Request::Hello { schema: SCHEMA });
+            if let Some(Heard::Hello(info)) = heard.first() {
+                desk.session = info.session;
+            }
+            for request in [
+                Request::KeepAlive,
+                all(1, 15_000),
+                Request::Start,
+                Request::Status,
+                Request::Subscribe { period_ms: 10 },
+            ] {
+                // By a stranger, and by the owner; but an armed board starts for that one.
+                let stranger = desk.session.wrapping_add(7);
+                let own = std::mem::replace(&mut desk.session, stranger);
+                assert!(desk.answer(request.clone()).is_err());
+                desk.session = own;
+                if request != Request::Start || state != State::Armed {
+                    desk.ask(request);
+                }
+                desk.wait(20_000);
+            }
+        }
+        let driven = driven(&desk.record.levels, 0);
+        let late: Vec<u64> = driven.into_iter().filter(|at| *at >= since).collect();
+        assert!(late.is_empty(), "{state:?}: {late:?}");
+    }
+}
