@@ -24,10 +24,12 @@ fn is_refused(bench: &mut Bench, hello: &HelloInfo, fault: Fault) {
     };
     assert_eq!((hello.state, hello.last_fault), (State::Fault, Some(told)));
     let number = i32::from(fault.number());
-    let latched = (Code::FaultLatched as u16, "fault".to_owned(), number);
-    for request in [Request::Acknowledge, desk::ARM, Request::Start] {
-        assert_eq!(bench.refusal(request), Some(latched.clone()));
+    let latched = Some((Code::FaultLatched as u16, "fault".to_owned(), number));
+    for request in [Request::Acknowledge, Request::Start] {
+        assert_eq!(bench.refusal(request), latched);
     }
+    assert_eq!(bench.refusal_to_arm(), latched);
+    assert!(!bench.drives_within(20));
 }
 
 fn resets(bench: &mut Bench) {

@@ -76,6 +76,15 @@ impl Bench {
         bench
     }
 
+    /// What arming a channel is refused with.
+    pub fn refusal_to_arm(&mut self) -> Option<(u16, String, i32)> {
+        self.say(Request::Wearer(desk::wearer(100)));
+        let spec = spec(0);
+        self.say(Request::Channel { channel: 0, spec });
+        self.run_us(5_000);
+        self.refusal(desk::ARM)
+    }
+
     /// What `request` is refused with.
     pub fn refusal(&mut self, request: Request) -> Option<(u16, String, i32)> {
         self.refused.clear();
@@ -144,7 +153,7 @@ impl Bench {
     }
 
     /// Whether anything is driven in the next `ms`.
-    fn drives_within(&mut self, ms: u64) -> bool {
+    pub fn drives_within(&mut self, ms: u64) -> bool {
         self.record.trace.levels.clear();
         self.run_us(ms * 1000);
         let mut levels = self.record.trace.levels.iter();

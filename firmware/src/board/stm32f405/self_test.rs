@@ -73,28 +73,34 @@ fn oscillator() -> Option<(Fault, u32)> {
 
 /// TIM5 is the time driver's, which counts microseconds of the crystal with it and uses
 /// channels 1 and 2. Channel 4 is free, and its input can be the LSI (RM0090 section
-/// 18.4.21, TIM5_OR).
+/// 18.4.21, TIM5_OR). All is put back.
 fn measure() -> Option<u32> {
     RCC.csr().modify(|w| w.set_lsion(true));
-    within(|| RCC.csr().read().lsirdy())?;
     TIM5.or().write_value(0b01 << 6); // TI4_RMP: LSI
     TIM5.ccmr_input(1).write(|w| {
         w.set_ccs(1, vals::CcmrInputCcs::from_bits(0b01)); // CC4S: IC4 on TI4
         w.set_icpsc(1, 0b11); // every eighth edge
     });
     TIM5.ccer().write(|w| w.set_cce(3, true));
-    let first = capture()?;
-    let mut counts = 0;
-    for _ in 0..CAPTURES {
-        // 16 bits: the time driver has its counter turn over at 65,535.
-        counts = u32::from((capture()? as u16).wrapping_sub(first as u16));
-    }
+    let counts = periods();
     TIM5.ccer().write(|_| ());
     TIM5.ccmr_input(1).write(|_| ());
     TIM5.or().write_value(0);
     // The watchdog keeps it on by itself (section 21.3).
     RCC.csr().modify(|w| w.set_lsion(false));
-    Some(counts)
+    counts
+}
+
+/// Counts in [`PERIODS`], once it oscillates.
+fn periods() -> Option<u32> {
+    within(|| RCC.csr().read().lsirdy())?;
+    let first = capture()?;
+    let mut last = first;
+    for _ in 0..CAPTURES {
+        last = capture()?;
+    }
+    // 16 bits: the time driver has its counter turn over at 65,535.
+    Some((last.wrapping_sub(first)) & 0xFFFF)
 }
 
 /// Waits for channel 4's next capture; reading it takes the flag.

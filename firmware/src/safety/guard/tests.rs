@@ -330,3 +330,41 @@ fn a_burst_of_a_changed_channel_is_left_out() {
     assert_eq!(guard.burst(0, NOW), Burst::SILENT);
     assert_eq!(guard.check_seen(), Err(Fault::Memory));
 }
+
+#[test]
+fn the_first_fault_is_kept_and_one_that_lasts_is_not_acknowledged() {
+    let (mut guard, _) = guard_in("Stimulating");
+    let told = |notice| match notice {
+        Notice::Faulted(record) => record,
+        other => panic!("{other:?}"),
+    };
+    let first = told(guard.fault(Fault::OverCurrent, NOW, [3; CHANNELS]));
+    assert_eq!((first.fault, first.later), (Fault::OverCurrent, 0));
+    let later = NOW + us(500);
+    for fault in [Fault::TapeSlip, Fault::OverCurrent, Fault::Memory] {
+        let kept = told(guard.fault(fault, later, [9; CHANNELS]));
+        assert_eq!(
+            (kept.fault, kept.at, kept.residual),
+            (first.fault, NOW, [3; CHANNELS])
+        );
+    }
+    let both = Fault::TapeSlip.bit() | Fault::Memory.bit();
+    assert_eq!(
+        told(guard.fault(Fault::TapeSlip, later, [0; CHANNELS])).later,
+        both
+    );
+    // Acknowledged, it makes room for the next.
+    guard.acknowledge(later).unwrap();
+    let next = told(guard.fault(Fault::TimeBase, later, [0; CHANNELS]));
+    assert_eq!((next.fault, next.later), (Fault::TimeBase, 0));
+
+    let mut guard = Guard::new(Some(FaultRecord {
+        lasts: true,
+        ..FaultRecord::new(Fault::Flash, NOW)
+    }));
+    let latched = Err(Denied::FaultLatched(Fault::Flash));
+    assert_eq!(guard.acknowledge(NOW), latched);
+    assert_eq!(guard.start(NOW), latched);
+    assert!(guard.arm(&setup(), &CLOSED, NOW).is_err());
+    assert_eq!(guard.state(), State::Fault);
+}

@@ -159,6 +159,7 @@ impl Peripheral for Rcc {
 
     fn next_event(&self) -> Cycle {
         let Self { starting, .. } = self;
-        starting.hsi.min(starting.hse).min(starting.pll)
+        let core = starting.hsi.min(starting.hse).min(starting.pll);
+        core.min(starting.lsi)
     }
 }
