@@ -196,16 +196,17 @@ impl Bench {
         done.unwrap();
     }
 
-    /// The thread goes on at an instruction that branches to itself.
+    /// The thread goes to sleep for good, `wfi` and back to it: interrupts go on.
     fn hang_thread(&mut self) {
-        let pc = self.find_code(0xE7FE);
+        let pc = self.find_code([0xBF30, 0xE7FD]);
         self.send_thread_to(pc, []);
     }
 
-    /// Where this instruction, or a constant that could be one, lies in flash.
-    pub fn find_code(&self, instruction: u16) -> u32 {
+    /// Where these instructions, or constants that could be, lie in flash.
+    pub fn find_code<const N: usize>(&self, instructions: [u16; N]) -> u32 {
         let (code, _) = self.board.image().flash.as_chunks();
-        let found = code.iter().position(|c| *c == instruction.to_le_bytes());
+        let wanted = instructions.map(u16::to_le_bytes);
+        let found = code.windows(N).position(|c| c == wanted);
         0x0800_0000 + 2 * found.expect("any image has it") as u32
     }
 

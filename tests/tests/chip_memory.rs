@@ -13,7 +13,7 @@ const LOAD: u16 = 0x6808;
 fn accesses(instruction: u16, address: u32) {
     println!("{instruction:#06x} at {address:#010x}");
     let (mut bench, at) = Bench::in_a_pulse();
-    let pc = bench.find_code(instruction);
+    let pc = bench.find_code([instruction]);
     bench.send_thread_to(pc, [(0, 0x1234_5678), (1, address)]);
     bench.expect_isolated(at, 5);
     bench.recovers_after(ResetCause::Software, Fault::Access);
