@@ -151,16 +151,21 @@ fn seeds_are_current_and_carried_out() {
         let is_current = std::fs::read(&file).is_ok_and(|committed| committed == seed);
         assert!(is_current, "{}: see above for renewal", file.display());
     }
+    let mut wrong = Vec::new();
     for (name, steps) in seeds::conversations() {
         let mut session = fuzz::Session::open();
         for step in &steps {
             step.run(&mut session);
         }
         let (acknowledged, refused) = session.answers();
-        assert_eq!(refused, 0, "{name}");
-        assert!(acknowledged > 5, "{name}: {acknowledged}");
-        assert!(session.has_driven(), "{name} drives nothing");
+        let has_driven = session.has_driven();
+        if refused > 0 || acknowledged <= 5 || !has_driven {
+            wrong.push(format!(
+                "{name}: {acknowledged}, refused {refused}, drives {has_driven}"
+            ));
+        }
     }
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 /// A long fuzz that cannot find anything would be worth nothing: this one looks for inputs

@@ -132,6 +132,8 @@ struct Load {
     sampled: Option<Micros>,
     /// From when on pulses must be as asked.
     risen_us: u64,
+    /// From when on they need not, because they fall.
+    falls_us: u64,
     /// Whether a fault is expected.
     tripped: bool,
     /// Whether a stop is expected.
@@ -149,6 +151,7 @@ impl Load {
             accepted: VecDeque::new(),
             sampled: None,
             risen_us: 0,
+            falls_us: u64::MAX,
             tripped: false,
             is_ending: false,
             outputs: Outputs::default(),
@@ -269,7 +272,7 @@ impl Load {
             let Some(began) = self.outputs.play(edge, &mut self.found) else {
                 continue;
             };
-            if edge.t_us < self.risen_us {
+            if !(self.risen_us..self.falls_us).contains(&edge.t_us) {
                 continue;
             }
             self.found.misplaced += u64::from(began != Some(edge.t_us - u64::from(PERIOD_US)));
@@ -287,6 +290,7 @@ impl Load {
 
     fn finish(mut self, seconds: u64) -> Result<FullLoad, Error> {
         self.is_ending = true;
+        self.falls_us = self.now_us();
         self.client.stop()?;
         let end = self.now_us() + 4 * SETTLED_US;
         self.hear(end)?;

@@ -63,13 +63,13 @@ targets! {
     session_toml "host-tool/sessions" 20_000 "a session file"
     wearer "host-tool/wearers" 10_000 "a wearer file"
     journal "tests/fuzz/corpus/journal" 10_000 "a calibration's journal"
-    record "tests/fuzz/corpus/record" 3_000 "a record of which one file is spoilt"
-    report "tests/fuzz/corpus/record" 200 "the same, shown and compared where it is loaded"
+    record "tests/fuzz/corpus/record" 2_000 "a record of which one file is spoilt"
+    report "tests/fuzz/corpus/record" 100 "the same, shown and compared where it is loaded"
     lines "tests/fuzz/corpus/lines" 20_000 "lines of orders at a calibration"
     stage_words "tests/fuzz/corpus/stage_words" 50_000 "a board's stored table of stages"
     elf "tests/fuzz/corpus/elf" 5_000 "an image's file, and the chip that runs it"
-    gdb "tests/fuzz/corpus/gdb" 3_000 "packets at the port for gdb"
-    usb "tests/fuzz/corpus/usb" 20 "control requests of other programs to the flashed image"
+    gdb "tests/fuzz/corpus/gdb" 200 "packets at the port for gdb"
+    usb "tests/fuzz/corpus/usb" 6 "control requests of other programs to the flashed image"
 }
 
 /// Whatever bytes arrive on a session's line: the device never panics, drives

@@ -252,6 +252,8 @@ fn fault() -> Vec<Step> {
 
 fn lists() -> Vec<Step> {
     let train = TrainSpec {
+        max_width_us: 300,
+        period_us: 20_000,
         lists: true,
         ..TRAIN
     };
@@ -262,16 +264,20 @@ fn lists() -> Vec<Step> {
     };
     let pulses = [
         pulse(1_000, 8_000, 200),
-        pulse(5_000, 12_000, 150),
-        pulse(7_300, 20_000, 100),
+        pulse(20_000, 12_000, 150),
+        pulse(21_234, 5_000, 300),
     ];
-    let order = || Request::Pulses {
+    let order = Request::Pulses {
         channel: 2,
         pulses: pulses.into_iter().collect(),
     };
     let mut steps = vec![wearer(), channel(2, train)];
     steps.extend(arm_and_start());
-    steps.extend([Ask(order()), Wait(250), Ask(order()), Wait(250)]);
+    let alive = || [Wait(150), Ask(Request::KeepAlive)];
+    steps.push(amplitudes(1 << 2, 5_000));
+    steps.extend((0..4).flat_map(|_| alive()));
+    steps.push(Ask(order));
+    steps.extend((0..6).flat_map(|_| alive()));
     steps.extend([Ask(Request::Stop), Wait(100)]);
     steps
 }

@@ -35,7 +35,6 @@ pub fn conversation(name: &str) -> Vec<Step> {
             })
         }));
     };
-    measured(0, &mut steps);
     steps.extend(arm_and_start());
     for turn in 1..=6 {
         let t_us = 400_000 * turn;
