@@ -137,7 +137,12 @@ fn all_found(class: Class, count: u64) -> Vec<Case> {
 #[test]
 fn streams_that_stop_are_isolated_before_a_one_shot_would() {
     let cases = all_found(Class::Streams, 12);
-    let stopped = ["play stream off", "erase stream off", "TIM1 stands", "TIM2 stands"];
+    let stopped = [
+        "play stream off",
+        "erase stream off",
+        "TIM1 stands",
+        "TIM2 stands",
+    ];
     for case in of_kinds(&cases, &stopped) {
         let isolated_us = case.fate.isolated_us;
         assert!(isolated_us.is_some_and(|us| us <= 650), "{case:?}");
@@ -148,7 +153,10 @@ fn streams_that_stop_are_isolated_before_a_one_shot_would() {
 #[test]
 fn a_dead_core_is_isolated_by_its_tape_alone() {
     let cases = all_found(Class::Cpu, 7);
-    for case in of_kinds(&cases, &["pulser frozen", "PRIMASK", "FAULTMASK", "wild SP"]) {
+    for case in of_kinds(
+        &cases,
+        &["pulser frozen", "PRIMASK", "FAULTMASK", "wild SP"],
+    ) {
         let isolated_us = case.fate.isolated_us;
         assert!(isolated_us.is_some_and(|us| us <= 500), "{case:?}");
     }

@@ -71,7 +71,9 @@ impl CutOff {
     /// # Errors
     /// Nothing was broken yet.
     pub fn case(&self, kind: &str, index: u64, random: &mut Random) -> Result<Case, FaultsError> {
-        let kept = self.kept.get_or_init(|| self.grow().map_err(|e| e.to_string()));
+        let kept = self
+            .kept
+            .get_or_init(|| self.grow().map_err(|e| e.to_string()));
         let kept = kept.as_ref().map_err(never_runs)?;
         let Some(first) = kept.first() else {
             return Err(never_runs("no moment was kept"));
@@ -112,10 +114,7 @@ impl CutOff {
 
     /// Power goes and comes again; what the board then says of its stages, and whether a
     /// host that arms and starts makes it drive.
-    fn restart(
-        &self,
-        bench: &mut Writer,
-    ) -> Result<(Option<Stages>, bool), FaultsError> {
+    fn restart(&self, bench: &mut Writer) -> Result<(Option<Stages>, bool), FaultsError> {
         let sensors = Sensors::default();
         let board = &mut bench.device;
         board.supply(0).map_err(never_runs)?;
