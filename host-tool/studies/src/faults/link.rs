@@ -24,6 +24,8 @@ const STREAM: u64 = 0x114C;
 const PACKET: (usize, u64) = (64, 19);
 /// Played after the latest moment at which silence has ended everything, µs.
 const AFTER_US: u64 = 60_000;
+/// Played on after all that is broken, and what a silence takes: ten periods of 40 ms, µs.
+const GOES_ON_US: u64 = 400_000;
 /// Until bytes that were written before the cable was pulled are there, µs.
 const ON_THE_WAY_US: u64 = 1_500;
 
@@ -100,6 +102,7 @@ impl<B: Replays> Link<B> {
         let orders = Orders::of(session, script.said.writes(), B::LINE_US);
         let last = stream.writes().last().map_or(0, |write| write.t_us);
         let end_us = last.max(*moment_us) + orders.silence_us() + AFTER_US;
+        let end_us = end_us.min(drawn.over_us(script) + orders.silence_us() + GOES_ON_US);
         let mut bench = script.board(&self.boards, *moment_us)?;
         let (passed, played) = script.say(&mut bench, stream, *out, end_us);
         let sent = script.said.writes().iter().map(|write| &*write.bytes);
@@ -159,6 +162,20 @@ impl Drawn {
             let last = bench.recorder.trace.levels.last();
             fate.isolated_us = last.map(|(at, _)| at.saturating_sub(self.moment_us));
         }
+    }
+
+    /// From when on everything is said as in the script again, µs.
+    fn over_us<B: Replays>(&self, script: &Script<B>) -> u64 {
+        let (said, whole) = (self.stream.writes(), script.said.writes());
+        let pairs = said.iter().rev().zip(whole.iter().rev());
+        let same = pairs.take_while(|(one, other)| one == other).count();
+        let again = said.get(said.len() - same).or(said.last());
+        let in_us = self.out.map_or(0, |(_, in_us)| in_us);
+        let in_us = if in_us == u64::MAX { 0 } else { in_us };
+        again
+            .map_or(0, |write| write.t_us)
+            .max(self.moment_us)
+            .max(in_us)
     }
 
     /// Breaks it at write `at`; says what is not the kind's name.

@@ -282,7 +282,7 @@ fn heeded_us<B: Replays>(script: &Script<B>) -> u64 {
         Request::Held { held } => held.then_some(write.t_us),
         _ => None,
     };
-    let held_us = script.said.writes().iter().filter_map(is_held).last();
+    let held_us = script.said.writes().iter().filter_map(is_held).next_back();
     held_us.unwrap_or(script.stop.1)
 }
 
