@@ -47,7 +47,7 @@ fn flips_are_found_and_not_severe() {
         .filter_map(|it| it.kind.as_deref())
         .collect();
     assert!(
-        kinds.contains(&"tape") && kinds.contains(&"guard, lanes, plan"),
+        kinds.contains(&"tape") && kinds.contains(&"guard and plan"),
         "{kinds:?}"
     );
 }

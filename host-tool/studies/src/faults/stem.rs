@@ -246,6 +246,10 @@ impl Stem {
         let (mut fate, verdict) = judged(&mut fork, moment_us, truth);
         (fate.ended, fate.stopped) = (ended, played.err().map(|e| e.to_string()));
         let silent_us = moment_us + self.timing.runs_us;
+        // A fall's last pulses, of single codes, are uneven by themselves.
+        let truncated = verdict.as_built.truncated.iter();
+        let truncated = truncated.filter(|it| it.t_us < silent_us);
+        fate.truncated_uc = truncated.map(|it| it.charge_uc).collect();
         let compared_us = fork.now_us().min(silent_us);
         self.compare(&mut fate, &fork, (moment_us, compared_us));
         (fate, verdict)
