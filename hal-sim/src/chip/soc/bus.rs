@@ -224,6 +224,17 @@ impl Soc {
             // What the tape did before comes before.
             self.playback.advance(at, &mut self.ram)?;
             self.playback.gpio.upset(port, offset, bits, at)?;
+        } else if let Some((map::Unit::Playback(playback::Block::Dma2), offset)) =
+            map::find(address)
+            && self
+                .playback
+                .upset_stream(offset, bits, at, &mut self.ram)?
+        {
+            self.shares = [Slave::Sram1, Slave::Sram2].map(|s| self.playback.shares(s));
+        } else if let Some((map::Unit::Rcc, offset)) = map::find(address)
+            && self.rcc.upset(offset, bits, at)?
+        {
+            self.follow_clocks(at)?;
         } else {
             let old = self.read(address, Size::Word, at)?.value;
             self.write(address, Size::Word, old ^ bits, at)?;

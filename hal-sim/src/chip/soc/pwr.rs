@@ -14,6 +14,8 @@ const VOS: u32 = 1 << 14;
 /// Reserved on the F405, part of VOS on its successors: drivers for all set it.
 const RESERVED_VOS: u32 = 1 << 15;
 const CLEAR_FLAGS: u32 = 0b11 << 2;
+/// LPDS, PDDS, FPDS: they choose among modes that only SLEEPDEEP leads to.
+const DEEP: u32 = 0b11 | 1 << 9;
 const PVDO: u32 = 1 << 2;
 const VOSRDY: u32 = 1 << 14;
 
@@ -100,10 +102,9 @@ impl Peripheral for Pwr {
         match (offset, size) {
             (CR, Size::Word) => {
                 refuse(value & VOS == 0, "PWR_CR: regulator scale 2")?;
-                if value & !(PVDE | 7 << 5 | DBP | VOS | RESERVED_VOS | CLEAR_FLAGS) != 0 {
-                    return Err(Unmodelled("PWR_CR: low-power modes"));
-                }
-                self.cr = value & (PVDE | 7 << 5 | DBP | VOS);
+                let known = PVDE | 7 << 5 | DBP | VOS | RESERVED_VOS | CLEAR_FLAGS | DEEP;
+                refuse(value & !known != 0, "PWR_CR: reserved bits")?;
+                self.cr = value & (PVDE | 7 << 5 | DBP | VOS | DEEP);
                 self.watch();
                 Ok(())
             }

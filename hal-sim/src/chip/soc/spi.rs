@@ -1,20 +1,20 @@
 //! SPI as a transmitting master on one data line (RM0090 chapter 28).
 //!
-//! Reception, DMA, CRC, slave mode and I2S are not modelled. Taken here: the
+//! Reception, DMA, CRC, a selected slave and I2S are not modelled. Taken here: the
 //! first bit begins in the cycle of the write to an idle SPI, and a buffered
 //! word follows without a pause.
 
 use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
 
 mod cr1 {
-    pub const CPHA: u32 = 1;
-    pub const CPOL: u32 = 1 << 1;
     pub const MSTR: u32 = 1 << 2;
     pub const SPE: u32 = 1 << 6;
     pub const LSBFIRST: u32 = 1 << 7;
     pub const SSI: u32 = 1 << 8;
     pub const SSM: u32 = 1 << 9;
+    pub const RXONLY: u32 = 1 << 10;
     pub const DFF: u32 = 1 << 11;
+    pub const CRC: u32 = 0b11 << 12; // CRCEN and CRCNEXT
     pub const BIDIOE: u32 = 1 << 14;
     pub const BIDIMODE: u32 = 1 << 15;
 }
@@ -22,6 +22,9 @@ mod cr1 {
 const TXE: u32 = 1 << 1;
 const BSY: u32 = 1 << 7;
 const I2SPR_RESET: u32 = 2;
+/// CR2: requests to DMA1, of which no stream is enabled, SSOE, and interrupts, whose line is
+/// not wired.
+const CR2_IDLE: u32 = 0xE7;
 
 /// A word that left the shift register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +41,8 @@ pub struct Word {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Spi {
     cr1: u32,
+    /// DMA that no stream serves, NSS that no pin shows, interrupts that are not wired: kept.
+    cr2: u32,
     /// Core cycles per cycle of its bus.
     bus_divider: u32,
     buffer: Option<u16>,
@@ -50,6 +55,7 @@ impl Default for Spi {
     fn default() -> Self {
         Self {
             cr1: 0,
+            cr2: 0,
             bus_divider: 1,
             buffer: None,
             shifting: None,
@@ -83,8 +89,18 @@ impl Spi {
         self.shifting.is_some()
     }
 
+    /// On and a master: a slave that nobody selects sends nothing.
+    const fn sends(&self) -> bool {
+        self.cr1 & cr1::SPE != 0 && self.cr1 & cr1::MSTR != 0
+    }
+
     fn begin(&mut self, value: u16, at: Cycle) {
         let bits: u8 = if self.cr1 & cr1::DFF != 0 { 16 } else { 8 };
+        let value = match (self.cr1 & cr1::LSBFIRST != 0, bits) {
+            (false, _) => value,
+            (true, 8) => (value as u8).reverse_bits().into(),
+            (true, _) => value.reverse_bits(),
+        };
         let divider = 2 << (self.cr1 >> 3 & 7);
         let cycles = u64::from(self.bus_divider) * divider * u64::from(bits);
         self.shifting = Some(Word {
@@ -94,26 +110,41 @@ impl Spi {
         });
     }
 
-    fn write_cr1(&mut self, value: u32) -> Modelled {
+    /// Two lines (BIDIMODE 0) send as one does, for nothing is received; so do RXONLY beside
+    /// one line, CRCEN without CRCNEXT and that without CRCEN. An internal NSS (SSM) that is
+    /// low (SSI) is a mode fault of a master: MSTR and SPE go off (section 28.3.10).
+    fn write_cr1(&mut self, value: u32, at: Cycle) -> Modelled {
         refuse(
             self.shifting.is_some() && value != self.cr1,
             "SPI_CR1: changed while busy",
         )?;
-        let must = cr1::MSTR | cr1::SSM | cr1::SSI | cr1::BIDIMODE | cr1::BIDIOE;
-        let may = must | cr1::CPHA | cr1::CPOL | 7 << 3 | cr1::SPE | cr1::DFF;
-        refuse(value & cr1::LSBFIRST != 0, "SPI_CR1: LSBFIRST")?;
+        let (crc, one_line) = (value & cr1::CRC, value & cr1::BIDIMODE != 0);
+        let receives = match one_line {
+            true => value & cr1::BIDIOE == 0,
+            false => value & cr1::RXONLY != 0,
+        };
         refuse(
-            value & cr1::SPE != 0 && (value & must != must || value & !may != 0),
-            "SPI: all but a transmitting master on one line with software NSS",
+            value & cr1::SPE != 0 && (value & cr1::SSM == 0 || crc == cr1::CRC || receives),
+            "SPI: all but transmitting, without CRC, with software NSS",
         )?;
         self.cr1 = value & 0xFFFF;
+        if self.sends() && value & cr1::SSI == 0 {
+            self.cr1 &= !(cr1::MSTR | cr1::SPE);
+        }
+        if self.sends()
+            && self.shifting.is_none()
+            && let Some(waiting) = self.buffer.take()
+        {
+            self.begin(waiting, at);
+        }
         Ok(())
     }
 
     fn write_data(&mut self, value: u32, at: Cycle) -> Modelled {
-        refuse(self.cr1 & cr1::SPE == 0, "SPI_DR: written while SPE is off")?;
         let value = (value & 0xFFFF) as u16;
-        if self.shifting.is_none() {
+        if !self.sends() && self.buffer.is_none() {
+            self.buffer = Some(value); // it waits
+        } else if self.sends() && self.shifting.is_none() {
             self.begin(value, at);
         } else if self.buffer.is_none() {
             self.buffer = Some(value);
@@ -129,7 +160,8 @@ impl Peripheral for Spi {
         self.advance(at)?;
         let word = match offset & !3 {
             0x00 => self.cr1,
-            0x04 | 0x1C => 0,
+            0x04 => self.cr2,
+            0x1C => 0,
             0x08 => {
                 let empty = if self.buffer.is_none() { TXE } else { 0 };
                 let busy = if self.shifting.is_some() { BSY } else { 0 };
@@ -149,9 +181,12 @@ impl Peripheral for Spi {
             return Err(Unmodelled("SPI: byte writes")); // section 28.5
         }
         match offset {
-            0x00 => self.write_cr1(value),
-            0x04 if value == 0 => Ok(()),
-            0x04 => Err(Unmodelled("SPI_CR2: DMA, interrupts, NSS output")),
+            0x00 => self.write_cr1(value, at),
+            0x04 if value & !CR2_IDLE != 0 => Err(Unmodelled("SPI_CR2: TI mode")),
+            0x04 => {
+                self.cr2 = value;
+                Ok(())
+            }
             0x0C => self.write_data(value, at),
             0x1C if value == 0 => Ok(()),
             _ => Err(Unmodelled("SPI register")),
@@ -238,14 +273,29 @@ mod tests {
         assert!(spi.write(DR, Size::Half, 0, 1).is_err(), "TXE is clear");
         assert!(spi.write(CR1, Size::Word, 0, 1).is_err(), "busy");
         let mut off = Spi::default();
-        assert!(off.write(DR, Size::Half, 0, 0).is_err());
-        for cr1 in [
-            BOARD & !(1 << 15),
-            BOARD & !4,
-            BOARD & !(1 << 9),
-            BOARD | 1 << 13,
-        ] {
+        // Receiving on one line, NSS by pin, and a sum.
+        for cr1 in [BOARD & !(1 << 14), BOARD & !(1 << 9), BOARD | 3 << 12] {
             assert!(off.write(CR1, Size::Word, cr1, 0).is_err(), "{cr1:#x}");
         }
+    }
+
+    #[test]
+    fn what_is_off_keeps_a_word_until_it_is_on() {
+        // Off; a slave; a master whose NSS is low.
+        for cr1 in [BOARD & !(1 << 6), BOARD & !4, BOARD & !(1 << 8)] {
+            let mut spi = spi(cr1);
+            spi.set(DR, 0x1234, 0);
+            assert_eq!(spi.get(SR, 1_000), 0, "{cr1:#x}");
+            assert_eq!(spi.words().count(), 0);
+            spi.set(CR1, BOARD, 1_000);
+            assert_eq!(spi.get(SR, 1_001), TXE | BSY);
+            assert_eq!(spi.get(SR, 1_128), TXE);
+            assert_eq!(spi.words().next().map(|it| it.value), Some(0x1234));
+        }
+        assert_eq!(spi(BOARD & !(1 << 8)).get(CR1, 0) & 0x44, 0, "a mode fault");
+        let mut reversed = spi(BOARD | 1 << 7);
+        reversed.set(DR, 0x0001, 0);
+        reversed.advance(1 << 20).unwrap();
+        assert_eq!(reversed.words().next().map(|it| it.value), Some(0x8000));
     }
 }

@@ -14,11 +14,6 @@ impl Adc {
             value & !cr2::KNOWN != 0,
             "ADC_CR2: regular or software-started group",
         )?;
-        if value & cr2::JEXTEN != 0
-            && (value & cr2::JEXTEN != 1 << 20 || (value & cr2::JEXTSEL) >> 16 != super::TIM2_TRGO)
-        {
-            return Err(Unmodelled("ADC_CR2: trigger other than TIM2_TRGO rising"));
-        }
         if value & !self.cr2 & cr2::ADON != 0 {
             self.switch_on(at);
         }

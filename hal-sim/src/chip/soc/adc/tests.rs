@@ -187,7 +187,6 @@ fn the_rest_is_not_modelled() {
     for (offset, value) in [
         (CR2, ARMED | 1 << 30), // SWSTART
         (CR2, ARMED | 1 << 22), // JSWSTART
-        (CR2, 0x0011_0001),     // TIM1_TRGO
         (CR1, 1 << 10),         // JAUTO
         (CCR, 1 << 23),         // TSVREFE
         (0x34, 0),              // SQR3
@@ -199,4 +198,8 @@ fn the_rest_is_not_modelled() {
         );
     }
     assert!(adc.read(0x4C, Size::Word, 0).is_err());
+    // Another trigger never comes, nor is this one heard.
+    adc.set(CR2, 0x0011_0001, 0);
+    adc.trigger(1_000_000).unwrap();
+    assert_eq!(adc.next_sample(), None);
 }

@@ -93,14 +93,39 @@ impl Dma {
         Ok(())
     }
 
+    /// Turns `bits` of PAR or M0AR of a stream that is on, which no write could: the next item
+    /// goes or comes from there. `false` if `offset` is another register's.
+    ///
+    /// Where no BSRR and no SRAM is, items are lost: what else they would do there, and the
+    /// bus error where nothing answers, is not modelled.
+    pub fn upset(&mut self, offset: u32, bits: u32) -> bool {
+        let Ok((index, register)) = place(offset) else {
+            return false;
+        };
+        let stream = &mut self.streams[index];
+        if !stream.is_enabled() {
+            return false;
+        }
+        match register {
+            offset::PAR => stream.par ^= bits,
+            offset::M0AR => stream.m0ar ^= bits,
+            _ => return false,
+        }
+        stream.redirect();
+        true
+    }
+
     fn write_cr(&mut self, index: usize, value: u32, done: Cycle) -> Modelled {
-        refuse(value & bit::INTERRUPTS != 0, "a DMA interrupt")?;
         let enable = value & bit::EN != 0;
         let stream = &mut self.streams[index];
         if stream.is_enabled() {
+            // The rest is write-protected. Nobody is interrupted: no image enables a line of
+            // DMA2, and none is wired.
+            stream.cr = stream.cr & !bit::INTERRUPTS | value & bit::INTERRUPTS;
             stream.stopping |= !enable;
             return Ok(());
         }
+        refuse(value & bit::INTERRUPTS != 0, "a DMA interrupt")?;
         stream.cr = value & 0x0FEF_FFFE;
         if !enable {
             return Ok(());

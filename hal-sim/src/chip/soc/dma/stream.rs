@@ -30,6 +30,8 @@ pub enum Target {
     Bsrr(usize),
     /// A word of SRAM.
     Word(u32),
+    /// Items are lost, or zero.
+    Nowhere,
 }
 
 /// State of a stream.
@@ -120,7 +122,7 @@ impl Stream {
     /// Address of the memory port's next item.
     #[inline]
     pub const fn address(&self) -> u32 {
-        self.m0ar.wrapping_add(4 * self.index as u32)
+        (self.m0ar & !0b11).wrapping_add(4 * self.index as u32)
     }
 
     /// The peripheral port can move the next item at `at`: its word is there
@@ -197,6 +199,19 @@ impl Stream {
         self.asked = NEVER;
         self.due = if self.plays() { done } else { NEVER };
         Ok(())
+    }
+
+    /// PAR or M0AR changed while it is on. Words are aligned: their lowest two bits do not
+    /// count (RM0090 10.3.10).
+    pub(super) fn redirect(&mut self) {
+        let port = (self.par & !0b11).wrapping_sub(0x4002_0018);
+        let is_port = port <= 0x2000 && port.is_multiple_of(0x400);
+        self.target = match (self.plays(), is_sram(self.par)) {
+            (true, _) if is_port => Target::Bsrr(port as usize / 0x400),
+            (false, true) => Target::Word(self.par & !0b11),
+            _ => Target::Nowhere,
+        };
+        self.memory = sram(self.m0ar);
     }
 
     fn far_end(&self) -> Modelled<Target> {

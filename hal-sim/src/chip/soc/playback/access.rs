@@ -4,7 +4,7 @@ use super::requests::Requests;
 use super::{MEMORY, PERIPHERAL, Playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Modelled, Read, refuse};
+use crate::chip::cpu::bus::{Modelled, Read};
 use crate::chip::soc::Ram;
 use crate::chip::soc::dma::{NEVER, STREAMS, tim1_events};
 use crate::chip::soc::matrix::{Bridge, Master, Slave};
@@ -163,7 +163,8 @@ impl Playback {
     fn link_trigger(&mut self, done: Cycle) -> Modelled {
         let [tim1, tim2, ..] = &mut self.timers;
         tim1.advance(done.saturating_sub(1))?;
-        if tim2.is_slave() {
+        // Until a preload comes into force, with an edge of the trigger, all stays as it is.
+        if tim2.is_slave() && (tim1.is_steady() || !tim1.is_running()) {
             tim2.advance(done.saturating_sub(1))?;
             let edges = tim1.trigger_edges(tim2.divider)?;
             tim2.follow(edges, done)?;
@@ -173,7 +174,10 @@ impl Playback {
 
     /// TIM1 has just been advanced.
     fn link_requests(&mut self) -> Modelled {
-        let enabled = self.timers[0].requests_enabled();
+        let tim1 = &self.timers[0];
+        let is_steady = tim1.is_steady() || !tim1.is_running();
+        self.update = if is_steady { NEVER } else { tim1.next_update() };
+        let enabled = tim1.requests_enabled();
         self.quiet_until = 0;
         self.requests = Requests::NONE;
         self.requested &= enabled as u8; // five bits
@@ -182,7 +186,6 @@ impl Playback {
             return Ok(());
         }
         let tim1 = &self.timers[0];
-        refuse(!tim1.is_steady(), "a preload of TIM1 while it asks for DMA")?;
         let due = std::array::from_fn(|event| match event {
             _ if enabled >> event & 1 == 0 => NEVER,
             0 => tim1.next_update(),

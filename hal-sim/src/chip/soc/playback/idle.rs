@@ -78,7 +78,7 @@ impl Playback {
                     ram.words(stream.address(), usize::from(idle))?;
                     ram.read(source, Size::Word)?;
                 }
-                Target::None => return None,
+                Target::None | Target::Nowhere => return None,
             }
         }
         let erasing = || streams().filter(|stream| !stream.plays());

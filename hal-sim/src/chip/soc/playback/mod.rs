@@ -73,6 +73,8 @@ pub struct Playback {
     ports: [Port; 2],
     /// When TIM1 asks.
     requests: Requests,
+    /// When a preload of TIM1 comes into force, and all that follows from its lap changes.
+    update: Cycle,
     /// Events that have asked and were not yet served, one bit each.
     requested: u8,
     /// Streams that will not see the next request made to them, bit n is stream n.
@@ -107,6 +109,7 @@ impl Playback {
             pace,
             ports: Default::default(),
             requests: Requests::NONE,
+            update: NEVER,
             requested: 0,
             unseen: 0,
             quiet_until: 0,
@@ -129,6 +132,22 @@ impl Playback {
             it
         };
         bare(self) == bare(other)
+    }
+
+    /// [`Dma::upset`] of DMA2 at `at`.
+    pub fn upset_stream(
+        &mut self,
+        offset: u32,
+        bits: u32,
+        at: Cycle,
+        ram: &mut Ram,
+    ) -> Modelled<bool> {
+        self.advance(at, ram)?;
+        let is_upset = self.dma[1].upset(offset, bits);
+        if is_upset {
+            self.listen(at);
+        }
+        Ok(is_upset)
     }
 
     /// Lets everything happen up to `to`. `ram` holds SRAM2, or SRAM1 and

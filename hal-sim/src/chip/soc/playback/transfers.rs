@@ -32,6 +32,18 @@ impl Playback {
     /// `requests_end`.
     #[inline]
     pub(super) fn run(&mut self, end: Cycle, requests_end: Cycle, ram: &mut Ram) -> Modelled {
+        if requests_end.max(end) > self.update {
+            let update = std::mem::replace(&mut self.update, NEVER) + 1;
+            self.run_linked(end.min(update), requests_end.min(update), ram)?;
+            self.timers[0].advance(update - 1)?;
+            self.link(update)?;
+        }
+        self.run_linked(end, requests_end, ram)
+    }
+
+    /// The same while TIM1 keeps its lap.
+    #[inline]
+    fn run_linked(&mut self, end: Cycle, requests_end: Cycle, ram: &mut Ram) -> Modelled {
         if requests_end.max(end) <= self.quiet_until {
             return Ok(());
         }
@@ -200,6 +212,8 @@ impl Playback {
             Target::Word(address) => {
                 stream.word = Some(ram.read(address, Size::Word).ok_or(NO_RAM)?);
             }
+            Target::Nowhere if stream.plays() => stream.word = None,
+            Target::Nowhere => stream.word = Some(0),
             Target::None => (), // nothing is granted before a stream is enabled
         }
         Ok(self.dma[1].count(index))
@@ -223,10 +237,11 @@ impl Playback {
         let address = stream.address();
         stream.step();
         stream.turned = done;
+        // Beyond SRAM only a stream that was upset comes: see `Dma::upset`.
         if stream.plays() {
-            stream.word = Some(ram.read(address, Size::Word).ok_or(NO_RAM)?);
+            stream.word = Some(ram.read(address, Size::Word).unwrap_or(0));
         } else if let Some(word) = stream.word.take() {
-            ram.write(address, Size::Word, word).ok_or(NO_RAM)?;
+            let _ = ram.write(address, Size::Word, word);
         }
         Ok(())
     }

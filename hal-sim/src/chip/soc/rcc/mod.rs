@@ -38,6 +38,7 @@ mod cr {
     pub const HSERDY: u32 = 1 << 17;
     pub const HSEBYP: u32 = 1 << 18;
     pub const CSSON: u32 = 1 << 19;
+    pub const PLLI2SON: u32 = 1 << 26;
     pub const PLLON: u32 = 1 << 24;
     pub const PLLRDY: u32 = 1 << 25;
     pub const RESET: u32 = 0x0000_0083;
@@ -275,12 +276,18 @@ impl Rcc {
     }
 
     fn write_cr(&mut self, value: u32, at: Cycle) -> Modelled {
-        refuse(value & !cr::KNOWN != 0, "RCC_CR: PLLI2S")?;
+        // PLLI2S clocks nothing that is on here.
         refuse(
-            value & cr::HSITRIM != cr::RESET & cr::HSITRIM,
-            "RCC_CR: HSITRIM",
+            value & !(cr::KNOWN | cr::PLLI2SON) != 0,
+            "RCC_CR: reserved bits",
         )?;
         let in_use = self.in_use();
+        let trim = value & cr::HSITRIM;
+        refuse(
+            trim != self.cr & cr::HSITRIM && in_use & cr::HSION != 0,
+            "RCC_CR: HSITRIM of a clock in use",
+        )?;
+        let i2s = value & cr::PLLI2SON;
         // What drives the core cannot be switched off.
         let value = value & (cr::HSION | cr::HSEON | cr::HSEBYP | cr::CSSON | cr::PLLON) | in_use;
         let hz = self.clocks.hclk_hz;
@@ -308,8 +315,24 @@ impl Rcc {
                 _ => self.starting.pll = due,
             }
         }
-        self.cr = value | self.cr & (cr::HSIRDY | cr::HSERDY | cr::PLLRDY | 0xFFF8);
+        let kept = cr::HSIRDY | cr::HSERDY | cr::PLLRDY | 0xFF00;
+        self.cr = value | i2s | trim | self.cr & kept;
         self.update_clocks(at)
+    }
+
+    /// Turns `bits` of PLLCFGR while the PLL is on, when no write may: it multiplies by the
+    /// new factor from `at` on. How it loses lock and finds it is not modelled. `false` if
+    /// `offset` is another register's, or the PLL is off.
+    ///
+    /// # Errors
+    /// A factor, or clocks, that the manual does not allow.
+    pub fn upset(&mut self, offset: u32, bits: u32, at: Cycle) -> Modelled<bool> {
+        if offset != 0x04 || self.cr & cr::PLLON == 0 {
+            return Ok(false);
+        }
+        self.pllcfgr ^= bits & PLLCFGR_FIELDS;
+        self.update_clocks(at)?;
+        Ok(true)
     }
 
     fn check_pll_source(&self) -> Modelled {
@@ -339,11 +362,8 @@ impl Rcc {
     }
 
     fn write_cfgr(&mut self, value: u32, at: Cycle) -> Modelled {
-        refuse(
-            value & !0x0000_FCF3 & !0xC != 0,
-            "RCC_CFGR: MCO, I2SSRC or RTCPRE",
-        )?;
-        self.cfgr = value & 0xFCF3;
+        // MCO1 and MCO2 are on no pin here, I2S and RTC are off.
+        self.cfgr = value & 0xFFFF_FCF3;
         self.follow_switch(at)
     }
 

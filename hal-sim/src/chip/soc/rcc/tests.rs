@@ -129,14 +129,12 @@ fn without_clock_security_a_failed_crystal_leaves_no_clock() {
 fn limits_and_misuse_stop_the_run() {
     let (mut rcc, at) = at_168_mhz();
     for (offset, value) in [
-        (PLLCFGR, 0x2740_2A05),   // the PLL is on
-        (CFGR, 0x9000 | 2),       // APB1 at 168 MHz
-        (CFGR, 0x1400 | 2),       // APB2 at 168 MHz
-        (CFGR, 3),                // no such source
-        (CFGR, 0x9400 | 1 << 21), // MCO
-        (0x58, 0),                // low-power enables
-        (0x28, 0),                // nothing there
-        (CR, 0x0501_0083),        // PLLI2S
+        (PLLCFGR, 0x2740_2A05), // the PLL is on
+        (CFGR, 0x9000 | 2),     // APB1 at 168 MHz
+        (CFGR, 0x1400 | 2),     // APB2 at 168 MHz
+        (CFGR, 3),              // no such source
+        (0x58, 0),              // low-power enables
+        (0x28, 0),              // nothing there
     ] {
         let mut rcc = rcc.clone();
         assert!(
@@ -151,6 +149,18 @@ fn limits_and_misuse_stop_the_run() {
             "{pllcfgr:#x}"
         );
     }
+}
+
+#[test]
+fn a_factor_that_turns_by_itself_multiplies_at_once() {
+    let (mut rcc, at) = at_168_mhz();
+    // PLLN 168 without bit 3: 160.
+    assert_eq!(rcc.upset(PLLCFGR, 1 << 9, at), Ok(true));
+    assert_eq!(rcc.clocks.hclk_hz, 160_000_000);
+    assert!(rcc.upset(PLLCFGR, 1 << 14, at).is_err(), "beyond 432 MHz");
+    assert_eq!(rcc.upset(CFGR, 1, at), Ok(false), "a write does that");
+    let mut off = Rcc::new(8_000_000);
+    assert_eq!(off.upset(PLLCFGR, 1 << 9, 0), Ok(false));
 }
 
 #[test]

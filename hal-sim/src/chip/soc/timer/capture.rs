@@ -120,15 +120,13 @@ impl Timer {
         Ok(())
     }
 
-    /// Samples of the filter of channel 1: 0, 2, 4 or 8 timer clocks; other
-    /// settings are refused when they are written.
+    /// Timer clocks for which the filter of channel 1 asks (IC1F, RM0090 18.4.7), with CKD
+    /// 0, as which it is taken: settings up to 3 do not heed it.
     pub(super) fn filter_clocks(&self) -> u64 {
-        match self.ccmr[0] >> 4 & 0xF {
-            1 => 2,
-            2 => 4,
-            3 => 8,
-            _ => 0,
-        }
+        const CLOCKS: [u64; 16] = [
+            0, 2, 4, 8, 12, 16, 24, 32, 48, 64, 80, 96, 128, 160, 192, 256,
+        ];
+        CLOCKS[(self.ccmr[0] >> 4 & 0xF) as usize]
     }
 
     /// A filtered edge of channel 1: latches the counter if it is captured.

@@ -141,17 +141,25 @@ impl Timer {
                 continue;
             }
             self.sr |= bit::CC1IF << channel;
-            if self.mode(channel) == Ok(Mode::ActiveOnMatch) {
-                self.reference[channel] = true;
-                if channel == 2 && armed {
-                    self.rises.push(trigger);
-                }
+            self.reference[channel] = match self.mode(channel) {
+                Ok(Mode::ActiveOnMatch) => true,
+                Ok(Mode::InactiveOnMatch) => false,
+                Ok(Mode::Toggle) => !self.reference[channel],
+                _ => self.reference[channel],
+            };
+            if channel == 2 && armed {
+                self.rises.push(trigger);
             }
         }
         let lap = u64::from(self.arr[IN_FORCE]) + 1;
         let total = u64::from(self.count) + n;
         if total >= lap && self.cr1 & bit::UDIS == 0 {
             self.sr |= bit::UIF;
+            for channel in 0..4 {
+                if self.is_preloaded(channel) {
+                    self.ccr[channel] = self.preload[channel];
+                }
+            }
         }
         self.count = (total % lap) as u32; // below 2^32: the rest of a division by lap
         Ok(())
@@ -170,7 +178,7 @@ impl Timer {
         self.arr[IN_FORCE] = self.arr[WRITTEN];
         if self.psc[IN_FORCE] != self.psc[WRITTEN] {
             self.psc[IN_FORCE] = self.psc[WRITTEN];
-            if self.ticks.are_running() && !self.is_slave() {
+            if self.ticks.are_running() && !self.is_slave() && !self.is_halted() {
                 let period = self.tick_period();
                 self.ticks.set(update + period, period);
             }
@@ -202,7 +210,8 @@ impl Timer {
     /// the first count comes one count period after that.
     pub(super) fn restart(&mut self, done: Cycle) {
         let is_blocked = self.arr[IN_FORCE] == 0; // RM0090 18.4.12
-        if self.cr1 & bit::CEN == 0 || self.is_slave() || is_blocked || self.arrives == 0 {
+        let stands = self.is_slave() || self.is_halted() || self.arrives == 0;
+        if self.cr1 & bit::CEN == 0 || stands || is_blocked {
             return;
         }
         let period = self.tick_period();

@@ -31,7 +31,10 @@ pub const TRIGGER_SYNCHRONISATION: u64 = 2;
 enum Mode {
     Frozen,
     ActiveOnMatch,
+    InactiveOnMatch,
+    Toggle,
     ForceInactive,
+    ForceActive,
     Pwm1,
 }
 
@@ -56,6 +59,8 @@ pub struct Timer {
     psc: [u32; 2],
     arr: [u32; 2],
     ccr: [u32; 4],
+    /// CCR as written where OCxPE keeps it from its place until an update.
+    preload: [u32; 4],
     /// OCxREF of the modes that hold a level.
     reference: [bool; 4],
     /// Cycles at which OC3REF, chosen as TRGO (TIM2: the ADC's trigger), rose.
@@ -98,6 +103,7 @@ impl Timer {
             psc: [0; 2],
             arr: [top; 2],
             ccr: [0; 4],
+            preload: [0; 4],
             reference: [false; 4],
             rises: Vec::new(),
             input: Capture::default(),
@@ -141,7 +147,9 @@ impl Timer {
     /// Level of the interrupt line of TIM2–5.
     #[inline]
     pub fn interrupt(&self) -> bool {
-        self.sr & self.dier & bit::INTERRUPTS != 0
+        // TIF of a slave that counts edges is set with each of them.
+        let triggered = self.dier & bit::TIE != 0 && self.is_slave() && self.ticks.are_running();
+        self.sr & self.dier & bit::INTERRUPTS != 0 || triggered
     }
 
     /// Earliest cycle at which the interrupt line or an armed trigger output
@@ -194,6 +202,11 @@ impl Timer {
         self.ticks.period * (u64::from(self.arr[IN_FORCE]) + 1)
     }
 
+    /// Whether it counts.
+    pub const fn is_running(&self) -> bool {
+        self.ticks.are_running()
+    }
+
     /// Whether the time base stays as it is without a register access.
     pub fn is_steady(&self) -> bool {
         self.psc[WRITTEN] == self.psc[IN_FORCE]
@@ -233,7 +246,7 @@ impl Timer {
         match self.mode(channel)? {
             Mode::Pwm1 if ccr != 0 && ccr <= self.arr[IN_FORCE] => (),
             Mode::Pwm1 | Mode::Frozen | Mode::ForceInactive => return Ok(None),
-            Mode::ActiveOnMatch => return Err(Unmodelled("TIM1_TRGO on updates or matches")),
+            _ => return Err(Unmodelled("TIM1_TRGO on updates or matches")),
         }
         if u64::from(ccr) * self.ticks.period < slave_clock {
             return Err(Unmodelled("a TIM1_TRGO pulse shorter than TIM2's clock"));
@@ -244,9 +257,17 @@ impl Timer {
         Ok(Some((self.next_update(), self.lap())))
     }
 
-    /// Whether this timer counts edges of ITR0 (external clock mode 1).
+    /// Whether this timer counts edges of ITR0, which is TIM1 for TIM2 (external clock mode
+    /// 1, table 95).
     pub const fn is_slave(&self) -> bool {
-        self.smcr & 0b111 == 0b111
+        self.number == 2 && self.smcr & 0x77 == 0b111 && self.smcr & bit::ECE == 0
+    }
+
+    /// Whether it is clocked by what never comes here: inputs of encoder modes, ETR, or a
+    /// trigger that is not TIM1's; or waits for its level (gated mode).
+    pub const fn is_halted(&self) -> bool {
+        let mode = self.smcr & 0b111;
+        !self.is_slave() && (self.smcr & bit::ECE != 0 || matches!(mode, 1..=3 | 5 | 7))
     }
 
     /// As a slave that counts: an edge of its trigger rose at `edge` outside
@@ -267,7 +288,7 @@ impl Timer {
         if !self.is_slave() {
             return Ok(());
         }
-        if self.psc != [0; 2] {
+        if self.psc[IN_FORCE] != 0 {
             return Err(Unmodelled("a prescaler behind a trigger"));
         }
         self.ticks.keep_risen_before(now);
@@ -325,7 +346,14 @@ impl Timer {
     }
 
     fn has_armed_trigger(&self) -> bool {
-        self.cr2 >> 4 & 0b111 == 6 && self.mode(2) == Ok(Mode::ActiveOnMatch) && !self.reference[2]
+        let rises = matches!(self.mode(2), Ok(Mode::ActiveOnMatch | Mode::Toggle));
+        self.cr2 >> 4 & 0b111 == 6 && rises && !self.reference[2]
+    }
+
+    /// Writes to CCR of `channel` wait for an update.
+    fn is_preloaded(&self, channel: usize) -> bool {
+        let field = self.ccmr[channel / 2] >> (8 * (channel % 2));
+        field & (0b11 | bit::OCPE) == bit::OCPE
     }
 
     fn is_input(&self, channel: usize) -> bool {
@@ -336,7 +364,10 @@ impl Timer {
         match self.ccmr[channel / 2] >> (8 * (channel % 2) + 4) & 0b111 {
             0 => Ok(Mode::Frozen),
             1 => Ok(Mode::ActiveOnMatch),
+            2 => Ok(Mode::InactiveOnMatch),
+            3 => Ok(Mode::Toggle),
             4 => Ok(Mode::ForceInactive),
+            5 => Ok(Mode::ForceActive),
             6 => Ok(Mode::Pwm1),
             _ => Err(Unmodelled("an output compare mode (CCMR.OCM)")),
         }

@@ -45,10 +45,22 @@ pub(crate) mod bit {
     pub const CC4IF: u32 = 1 << 4; // SR: channel 4
     pub const CC4OF: u32 = 1 << 12; // SR: channel 4 overcapture
     pub const CC4E: u32 = 1 << 12; // CCER: channel 4 enable
+    pub const CKD: u32 = 0b11 << 8; // CR1: clock of dead time, and of filters not allowed here
+    pub const TIE: u32 = 1 << 6; // DIER: trigger interrupt
+    pub const OCPE: u32 = 1 << 3; // CCMR: output compare preload
+    pub const ECE: u32 = 1 << 14; // SMCR: external clock mode 2
 }
 
-/// CCMR bits that must be 0: OCxCE, OCxPE, OCxFE.
-const CCMR_OUTPUT: u32 = 0x8C8C;
+/// CR2 beside MMS: what acts on pins in alternate-function mode, on COM events or on inputs
+/// that are low here. Not CCDS, which moves requests.
+const CR2_IDLE: [u32; 2] = [0x7F85, 0x80];
+/// DIER beside interrupts and TIM1's requests: of events that do not come here (COM, break, a
+/// trigger of TIM1), and requests to DMA1, of which no stream is enabled.
+const DIER_IDLE: [u32; 2] = [0x60E0, 0x5F40];
+/// SMCR's bits.
+const SMCR: u32 = 0xFFF7;
+/// CCER's bits, of TIM1 and of the others.
+const CCER: [u32; 2] = [0x3FFF, 0xBBBB];
 
 impl Timer {
     /// Reads the register at `offset` in an access complete from `done` on.
@@ -83,13 +95,15 @@ impl Timer {
         };
         match offset {
             offset::CR1 => return self.write_cr1(value, done),
-            offset::CR2 => self.cr2 = known(value, 0x70, "a TIM_CR2 bit")?,
+            offset::CR2 => {
+                self.cr2 = known(value, 0x70 | CR2_IDLE[self.kind()], "a TIM_CR2 bit")?;
+            }
             offset::SMCR => return self.write_smcr(value, done),
             offset::DIER => return self.write_dier(value),
             offset::SR => self.sr &= value, // rc_w0
             offset::EGR => return self.write_egr(value, done),
             offset::CCMR1 | offset::CCMR2 => {
-                return self.write_ccmr((offset - offset::CCMR1) as usize / 4, value);
+                return self.write_ccmr((offset - offset::CCMR1) as usize / 4, value, done);
             }
             offset::CCER => return self.write_ccer(value),
             offset::CNT => self.count = value,
@@ -97,7 +111,9 @@ impl Timer {
             offset::ARR => self.write_arr(value, done),
             offset::CCR1..=offset::CCR4 => {
                 let channel = (offset - offset::CCR1) as usize / 4;
-                if !self.is_input(channel) {
+                if self.is_preloaded(channel) {
+                    self.preload[channel] = value;
+                } else if !self.is_input(channel) {
                     self.ccr[channel] = value;
                 }
             }
@@ -108,6 +124,11 @@ impl Timer {
             }
         }
         Ok(())
+    }
+
+    /// Index of what TIM1 has, and of what the others have.
+    const fn kind(&self) -> usize {
+        (self.number != 1) as usize
     }
 
     fn check(&self, offset: u32, size: Size) -> Modelled {
@@ -140,11 +161,14 @@ impl Timer {
         if self.is_input(channel) {
             self.sr &= !(bit::CC1IF << channel);
         }
-        self.ccr[channel]
+        match self.is_preloaded(channel) {
+            true => self.preload[channel],
+            false => self.ccr[channel],
+        }
     }
 
     fn write_cr1(&mut self, value: u32, done: Cycle) -> Modelled {
-        let allowed = bit::CEN | bit::UDIS | bit::URS | bit::OPM | bit::ARPE;
+        let allowed = bit::CEN | bit::UDIS | bit::URS | bit::OPM | bit::ARPE | bit::CKD;
         let before = self.cr1;
         self.cr1 = known(value, allowed, "a TIM_CR1 mode other than up-counting")?;
         if before & bit::CEN != value & bit::CEN {
@@ -158,15 +182,16 @@ impl Timer {
     }
 
     fn write_smcr(&mut self, value: u32, done: Cycle) -> Modelled {
-        let was_slave = self.is_slave();
-        match value {
-            0 => (),
-            // External clock mode 1 on ITR0, which is TIM1 for TIM2 (table 95).
-            0b111 if self.number == 2 => (),
-            _ => return Err(Unmodelled("a TIM_SMCR mode")),
+        let clocked_by = |it: &Self| (it.is_slave(), it.is_halted());
+        let before = clocked_by(self);
+        let mode = value & 0b111;
+        // TIM2's trigger comes each microsecond: gated, triggered or reset by it.
+        let is_fast = self.number == 2 && value & 0x70 == 0 && matches!(mode, 4..=6);
+        if is_fast && value & bit::ECE == 0 {
+            return Err(Unmodelled("a TIM_SMCR mode"));
         }
-        self.smcr = value;
-        if was_slave != self.is_slave() {
+        self.smcr = known(value, SMCR, "a TIM_SMCR bit")?;
+        if before != clocked_by(self) {
             self.ticks.stop(done);
             self.ticks.forget_place();
             self.restart(done);
@@ -176,7 +201,8 @@ impl Timer {
 
     fn write_dier(&mut self, value: u32) -> Modelled {
         let requests = if self.number == 1 { 0x1F00 } else { 0 };
-        self.dier = known(value, bit::INTERRUPTS | requests, "a TIM_DIER bit")?;
+        let allowed = bit::INTERRUPTS | requests | DIER_IDLE[self.kind()];
+        self.dier = known(value, allowed, "a TIM_DIER bit")?;
         Ok(())
     }
 
@@ -217,33 +243,59 @@ impl Timer {
         Ok(())
     }
 
-    fn write_ccmr(&mut self, half: usize, value: u32) -> Modelled {
+    /// Clear (OCxCE) and fast (OCxFE) act on a high ETR and in PWM modes with a trigger, which
+    /// do not come here. An input of channels 2 to 4 captures nothing while its CCxE is 0.
+    fn write_ccmr(&mut self, half: usize, value: u32, done: Cycle) -> Modelled {
         for channel in [2 * half, 2 * half + 1] {
             let field = value >> (8 * (channel % 2)) & 0xFF;
             match (field & 0b11, channel) {
-                (0, _) => {
-                    known(field, !CCMR_OUTPUT & 0xFF, "OCxPE, OCxFE or OCxCE")?;
-                }
-                // IC1 on TI1, no prescaler, filter of up to 8 timer clocks.
-                (1, 0) if field & 0x0C == 0 && field >> 4 <= 3 => (),
+                (0, _) if self.number == 2 || field & bit::OCPE == 0 => (),
+                // IC1 on TI1, no prescaler.
+                (1, 0) if field & 0x0C == 0 => (),
                 // IC4 on TI4, any prescaler, no filter.
                 (1, 3) if self.number == 5 && field >> 4 == 0 => (),
+                (_, 1..) if self.ccer >> (4 * channel) & bit::CC1E == 0 => (),
                 _ => return Err(Unmodelled("a capture setting (CCMR)")),
             }
         }
+        let before = self.ccmr[half];
         self.ccmr[half] = value;
         for channel in [2 * half, 2 * half + 1] {
-            if !self.is_input(channel) && self.mode(channel)? == Mode::ForceInactive {
-                self.reference[channel] = false;
+            let shift = 8 * (channel % 2);
+            if value & !before & bit::OCPE << shift != 0 {
+                self.preload[channel] = self.ccr[channel];
+            }
+            if self.is_input(channel) {
+                continue;
+            }
+            match self.mode(channel)? {
+                Mode::ForceInactive => self.reference[channel] = false,
+                Mode::ForceActive => {
+                    let rises = channel == 2 && !self.reference[2] && self.cr2 >> 4 & 0b111 == 6;
+                    self.rises.extend(rises.then_some(done));
+                    self.reference[channel] = true;
+                }
+                _ => {}
             }
         }
         Ok(())
     }
 
     fn write_ccer(&mut self, value: u32) -> Modelled {
-        let one = if self.is_input(0) { 0b11 } else { 0 };
-        let four = if self.is_input(3) { bit::CC4E } else { 0 };
-        self.ccer = known(value, one | four, "a TIM output or input (CCER)")?;
+        // Outputs reach no pin here: none is in the timer's function. CC1NP of an input is
+        // reserved, or asks for both edges; TIM5's channel 4 captures rising edges alone.
+        let captures = (1..4).any(|n| {
+            let refused = if (self.number, n) == (5, 3) {
+                0b1010
+            } else {
+                bit::CC1E
+            };
+            self.is_input(n) && value >> (4 * n) & refused != 0
+        });
+        if captures || self.is_input(0) && value & 1 << 3 != 0 {
+            return Err(Unmodelled("a TIM input (CCER)"));
+        }
+        self.ccer = known(value, CCER[self.kind()], "a TIM output or input (CCER)")?;
         Ok(())
     }
 
@@ -255,7 +307,7 @@ impl Timer {
         }
         let was_blocked = self.arr[IN_FORCE] == 0;
         self.arr[IN_FORCE] = value;
-        if value == 0 && !self.is_slave() {
+        if value == 0 && !self.is_slave() && !self.is_halted() {
             self.ticks.stop(done);
         } else if was_blocked {
             self.restart(done);

@@ -262,6 +262,36 @@ fn a_second_capture_before_the_first_is_read_says_so() {
 }
 
 #[test]
+fn a_clock_that_never_comes_holds_the_counter() {
+    // External clock mode 1 on another trigger, encoder modes, external clock mode 2.
+    for smcr in [7, 7 << 4 | 7, 1, 2, 3, 1 << 14] {
+        let mut tim = timer(3, 1);
+        write(&mut tim, reg::CR1, 1, 0);
+        let before = read(&mut tim, reg::CNT, 100);
+        write(&mut tim, reg::SMCR, smcr, 100);
+        let held = read(&mut tim, reg::CNT, 101);
+        assert!(held >= before);
+        assert_eq!(read(&mut tim, reg::CNT, 10_000), held, "{smcr:#x}");
+        write(&mut tim, reg::SMCR, 0, 10_000);
+        assert!(read(&mut tim, reg::CNT, 10_100) > held);
+    }
+}
+
+#[test]
+fn a_preloaded_compare_waits_for_an_update() {
+    let mut tim = timer(2, 1);
+    write(&mut tim, reg::ARR, 999, 0);
+    write(&mut tim, reg::CCMR1, 1 << 11, 0); // OC2PE
+    write(&mut tim, reg::CR1, 1, 0);
+    write(&mut tim, reg::CCR1 + 4, 500, 10);
+    assert_eq!(read(&mut tim, reg::CCR1 + 4, 20), 500, "as written");
+    assert_eq!(read(&mut tim, reg::SR, 900) & bit::CC1IF << 1, 0);
+    write(&mut tim, reg::SR, 0, 1100);
+    assert_eq!(read(&mut tim, reg::SR, 1400) & bit::CC1IF << 1, 0);
+    assert_ne!(read(&mut tim, reg::SR, 1600) & bit::CC1IF << 1, 0);
+}
+
+#[test]
 fn what_nobody_models_is_refused() {
     let refused = |number, offset, value| {
         timer(number, 1)
@@ -269,13 +299,15 @@ fn what_nobody_models_is_refused() {
             .is_err()
     };
     assert!(refused(3, reg::CR1, 1 << 4), "down-counting");
-    assert!(refused(3, reg::SMCR, 7), "an ITR other than TIM2's 0");
     assert!(refused(2, reg::SMCR, 4), "reset mode");
-    assert!(refused(2, reg::DIER, 1 << 8), "DMA of TIM2");
+    assert!(refused(2, reg::DIER, 1 << 13), "COM of TIM2");
     assert!(refused(3, reg::RCR, 0), "no such register");
     assert!(refused(1, reg::RCR, 1));
     assert!(refused(1, reg::BDTR, 1 << 15));
-    assert!(refused(1, reg::CCER, 1), "an output pin");
+    assert!(
+        refused(2, reg::CCER, 1 << 2),
+        "a complementary output of TIM2"
+    );
     assert!(refused(1, reg::CCMR1, 1 << 3), "a compare preload");
     let mut tim = timer(3, 1);
     assert!(tim.read(reg::CNT, Size::Byte, 0).is_err());

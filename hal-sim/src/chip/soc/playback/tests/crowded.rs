@@ -2,7 +2,6 @@
 
 use super::scene::*;
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::Unmodelled;
 use crate::chip::soc::dma::{offset as dma, stream_offset};
 use crate::chip::soc::gpio::{Edge, offset as gpio};
 use crate::chip::soc::playback::{Block, PERIPHERAL, Pace};
@@ -175,16 +174,22 @@ fn requests_that_nobody_serves_are_kept_and_merged() {
 }
 
 #[test]
-fn what_a_preload_would_do_to_requests_is_refused() {
-    let mut scene = Scene::new(Pace::Lazy);
-    crowd(&mut scene, &[], [0; 4], 1);
-    let Scene {
-        playback, ram, at, ..
-    } = &mut scene;
-    let size = crate::chip::cpu::Size::Word;
-    let refused = playback.write(Block::Timer(1), tim::PSC, size, 3, *at, ram);
-    let expected = Err(Unmodelled("a preload of TIM1 while it asks for DMA"));
-    assert_eq!(refused, expected);
+fn a_prescaler_slows_requests_down_from_the_next_update_on() {
+    let stream = [(5, 6 << 25 | PLAYS | CIRCULAR | ON, BSRR_B, 64)];
+    for step in [7, 168, 40_000] {
+        let mut scene = Scene::new(Pace::Lazy);
+        let overflow = crowd(&mut scene, &stream, [0; 4], 1);
+        scene.sleep(overflow + 10 * 168 - 60);
+        let before = scene.playback.transfers;
+        scene.write(Block::Timer(1), tim::PSC, 3);
+        let end = scene.at + 40 * 168;
+        while scene.at < end {
+            let to = (scene.at + step).min(end);
+            scene.sleep(to);
+        }
+        // One with the update, then one in four laps.
+        assert_eq!(scene.playback.transfers - before, 10, "{step}");
+    }
 }
 
 fn streams() -> impl Strategy<Value = Vec<(usize, u32, u32, u32)>> {
