@@ -30,7 +30,7 @@ use firmware::units::{Micros, us};
 use std::io;
 use std::sync::Arc;
 
-/// Longest time from power-on to an open port, s.
+/// Longest time from power-on or the last reset to an open port, s.
 const BOOT_LIMIT_S: u64 = 3;
 
 /// Why there is no running board.
@@ -117,7 +117,8 @@ impl<O: Observer> Board<O> {
             .sense(sensors, self.cpu.cycle)
             .map_err(|what| self.explain(what.at(&self.cpu)))?;
         if !self.around.host.open {
-            if self.cpu.cycle > BOOT_LIMIT_S * 168_000_000 {
+            let since = self.last_reset.unwrap_or(0);
+            if self.cpu.cycle - since > BOOT_LIMIT_S * 168_000_000 {
                 let failure = self.around.host.failure;
                 let why = failure.map_or_else(String::new, |f| format!(": {f}"));
                 return Err(BoardError::NoPort { why });

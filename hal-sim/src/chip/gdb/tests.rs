@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 /// MOVS R0, #1; MOVS R1, #2; ADDS R0, R0, R1; B to the ADDS.
 const LOOP: [u16; 4] = [0x2001, 0x2102, 0x1840, 0xE7FD];
 /// LDR R0, [PC, #4]; LDR R1, [R0]; B .; the literal: no peripheral's address.
-const BEYOND: [u16; 6] = [0x4801, 0x6801, 0xE7FE, 0xBF00, 0x1000, 0x4000];
+const BEYOND: [u16; 6] = [0x4801, 0x6801, 0xE7FE, 0xBF00, 0x1000, 0xE004];
 
 struct Gdb {
     stream: TcpStream,
@@ -144,7 +144,7 @@ fn what_nobody_models_is_told_in_words() {
     let bytes = bytes.map(|hex| u8::from_str_radix(std::str::from_utf8(hex).unwrap(), 16));
     let said = String::from_utf8(bytes.collect::<Result<_, _>>().unwrap()).unwrap();
     assert!(
-        said.contains("0x40001000") && said.contains("Reset"),
+        said.contains("0xe0041000") && said.contains("Reset"),
         "{said}"
     );
     assert_eq!(gdb.receive(), "S0a", "SIGBUS");

@@ -243,40 +243,6 @@ impl Soc {
         Ok(())
     }
 
-    /// Stream `index` of DMA2 slips at `at`.
-    ///
-    /// # Errors
-    /// As [`playback::Playback::slip`].
-    pub fn slip(&mut self, index: usize, slip: playback::Slip, at: Cycle) -> Modelled {
-        self.advance(at)?;
-        self.playback.slip(index, slip, at, &mut self.ram)?;
-        self.reschedule_at(at);
-        Ok(())
-    }
-
-    /// The clock of timer `number`, 1 to 5, is broken from `at` on.
-    ///
-    /// # Errors
-    /// As [`playback::Playback::misclock`].
-    pub fn misclock(&mut self, number: u8, clocking: playback::Clocking, at: Cycle) -> Modelled {
-        self.advance(at)?;
-        self.playback
-            .misclock(number, clocking, at, &mut self.ram)?;
-        self.reschedule_at(at);
-        Ok(())
-    }
-
-    /// TIM1 begins anew after `cycles`, whatever its ARR shows, from `at` on.
-    ///
-    /// # Errors
-    /// As [`playback::Playback::misreload`].
-    pub fn misreload(&mut self, cycles: u32, at: Cycle) -> Modelled {
-        self.advance(at)?;
-        self.playback.misreload(cycles, at, &mut self.ram)?;
-        self.reschedule_at(at);
-        Ok(())
-    }
-
     #[inline]
     fn touched(&mut self, address: u32, size: Size, first: First) {
         if let Some(watch) = &mut self.watch {

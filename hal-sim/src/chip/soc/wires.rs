@@ -3,11 +3,11 @@
 use super::clock::{Clocks, Oscillator};
 use super::crc::Crc;
 use super::map::{Unit, playback_block};
-use super::playback::Clocking;
+use super::playback::{Clocking, Slip};
 use super::rcc::{Block, Cause};
 use super::{Exti, Peripheral, Soc, Syscfg, exti, gpio};
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::Modelled;
+use crate::chip::cpu::bus::{Bus, Modelled};
 
 /// Below it nothing of the chip lives: power-down reset, typical, mV (DS8626).
 const POWER_DOWN_MV: u32 = 1680;
@@ -40,6 +40,40 @@ impl Soc {
         .fold(Cycle::MAX, Cycle::min)
     }
 
+    /// Stream `index` of DMA2 slips at `at`.
+    ///
+    /// # Errors
+    /// As [`super::Playback::slip`].
+    pub fn slip(&mut self, index: usize, slip: Slip, at: Cycle) -> Modelled {
+        self.advance(at)?;
+        self.playback.slip(index, slip, at, &mut self.ram)?;
+        self.reschedule_at(at);
+        Ok(())
+    }
+
+    /// The clock of timer `number`, 1 to 5, is broken from `at` on.
+    ///
+    /// # Errors
+    /// As [`super::Playback::misclock`].
+    pub fn misclock(&mut self, number: u8, clocking: Clocking, at: Cycle) -> Modelled {
+        self.advance(at)?;
+        self.playback
+            .misclock(number, clocking, at, &mut self.ram)?;
+        self.reschedule_at(at);
+        Ok(())
+    }
+
+    /// TIM1 begins anew after `cycles`, whatever its ARR shows, from `at` on.
+    ///
+    /// # Errors
+    /// As [`super::Playback::misreload`].
+    pub fn misreload(&mut self, cycles: u32, at: Cycle) -> Modelled {
+        self.advance(at)?;
+        self.playback.misreload(cycles, at, &mut self.ram)?;
+        self.reschedule_at(at);
+        Ok(())
+    }
+
     /// Connects `level` to a pin (port 0 is A) at `at`.
     pub fn drive(&mut self, port: usize, pin: usize, level: gpio::Level, at: Cycle) -> Modelled {
         let change = self.playback.drive(port, pin, level, at, &mut self.ram)?;
@@ -61,6 +95,9 @@ impl Soc {
                 true => Cause::PowerOn,
                 false => Cause::BrownOut,
             });
+        }
+        if !had && mv < POWER_DOWN_MV {
+            self.rcc.reset(Cause::PowerOn); // all power is gone only now
         }
         self.follow_supply();
     }

@@ -80,8 +80,12 @@ impl Playback {
         self.link(at)
     }
 
-    /// When TIM1 next begins anew, as of the last look.
-    pub fn next_lap(&self) -> Cycle {
-        self.timers[0].next_update()
+    /// When TIM1 next begins anew after `at`.
+    pub fn next_lap(&self, at: Cycle) -> Cycle {
+        let (next, lap) = (self.timers[0].next_update(), self.timers[0].lap());
+        match at.checked_sub(next) {
+            Some(since) if lap > 0 => next + (since / lap + 1) * lap,
+            _ => next,
+        }
     }
 }

@@ -101,7 +101,7 @@ fn one_edge_of_four_makes_a_lap_four_times_as_long() {
 fn a_lap_of_another_length_shows_in_no_register() {
     for cycles in [84, 336] {
         let (mut scene, _) = playing(Pace::Lazy);
-        let lap = scene.playback.next_lap();
+        let lap = scene.playback.next_lap(scene.at);
         scene.sleep(lap + 1);
         let (at, ram) = (scene.at, &mut scene.ram);
         scene.playback.misreload(cycles, at, ram).unwrap();
@@ -112,7 +112,7 @@ fn a_lap_of_another_length_shows_in_no_register() {
         assert!(played.abs_diff(expected) <= 1, "{played} of {expected}");
         assert_eq!(scene.read(Block::Timer(1), tim::ARR), 167);
         scene.tim1(tim::ARR, 167);
-        let mended = scene.playback.next_lap();
+        let mended = scene.playback.next_lap(scene.at);
         assert!(mended - scene.at <= 168, "until it is written");
     }
     let (mut scene, _) = playing(Pace::Lazy);
