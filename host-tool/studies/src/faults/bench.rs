@@ -24,6 +24,8 @@ pub(super) struct Bench<D> {
     pub device: D,
     pub recorder: Recorder,
     pub sensors: Sensors,
+    /// How the device's clock goes by the world's.
+    pub clock: DeviceClock,
     /// Whether the host still speaks.
     pub speaks: bool,
     /// What the host asks for again and again.
@@ -37,6 +39,33 @@ pub(super) struct Bench<D> {
     /// Of a frame that is not whole yet.
     half: Vec<u8>,
     heard: Heard,
+}
+
+/// A device's clock that went wrong at `from_us`: it stood for `stood_us`, and has `rate` of
+/// the world's pace since.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DeviceClock {
+    pub from_us: u64,
+    pub stood_us: u64,
+    pub rate: f64,
+}
+
+impl DeviceClock {
+    /// Both are the same.
+    const TRUE: Self = Self {
+        from_us: 0,
+        stood_us: 0,
+        rate: 1.0,
+    };
+
+    /// World time when the device's clock showed `at`, µs.
+    pub fn world_us(&self, at: Micros) -> u64 {
+        let at_us = u64::from(at.get());
+        match at_us.checked_sub(self.from_us) {
+            Some(after) => self.from_us + self.stood_us + (after as f64 / self.rate) as u64,
+            None => at_us,
+        }
+    }
 }
 
 /// What the device said.
@@ -82,6 +111,7 @@ impl<D: Device> Bench<D> {
             device,
             recorder,
             sensors,
+            clock: DeviceClock::TRUE,
             speaks: true,
             wanted: None,
             said_us: 0,

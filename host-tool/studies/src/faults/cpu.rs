@@ -79,14 +79,7 @@ impl Core {
                 format!("bit {bit}")
             }
             "private register" => return self.private(board, random),
-            "stack at its guard" => {
-                let (register, bytes) = GUARD;
-                let cpu = &mut board.cpu;
-                let base = cpu.system.read(register, Size::Word, cpu.cycle);
-                let base = base.map_err(|Unmodelled(what)| never_runs(what))? & !(bytes - 1);
-                cpu.registers.r[13] = base + bytes;
-                format!("{:#010x}", base + bytes)
-            }
+            "stack at its guard" => to_guard(board)?,
             "stack lowered" => {
                 let bytes = random.below(DEEPEST) as u32 & !7;
                 let sp = &mut board.cpu.registers.r[13];
@@ -164,6 +157,16 @@ impl Draws for Core {
             "What the architecture leaves open is, by draw, undefined or nothing.".to_owned(),
         ]
     }
+}
+
+/// The stack pointer is where the guard's region ends.
+fn to_guard(board: &mut Board<()>) -> Result<String, FaultsError> {
+    let (register, bytes) = GUARD;
+    let cpu = &mut board.cpu;
+    let base = cpu.system.read(register, Size::Word, cpu.cycle);
+    let base = base.map_err(|Unmodelled(what)| never_runs(what))? & !(bytes - 1);
+    cpu.registers.r[13] = base + bytes;
+    Ok(format!("{:#010x}", base + bytes))
 }
 
 /// Masks and CONTROL.

@@ -194,7 +194,7 @@ pub(super) fn judged_to<D: Simulated>(
         });
     };
     if let Some(record) = bench.heard().fault {
-        let at_us = u64::from(record.at.get());
+        let at_us = bench.clock.world_us(record.at);
         fate.fault = Some(record.fault);
         fate.told_us = Some(at_us.saturating_sub(moment_us));
         quiet(at_us + TWO_WINDOWS_US);

@@ -158,7 +158,7 @@ fn clock(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Strin
         // Even: TIM2, which counts the laps, has half the clock. Early in a lap, so that the
         // counter has not passed its new end.
         let cycles = 2 * (42 + random.below(127) as u32);
-        let lap = board.around.soc.playback.next_lap();
+        let lap = board.around.soc.playback.next_lap(cycle);
         board.run_to(lap + 1).map_err(never_runs)?;
         let cycle = board.cpu.cycle;
         let done = board.around.soc.misreload(cycles, cycle);

@@ -1,6 +1,7 @@
 //! What the chip lives on fails: clocks, supply, a debugger, power within a flash write.
 
 use super::Draws;
+use super::bench::DeviceClock;
 use super::case::{Case, Fate};
 use super::cut_off::CutOff;
 use super::declaration::Declaration;
@@ -61,7 +62,16 @@ impl Draws for Supply {
             moment_us = fork.device_us();
             struck
         } else {
-            strike(kind, &mut fork.device, &mut random).map_err(never_runs)
+            let struck = strike(kind, &mut fork.device, &mut random).map_err(never_runs);
+            struck.map(|(detail, stood_us, rate)| {
+                let from_us = moment_us;
+                fork.clock = DeviceClock {
+                    from_us,
+                    stood_us,
+                    rate,
+                };
+                detail
+            })
         };
         let (detail, fate) = match struck {
             Ok(detail) => (detail, self.stem.follow(fork, moment_us)),
@@ -86,17 +96,20 @@ impl Draws for Supply {
     }
 }
 
-/// Breaks it; gives what was drawn.
-fn strike(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<String, BoardError> {
+/// What was drawn, for how long the device's clock stood, µs, and its pace since.
+type Struck = (String, u64, f64);
+
+/// Breaks it.
+fn strike(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Struck, BoardError> {
     match kind {
         "crystal dead" => {
             board.crystal_dies()?;
-            Ok("no oscillation".to_owned())
+            Ok(("no oscillation".to_owned(), 0, 1.0))
         }
         "PLL wrong" => {
             let factor = random.log_between(0.5, 1.25);
             set_pll(board, factor)?;
-            Ok(format!("{factor:.4} of 168 MHz"))
+            Ok((format!("{factor:.4} of 168 MHz"), 0, factor))
         }
         "PLL unlocked" => {
             let (us, steps) = UNLOCKS;
@@ -105,9 +118,9 @@ fn strike(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Stri
                 let now_us = board.around.us_of(board.cpu.cycle);
                 wait_us(board, now_us + us / u64::from(steps))?;
             }
-            Ok("168 to 28 MHz".to_owned())
+            Ok(("168 to 28 MHz".to_owned(), 0, 1.0 / 6.0))
         }
-        "supply falls" => falls(board, random),
+        "supply falls" => Ok((falls(board, random)?, 0, 1.0)),
         "supply dips" => {
             let mv = random.between(1_000.0, 3_200.0) as u32;
             let us = random.log_between(1.0, 10_000.0) as u64;
@@ -115,7 +128,7 @@ fn strike(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Stri
             let now_us = board.around.us_of(board.cpu.cycle);
             wait_us(board, now_us + us)?;
             board.supply(FULL_MV as u32)?;
-            Ok(format!("{mv} mV for {us} us"))
+            Ok((format!("{mv} mV for {us} us"), 0, 1.0))
         }
         _ => halts(kind, board, random),
     }
@@ -155,9 +168,10 @@ fn falls(board: &mut Board<()>, random: &mut Random) -> Result<String, BoardErro
     Ok(format!("{mv_per_us:.2} mV/us, back {away_us} us later"))
 }
 
-fn halts(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<String, BoardError> {
+fn halts(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Struck, BoardError> {
     let us = random.log_between(100.0, 500_000.0) as u64;
-    if kind == "debugger, timers stand" {
+    let stand = kind == "debugger, timers stand";
+    if stand {
         for (register, all) in FREEZE {
             let Board { cpu, around, .. } = board;
             let _ = around.write(register, Size::Word, all, cpu.cycle); // it is there
@@ -167,7 +181,7 @@ fn halts(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Strin
     let now_us = board.around.us_of(board.cpu.cycle);
     wait_us(board, now_us + us)?;
     board.debug_halt(false)?;
-    Ok(format!("for {us} us"))
+    Ok((format!("for {us} us"), if stand { us } else { 0 }, 1.0))
 }
 
 fn slow_and_frozen(fork: &mut Chip, random: &mut Random) -> Result<String, FaultsError> {
