@@ -8,7 +8,7 @@ use std::thread::JoinHandle;
 
 /// MOVS R0, #1; MOVS R1, #2; ADDS R0, R0, R1; B to the ADDS.
 const LOOP: [u16; 4] = [0x2001, 0x2102, 0x1840, 0xE7FD];
-/// LDR R0, [PC, #4]; LDR R1, [R0]; B .; the literal: no peripheral's address.
+/// LDR R0, [PC, #4]; LDR R1, [R0]; B .; the literal: the trace unit of the debug support.
 const BEYOND: [u16; 6] = [0x4801, 0x6801, 0xE7FE, 0xBF00, 0x1000, 0xE004];
 
 struct Gdb {

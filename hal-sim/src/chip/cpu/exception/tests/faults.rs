@@ -279,7 +279,7 @@ fn a_halted_core_does_nothing_and_its_systick_stands() {
 #[test]
 fn a_jump_without_the_thumb_bit_is_a_fault() {
     let (mut cpu, mut bus) = machine();
-    assert_eq!(cpu.jump(&mut bus, MAIN + 4 | 1), Ok(()));
+    assert_eq!(cpu.jump(&mut bus, (MAIN + 4) | 1), Ok(()));
     assert_eq!(cpu.registers.r[15], MAIN + 4);
     assert_eq!(cpu.jump(&mut bus, MAIN + 4), Ok(()));
     assert_eq!(cpu.registers.exception, 3);
