@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-SCHEMA = 0xE356493B22AECB54  # docs/protocol.md, "Schema hash"
+SCHEMA = 0x445101DBFD6BDBAC  # docs/protocol.md, "Schema hash"
 
 # --- postcard: types are functions (encode) and methods of Reader (decode) ---
 

@@ -508,7 +508,7 @@ fn events() -> Vec<Event> {
         TimeOver,
         DoseReached,
     ];
-    let faults = (1..=19).filter_map(Fault::from_number);
+    let faults = (1..=23).filter_map(Fault::from_number);
     let stops = causes.map(|c| [Event::Stopping(c), Event::Stopped(c)]);
     let mut all = stops.concat();
     all.extend(faults.map(|f| Event::Faulted(fault(f))));
