@@ -158,6 +158,7 @@ impl Pulser {
     }
 
     /// Latches a fault found elsewhere at `now`; the caller isolates.
+    #[cold]
     pub fn fault(&mut self, fault: Fault, now: Micros, mail: &mut PulserMail<'_>) {
         let is_later = self.guard.is_latched();
         let notice = self.guard.fault(fault, now, self.scheduler.residual(now));

@@ -3,9 +3,9 @@
 //! simulators both have it written here, so that the image that is tested is the one that
 //! is flashed.
 
-use crate::chip::image::{FLASH, Image, ImageError};
 use crc::{CRC_32_MPEG_2, Crc};
-use object::read::elf::ElfFile32;
+use object::elf::PT_LOAD;
+use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Endianness, Object, ObjectSection};
 use std::fs::OpenOptions;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -15,19 +15,22 @@ use thiserror::Error;
 /// As the chip's CRC unit computes it from words (RM0090 section 4): most significant bit
 /// first, neither reflected nor inverted.
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_MPEG_2);
+/// Start and length of the chip's flash (RM0090 table 5).
+const FLASH: u32 = 0x0800_0000;
+const FLASH_BYTES: u32 = 1 << 20;
 const SECTION: &str = ".image_sum";
 
 /// Why an image has no sum.
 #[derive(Debug, Error)]
 pub enum SumError {
-    /// It cannot be read, or is no image.
-    #[error(transparent)]
-    Image(#[from] ImageError),
-    /// It cannot be written: the system's words.
+    /// It cannot be read or written: the system's words.
     #[error("its sum cannot be written: {0}")]
     Unwritable(#[from] io::Error),
+    /// No ELF, or a damaged one.
+    #[error("it is not an ELF file that can be read: {0}")]
+    NotElf(#[from] object::Error),
     /// Something is loaded behind the sum, or it is no word.
-    #[error("its section {SECTION} is not the last word that is loaded: see memory.x")]
+    #[error("its section {SECTION} is not the last word that is loaded into flash: see memory.x")]
     NotLast,
 }
 
@@ -49,15 +52,18 @@ pub fn sum(flash: &[u8]) -> u32 {
 /// [`SumError`].
 pub fn write_sum(path: &Path) -> Result<(), SumError> {
     let bytes = std::fs::read(path)?;
-    let image = Image::parse(path, &bytes)?;
-    let Some((address, from)) = place(&bytes)? else {
+    let elf = ElfFile32::<Endianness>::parse(&*bytes)?;
+    let Some(section) = elf.section_by_name(SECTION).filter(|it| it.size() != 0) else {
         return Ok(());
     };
-    let below = address.checked_sub(FLASH.start).map(|n| n as usize);
+    let flash = loaded(&elf, &bytes)?;
+    let below = section.address().checked_sub(FLASH.into());
     let (below, rest) = below
-        .and_then(|below| image.flash.split_at_checked(below))
+        .and_then(|below| flash.split_at_checked(usize::try_from(below).ok()?))
         .ok_or(SumError::NotLast)?;
-    if rest.len() != size_of::<u32>() || !below.len().is_multiple_of(size_of::<u32>()) {
+    let (from, length) = section.file_range().ok_or(SumError::NotLast)?;
+    let is_word = length == 4 && rest.len() == 4 && below.len().is_multiple_of(4);
+    if !is_word {
         return Err(SumError::NotLast);
     }
     let sum = sum(below).to_le_bytes();
@@ -69,18 +75,27 @@ pub fn write_sum(path: &Path) -> Result<(), SumError> {
     Ok(())
 }
 
-/// Address of the sum, and where it is in the file.
-fn place(bytes: &[u8]) -> Result<Option<(u32, u64)>, SumError> {
-    // `Image` has read it.
-    let elf = ElfFile32::<Endianness>::parse(bytes).map_err(|_| SumError::NotLast)?;
-    let Some(section) = elf.section_by_name(SECTION) else {
-        return Ok(None);
-    };
-    if section.size() == 0 {
-        return Ok(None);
+/// What flash holds from its start on once `elf` is flashed: erased between segments.
+fn loaded(elf: &ElfFile32<'_, Endianness>, bytes: &[u8]) -> Result<Vec<u8>, SumError> {
+    let (endian, mut flash) = (elf.endian(), Vec::new());
+    for segment in elf.elf_program_headers() {
+        if segment.p_type(endian) != PT_LOAD || segment.p_filesz(endian) == 0 {
+            continue;
+        }
+        let data = segment.data(endian, bytes);
+        let data = data.map_err(|()| SumError::NotLast)?;
+        let from = segment.p_paddr(endian).checked_sub(FLASH);
+        let from = from.filter(|from| *from < FLASH_BYTES);
+        let from = from.ok_or(SumError::NotLast)? as usize;
+        let to = from + data.len();
+        if flash.len() < to {
+            flash.resize(to, 0xFF);
+        }
+        if let Some(place) = flash.get_mut(from..to) {
+            place.copy_from_slice(data);
+        }
     }
-    let (from, _) = section.file_range().ok_or(SumError::NotLast)?;
-    Ok(Some((section.address() as u32, from))) // ELF32
+    Ok(flash)
 }
 
 #[cfg(test)]

@@ -120,7 +120,8 @@ pub async fn run(_: Spawner) -> ! {
 }
 
 /// What the last run left in the backup registers; or a watchdog's bite, which
-/// nobody was left to record.
+/// nobody was left to record. Not inlined, as [`self_test::failure`].
+#[inline(never)]
 fn latched_fault(cause: ResetCause) -> Option<FaultRecord> {
     record::unlock();
     if cause == ResetCause::Watchdog {

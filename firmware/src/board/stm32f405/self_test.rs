@@ -11,7 +11,10 @@ use cortex_m::peripheral::DWT;
 use embassy_time::TICK_HZ;
 
 /// What the chip cannot do, recorded: latched until a boot does not find it.
+///
+/// Once, and not inlined: the frame that calls it is below every other.
 #[must_use]
+#[inline(never)]
 pub fn failure() -> Option<FaultRecord> {
     let (fault, detail) = flash().or_else(oscillator)?;
     let found = FaultRecord::new(fault, Micros::new(0));

@@ -8,7 +8,6 @@ use crate::chip::cpu::system::Latency;
 
 /// MPU registers (Arm ARM B3.5): the number of the region, its base, its
 /// attributes and size.
-const MPU_RNR: u32 = 0xE000_ED98;
 const MPU_RBAR: u32 = 0xE000_ED9C;
 const MPU_RASR: u32 = 0xE000_EDA0;
 
@@ -158,14 +157,13 @@ impl Summary {
     }
 }
 
-/// The end of MPU region 0, the stack guard, if it is on.
+/// The end of the MPU's region that was set last, the stack guard, if it is on and denies
+/// all access.
 fn stack_limit(board: &mut Board<Profile>) -> Option<u32> {
     let at = board.cpu.cycle;
     let mut read = |address| board.cpu.system.read(address, Size::Word, at).ok();
-    if read(MPU_RNR)? != 0 {
-        return None;
-    }
     let (base, attributes) = (read(MPU_RBAR)? & !0x1F, read(MPU_RASR)?);
     let bytes = 2u32.checked_shl(attributes >> 1 & 0x1F)?;
-    (attributes & 1 == 1).then(|| base.saturating_add(bytes))
+    let denies = attributes & 1 == 1 && attributes >> 24 & 7 == 0;
+    denies.then(|| base.saturating_add(bytes))
 }
