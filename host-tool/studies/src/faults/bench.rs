@@ -90,6 +90,7 @@ impl<D> Bench<D> {
             device: change(self.device),
             recorder: self.recorder,
             sensors: self.sensors,
+            clock: self.clock,
             speaks: self.speaks,
             wanted: self.wanted,
             said_us: self.said_us,
