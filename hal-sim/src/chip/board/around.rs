@@ -120,7 +120,10 @@ impl Around {
     pub(super) fn unlike(&self, other: &Self, at: Cycle) -> Option<&'static str> {
         let world = (self.load_ohm, self.joint, self.broken, self.hz, self.lines);
         let parts = [
-            ("DACs", self.dacs == other.dacs),
+            (
+                "DACs",
+                (&self.dacs, &self.loss) == (&other.dacs, &other.loss),
+            ),
             ("outputs", self.outputs.is_like(&other.outputs)),
             (
                 "world",

@@ -73,10 +73,12 @@ pub enum Open {
 
 impl Cpu {
     /// Whether both do the same from now on: registers, private peripherals and pipeline.
-    /// What is decoded or counted for people is no state.
+    /// What is decoded or counted for people is no state, nor what follows an encoding that
+    /// no program has.
     #[must_use]
     pub fn is_like(&self, other: &Self) -> bool {
-        (self.cycle, self.asleep, self.exclusive) == (other.cycle, other.asleep, other.exclusive)
+        (self.cycle, self.asleep, self.exclusive, self.stands)
+            == (other.cycle, other.asleep, other.exclusive, other.stands)
             && self.registers == other.registers
             && self.pipeline == other.pipeline
             && self.system.is_like(&other.system)

@@ -141,7 +141,7 @@ impl Flips {
     fn play(&self, drawn: &Drawn<'_>, byte: u32, moment_us: u64) -> Result<Fate, FaultsError> {
         let mut fork = self.stem.fork_at(drawn.cycle)?;
         flip(&mut fork.device, byte, drawn.bit)?;
-        let mut fate = self.stem.follow(fork, moment_us);
+        let mut fate = self.stem.follow_shown(fork, moment_us);
         if SRAM2.contains(&byte) {
             // One slot of the tape is over before anybody could look.
             let is_short = fate.shown_us.is_some_and(|us| us <= 1);

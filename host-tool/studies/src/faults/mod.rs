@@ -24,6 +24,7 @@ mod measured;
 mod orders;
 mod outcome;
 mod pairs;
+mod published;
 mod registers;
 mod script;
 mod sensor;

@@ -174,6 +174,14 @@ impl Stem {
 
     /// Plays on what was broken at `moment_us`, and judges it.
     pub fn follow(&self, fork: Chip, moment_us: u64) -> Fate {
+        Fate {
+            shown_us: None,
+            ..self.follow_shown(fork, moment_us)
+        }
+    }
+
+    /// The same, with how long a line was another.
+    pub fn follow_shown(&self, fork: Chip, moment_us: u64) -> Fate {
         let (mut fate, verdict) = self.judged(fork, moment_us);
         let bare = verdict.bare.findings.iter();
         let bare = bare.filter(|it| !self.always.contains(&(it.rule, it.channel)));

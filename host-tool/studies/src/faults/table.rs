@@ -1,6 +1,6 @@
 //! The table of 80 columns, the cases to look at in words, and `faults.csv`.
 
-use super::case::Case;
+use super::case::{Case, Ended};
 use super::declaration::Class;
 use super::outcome::{MOST_TRUNCATED_UC, Outcome};
 
@@ -40,6 +40,38 @@ impl Outcome {
             text += &format!("\n{}", in_words(case));
         }
         text
+    }
+
+    /// How cases ended, and what they left.
+    #[must_use]
+    pub fn remarks(&self) -> Vec<String> {
+        let ended = |ended: Ended| self.ended.get(ended.name()).copied().unwrap_or(0);
+        let [played, isolated, again] =
+            [Ended::Played, Ended::Isolated, Ended::Reconverged].map(ended);
+        let [written, untouched] = [Ended::Overwritten, Ended::Untouched].map(ended);
+        let mut all = vec![format!(
+            "{played} were played to their end, {isolated} until isolated for good, {again} until \
+             all was as without the fault; {written} were written before they were read and \
+             {untouched} touched by nothing, and not played."
+        )];
+        if let Some(uc) = self.truncated_uc {
+            let pulses = self.truncated;
+            all.push(format!(
+                "{pulses} pulses were cut off or held, and excused: at most {uc:.1} uC each \
+                 (limit {MOST_TRUNCATED_UC} uC)."
+            ));
+        }
+        if let Some(us) = self.shown_us {
+            all.push(format!(
+                "A flip of the tape was on a line for at most {us} us at a stretch."
+            ));
+        }
+        if let Some(us) = self.slowest_us {
+            all.push(format!(
+                "Isolated at most {us} us after what the device calls the moment of its fault."
+            ));
+        }
+        all
     }
 
     /// Its line of the table.
@@ -184,7 +216,7 @@ const fn flag(is: bool) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use super::super::case::{Ended, Fate};
+    use super::super::case::Fate;
     use super::*;
 
     #[test]

@@ -1,0 +1,117 @@
+//! `result.json` of a class: every number of it and of its kinds, and the cases to look at.
+
+use super::declaration::Declaration;
+use super::outcome::Outcome;
+use super::table::{SIMULATED, in_words};
+use crate::laboratory::{self, Declared, Row, Share};
+
+impl Outcome {
+    /// As `result.json` has it.
+    #[must_use]
+    pub fn result(
+        &self,
+        declaration: &Declaration,
+        (device, seed): (&str, u64),
+        notes: &[String],
+    ) -> laboratory::Outcome {
+        let class = self.class;
+        let mut told = vec![SIMULATED.to_owned()];
+        told.extend_from_slice(notes);
+        told.extend(self.remarks());
+        told.extend(self.listed.iter().map(in_words));
+        let harmless = self.drawn - self.severe;
+        laboratory::Outcome {
+            name: format!("faults-{class}"),
+            title: format!("Faults: {class}"),
+            seed,
+            simulated: Some(true),
+            cut_short: None,
+            declared: Declared {
+                asked: format!("faults --class {class}"),
+                command: Some(format!(
+                    "faults --class {class} --device {device} --count {}",
+                    self.drawn
+                )),
+                device: Some(device.to_owned()),
+                sha256: declaration.sha256.clone(),
+                source: "issue 15".to_owned(),
+                draws: self.drawn,
+                as_declared: (seed, self.drawn) == (declaration.seed(), declaration.count()),
+            },
+            conditions: Vec::new(),
+            rows: std::iter::once(self)
+                .chain(&self.kinds)
+                .flat_map(Self::rows)
+                .collect(),
+            shares: vec![
+                part("found", "what must be found is", self.found, self.to_find),
+                part("harmless", "nothing is severe", harmless, self.drawn),
+            ],
+            decides: Vec::new(),
+            sheets: Vec::new(),
+            notes: told,
+        }
+    }
+
+    fn rows(&self) -> Vec<Row> {
+        let cases = [
+            ("changed", "cases that changed anything", self.changed),
+            ("harmless", "harmless", self.harmless),
+            ("to-find", "cases that must be found", self.to_find),
+            ("found", "found", self.found),
+            ("soon", "found, isolated within 500 us", self.soon),
+            ("stopped", "the simulator stopped", self.stopped),
+            ("severe", "severe as built", self.severe),
+            ("bare", "severe without protection", self.bare),
+            ("truncated", "pulses cut off and excused", self.truncated),
+        ];
+        let cases = cases.map(|(id, quantity, n)| (id, quantity, "cases", Some(n as f64)));
+        let us = |us: Option<u64>| us.map(|us| us as f64);
+        let percent = self.severe_bound().map(|share| 100.0 * share);
+        let others = [
+            ("severe-bound", "severe, upper 95 % bound", "%", percent),
+            ("median", "median time to isolation", "us", self.median_us),
+            ("latest", "latest isolation", "us", us(self.latest_us)),
+            (
+                "slowest",
+                "latest after the fault was told",
+                "us",
+                us(self.slowest_us),
+            ),
+            (
+                "shown",
+                "longest on a line, of the tape",
+                "us",
+                us(self.shown_us),
+            ),
+            (
+                "charge",
+                "most left by a truncated pulse",
+                "uC",
+                self.truncated_uc,
+            ),
+        ];
+        let class = self.class;
+        let of = match &self.kind {
+            None => class.to_string(),
+            Some(kind) if kind.is_empty() => format!("{class}/others"),
+            Some(kind) => format!("{class}/{kind}"),
+        };
+        let row = |(id, quantity, unit, ours): (&str, &str, &str, Option<f64>)| Row {
+            id: format!("{of}/{id}"),
+            quantity: format!("{of}: {quantity}"),
+            unit: unit.to_owned(),
+            paper: None,
+            ours,
+            low: None,
+            high: None,
+            n: self.drawn as usize,
+        };
+        cases.into_iter().chain(others).map(row).collect()
+    }
+}
+
+/// A share with its interval.
+fn part(id: &str, claim: &str, holds: u64, of: u64) -> Share {
+    Share::counted(id.to_owned(), claim.to_owned(), None, (holds, of))
+}
