@@ -69,13 +69,20 @@ fn main() -> anyhow::Result<ExitCode> {
         inputs: arguments.from..end,
     };
     let since = Instant::now();
-    let shown = Shown::new(&arguments);
+    let (shown, mut kept) = (Shown::new(&arguments), Vec::new());
+    // At once: a run that is killed has its finds.
+    let mut lost = Ok(());
     let (done, finds) = campaign.run(|done, finds| {
         shown.show(done, finds.len());
-        signal.load(Ordering::Relaxed) == 0
+        lost = finds.iter().skip(kept.len()).try_for_each(|find| {
+            kept.push(keep(&arguments, find)?);
+            anyhow::Ok(())
+        });
+        lost.is_ok() && signal.load(Ordering::Relaxed) == 0
     });
+    lost?;
     shown.bar.finish_and_clear();
-    conclude(&arguments, done, &finds, since.elapsed())?;
+    conclude(&arguments, done, &kept, since.elapsed());
     Ok(match (signal.load(Ordering::Relaxed), finds.is_empty()) {
         (_, false) => ExitCode::from(1),
         (signal @ 1.., true) if done < arguments.runs => ExitCode::from(128 + signal as u8),
@@ -133,55 +140,45 @@ impl<'a> Shown<'a> {
     }
 }
 
-/// Tells what was done, and keeps what was found.
-fn conclude(
-    arguments: &Arguments,
-    done: u64,
-    finds: &[Find],
-    time: Duration,
-) -> anyhow::Result<()> {
+/// Tells what was done.
+fn conclude(arguments: &Arguments, done: u64, kept: &[PathBuf], time: Duration) {
     let (name, seed, from) = (&arguments.target, arguments.seed, arguments.from);
-    let mut kept = Vec::new();
-    for find in finds {
-        let file = keep(name, seed, find)?;
-        eprintln!(
-            "E780 {name}: input {} of seed {seed} breaks a promise at {}; it is kept in {}; \
-             again: --input {}",
-            find.index,
-            find.told,
-            file.display(),
-            file.display()
-        );
-        kept.push(file);
-    }
-    let rate = done as f64 / time.as_secs_f64();
+    let (seconds, finds) = (time.as_secs_f64(), kept.len());
+    let rate = done as f64 / seconds;
     if arguments.json {
         let found = serde_json::json!({
             "target": name, "seed": seed, "from": from, "done": done, "asked": arguments.runs,
-            "seconds": time.as_secs_f64(), "finds": kept,
+            "seconds": seconds, "finds": kept,
         });
         println!("{found}");
     } else {
         println!(
-            "{name}, seed {seed}: {done} inputs from number {from} on in {:.0} s ({rate:.0} a \
-             second), {} finds",
-            time.as_secs_f64(),
-            finds.len()
+            "{name}, seed {seed}: {done} inputs from number {from} on in {seconds:.0} s \
+             ({rate:.0} a second), {finds} finds"
         );
     }
     if done < arguments.runs {
         let (next, rest) = (from + done, arguments.runs - done);
         eprintln!("E781 interrupted; go on: {name} --seed {seed} --from {next} --runs {rest}");
     }
-    Ok(())
 }
 
-fn keep(name: &str, seed: u64, find: &Find) -> anyhow::Result<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/artifacts");
-    let file = folder.join(name).join(format!("{seed}-{}", find.index));
-    let written = std::fs::create_dir_all(folder.join(name))
-        .and_then(|()| std::fs::write(&file, &find.input));
-    written.with_context(|| format!("E782 the input cannot be kept in {}", file.display()))?;
+/// Keeps a find as a file, and tells it.
+fn keep(arguments: &Arguments, find: &Find) -> anyhow::Result<PathBuf> {
+    let (name, seed) = (&arguments.target, arguments.seed);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("fuzz/artifacts")
+        .join(name);
+    let file = folder.join(format!("{seed}-{}", find.index));
+    let written =
+        std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&file, &find.input));
+    let place = file.display();
+    written.with_context(|| format!("E782 the input cannot be kept in {place}"))?;
+    eprintln!(
+        "E780 {name}: input {} of seed {seed} breaks a promise at {}; it is kept in {place}; \
+         again: --input {place}",
+        find.index, find.told
+    );
     Ok(file)
 }
 

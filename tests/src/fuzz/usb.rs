@@ -40,7 +40,8 @@ pub fn usb(data: &[u8]) {
             .split_at_checked(length)
             .unwrap_or((tail.get(1..).unwrap_or_default(), &[]));
         let (at, around) = (board.cpu.cycle, &mut board.around);
-        around.host.control(*setup, data.to_vec(), at);
+        let setup = if case.is_new { short(*setup) } else { *setup };
+        around.host.control(setup, data.to_vec(), at);
         around.soc.reschedule();
         (rest, asked) = (tail, asked + 1);
     }
@@ -54,6 +55,17 @@ pub fn usb(data: &[u8]) {
     assert!(is_fair || case.is_new, "{failure:?}");
     again(&mut board);
     assert_eq!(board.last_reset(), before, "the board was reset");
+}
+
+/// Who does not know the device's packets yet asks for eight bytes, the shortest that a
+/// device may have. What happens if more is asked for, and the transfer given up, is an open
+/// find: docs/fuzz.md.
+fn short(mut setup: [u8; 8]) -> [u8; 8] {
+    let length = u16::from_le_bytes([setup[6], setup[7]]);
+    if setup[0] & 0x80 != 0 {
+        [setup[6], setup[7]] = length.min(8).to_le_bytes();
+    }
+    setup
 }
 
 /// Requests of one input.
