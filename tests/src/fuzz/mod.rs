@@ -9,6 +9,7 @@ mod campaign;
 mod chip;
 mod device;
 mod files;
+mod judged;
 mod mutate;
 mod session;
 mod usb;

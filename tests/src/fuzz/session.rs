@@ -1,6 +1,6 @@
 //! A board whose host sends anything.
 
-use super::device::{Judged, Told};
+use super::judged::{BOOT, Judged, Told};
 use super::watch::Watch;
 use crate::desk;
 use crate::record::Record;
@@ -10,9 +10,6 @@ use firmware::lockstep::{Lockstep, Sensors, Sink};
 use firmware::pulse::Levels;
 use firmware::safety::{StageTable, Stages};
 use firmware::units::{DacCode, Micros, us};
-
-/// The board boots shortly before its clock wraps.
-pub const BOOT: Micros = Micros::new(u32::MAX - 20_000);
 
 /// Its time once it has answered `Hello`.
 pub const BOOTED: Micros = Micros::new(BOOT.get() + 2_000);

@@ -1,6 +1,5 @@
 //! The pattern, and a board that plays it.
 
-use super::step::Doing;
 use crate::selftest::{BOOT, channel};
 use firmware::link::HelloInfo;
 use firmware::safety::{ChannelSpec, StageKind, StageSpec, Stages, WearerSpec};
@@ -23,6 +22,17 @@ const PERIOD_US: u32 = 20_000;
 
 /// So often the board hears its host, µs; it is patient for ten times as long.
 const INTERVAL_US: u64 = 20_000;
+
+/// What the board does while a value is measured.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Doing {
+    /// Plays the pattern.
+    Plays,
+    /// Plays it until the hand-held stop opens.
+    StopOpens,
+    /// Plays it until it is ordered to stop, and falls to zero.
+    Falls,
+}
 
 /// What a board plays: on one channel, and nothing that a person may not get.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

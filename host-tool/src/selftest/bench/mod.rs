@@ -8,6 +8,6 @@ mod board;
 mod sheet;
 mod step;
 
-pub use board::{Bench, Pattern};
+pub use board::{Bench, Doing, Pattern};
 pub use sheet::{Answer, Sheet, SheetError, Verdict};
-pub use step::{Doing, Step, ValueError, read_value, steps};
+pub use step::{Step, ValueError, read_value, steps};

@@ -1,21 +1,10 @@
 //! What is measured, where, and what passes.
 
-use super::Pattern;
+use super::board::{Doing, Pattern};
 
 /// The dummy loads, Ω, in the order in which they are asked for (docs/hardware.md, Before
 /// a person is connected).
 const LOADS_OHM: [u32; 3] = [2_000, 500, 10_000];
-
-/// What the board does while a value is measured.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Doing {
-    /// Plays the pattern.
-    Plays,
-    /// Plays it until the hand-held stop opens.
-    StopOpens,
-    /// Plays it until it is ordered to stop, and falls to zero.
-    Falls,
-}
 
 /// One value that a person measures.
 #[derive(Clone, PartialEq, Debug)]

@@ -1,0 +1,96 @@
+//! What a run of a device is judged by.
+
+use firmware::pulse::CHANNELS;
+use firmware::safety::{Setup, StageKind, StageTable};
+use firmware::units::Micros;
+use hal_sim::trace::Trace;
+use hal_sim::trace::judge::{Channel, Fault, Quiet, Stage, Truth};
+
+/// The board boots shortly before its clock wraps.
+pub const BOOT: Micros = Micros::new(u32::MAX - 20_000);
+
+/// Time on the trace's axis, which begins with the boot's own number.
+pub fn since_boot(at: Micros) -> u64 {
+    let since = (at - BOOT).us();
+    u64::from(BOOT.get()).saturating_add_signed(since.into())
+}
+
+/// The load of each channel, Ω.
+const LOAD_OHM: f64 = 2_000.0;
+
+/// Bursts of eight at 200 Hz, and the pulses of electrode checks.
+const PULSES_PER_S: usize = 1_700;
+
+/// What a run must be judged by.
+#[derive(Clone, Default)]
+pub struct Judged {
+    /// The highest limit that was armed, µA or mV.
+    limits: [u32; CHANNELS],
+    /// The longest time from the host's last word to silence, µs.
+    silent_us: u32,
+    /// The host's last word.
+    heard: Micros,
+    /// When electrodes came off or on.
+    loads: Vec<(u64, usize, bool)>,
+}
+
+impl Judged {
+    /// What is armed now.
+    pub fn note(&mut self, setup: &Setup) {
+        let wearer = &setup.wearer;
+        self.silent_us = self
+            .silent_us
+            .max(wearer.host_timeout_us() + wearer.fall_us());
+        for (limit, channel) in self.limits.iter_mut().zip(&setup.channels) {
+            let armed = channel.as_ref().map_or(0, |it| it.limit.get());
+            *limit = armed.max(*limit);
+        }
+    }
+
+    /// The host was heard.
+    pub const fn hear(&mut self, at: Micros) {
+        self.heard = at;
+    }
+
+    /// An electrode came off, or on again.
+    pub fn load(&mut self, at: Micros, channel: usize, is_on: bool) {
+        self.loads.push((since_boot(at), channel, is_on));
+    }
+
+    /// What is true of a board with these stages on which these faults came.
+    pub fn truth(&self, stages: &StageTable, faults: Vec<Micros>) -> Truth {
+        let mut truth = Truth::default();
+        let channels = truth.channels.iter_mut().zip(&stages.stages);
+        for (index, (channel, stage)) in channels.enumerate() {
+            let limit = f64::from(self.limits[index]) * 1e-3;
+            let Some(stage) = *stage else { continue };
+            let (stage, limit_ma) = match stage {
+                StageKind::Current { full_scale_ua } => {
+                    let full_scale_ma = f64::from(full_scale_ua) * 1e-3;
+                    (Stage::Current { full_scale_ma }, limit)
+                }
+                StageKind::Voltage { full_scale_mv } => {
+                    let full_scale_v = f64::from(full_scale_mv) * 1e-3;
+                    (Stage::Voltage { full_scale_v }, 1e3 * limit / LOAD_OHM)
+                }
+            };
+            *channel = Channel::steady(stage, LOAD_OHM, limit_ma, PULSES_PER_S);
+            let changes = self.loads.iter().filter(|it| it.1 == index);
+            let loads = changes.map(|&(t, _, is_on)| (t, is_on.then_some(LOAD_OHM)));
+            channel.loads.extend(loads);
+        }
+        // What an electrode that comes off cuts is no more the device's than a fault's.
+        let cut = self.loads.iter().map(|it| it.0);
+        let cut = cut.chain(faults.into_iter().map(since_boot));
+        truth.faults = cut.map(|t_us| Fault { t_us }).collect();
+        truth.faults.sort_by_key(|fault| fault.t_us);
+        // Two windows are rendered already.
+        let from_us = since_boot(self.heard) + u64::from(self.silent_us) + 500;
+        let until_us = u64::MAX;
+        truth.quiet.push(Quiet { from_us, until_us });
+        truth
+    }
+}
+
+/// What a session tells at its end.
+pub type Told = (Judged, Trace, Vec<Micros>);
