@@ -61,6 +61,9 @@ use supply::Supply;
 /// Cases computed between two questions whether to go on, for each core.
 const AT_ONCE: usize = 4;
 
+/// Hears the part done, 0 to 1, and cases in their order; says whether to go on.
+pub type Take<'a> = dyn FnMut(f64, &[Case]) -> Result<bool, FaultsError> + 'a;
+
 /// What draws and plays the cases of a class.
 trait Draws: Sync {
     /// Case `index`, a function of the seed and this number alone.
@@ -152,12 +155,7 @@ impl Campaign {
     ///
     /// # Errors
     /// As [`Self::play`], and what `take` says.
-    pub fn play_from(
-        &self,
-        from: u64,
-        count: u64,
-        take: &mut dyn FnMut(f64, &[Case]) -> Result<bool, FaultsError>,
-    ) -> Result<(), FaultsError> {
+    pub fn play_from(&self, from: u64, count: u64, take: &mut Take<'_>) -> Result<(), FaultsError> {
         let indices: Vec<u64> = (from..count).collect();
         let mut done = from;
         if !take(done as f64 / count as f64, &[])? {

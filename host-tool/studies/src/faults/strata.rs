@@ -98,7 +98,7 @@ pub(super) fn found(
         Ok::<_, FaultsError>(match it.memory {
             Memory::Variable => Area::Bytes(vec![variable(&it.symbol)?]),
             Memory::LiveStack => Area::Live(top),
-            Memory::Stack => Area::Bytes(vec![deepest.min(top)..top]),
+            Memory::Stack => Area::Bytes(std::iter::once(deepest.min(top)..top).collect()),
             Memory::Table => {
                 let bytes = size_of::<StageWords>() as u32; // some tens
                 Area::Bytes(COPIES.map(|copy| copy..copy + bytes).into())
