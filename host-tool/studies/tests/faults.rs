@@ -52,6 +52,18 @@ fn flips_are_found_and_not_severe() {
     );
 }
 
+/// What comes of a case, but for why it ended, and how often what is severe is: a fork that
+/// goes on as the unbroken board is not judged in the fall of a silent host.
+fn known(case: &Case) -> Fate {
+    let once = |found: &String| found.rsplit_once(", ").map(|it| it.0.to_owned());
+    Fate {
+        ended: Ended::Played,
+        severe: case.fate.severe.iter().filter_map(once).collect(),
+        bare: case.fate.bare.iter().filter_map(once).collect(),
+        ..case.fate.clone()
+    }
+}
+
 /// What is known before the end is what comes of playing to it: of forks that end early, and
 /// of bits that are not played at all.
 #[test]
@@ -64,11 +76,7 @@ fn a_fork_that_ends_early_has_the_fate_of_one_that_does_not() {
     let mut seen = Vec::new();
     for index in 100..124 {
         let [early, whole] = [&early, &whole].map(|it| it.case(index).unwrap());
-        let known = Fate {
-            ended: Ended::Played,
-            ..early.fate.clone()
-        };
-        assert_eq!(known, whole.fate, "{index}: {}", early.what);
+        assert_eq!(known(&early), known(&whole), "{index}: {}", early.what);
         seen.push(early.fate.ended);
     }
     for ended in [Ended::Isolated, Ended::Overwritten, Ended::Untouched] {
