@@ -220,17 +220,15 @@ impl Stem {
     /// Of a fork that is in the state of `stem`: what that puts out from here on is its own.
     fn goes_on_as(&self, stem: &Chip, mut fork: Chip, moment_us: u64) -> (Fate, Verdict) {
         let (at_us, end_us) = (stem.now_us(), moment_us + self.timing.runs_us);
-        let trace = &mut fork.recorder.trace;
-        let later = |t: u64| (at_us..end_us).contains(&t);
-        trace
-            .levels
-            .extend(self.whole.levels.iter().filter(|it| later(it.0)));
-        trace
-            .dac
-            .extend(self.whole.dac.iter().filter(|it| later(it.t_us)));
-        trace
-            .trips
-            .extend(self.whole.trips.iter().filter(|it| later(it.t_us)));
+        // Not by time: what happened shortly before is told a little later, of both.
+        let (trace, told) = (&mut fork.recorder.trace, &stem.recorder.trace);
+        let before_end = |t: u64| t < end_us;
+        let levels = self.whole.levels.iter().skip(told.levels.len());
+        trace.levels.extend(levels.filter(|it| before_end(it.0)));
+        let dac = self.whole.dac.iter().skip(told.dac.len());
+        trace.dac.extend(dac.filter(|it| before_end(it.t_us)));
+        let trips = self.whole.trips.iter().skip(told.trips.len());
+        trace.trips.extend(trips.filter(|it| before_end(it.t_us)));
         let pump = fork.device.pump().followed_by(&self.pump, at_us);
         let on = (&pump, end_us);
         let (mut fate, verdict) = judged_to(&mut fork, moment_us, self.truth.clone(), on);
