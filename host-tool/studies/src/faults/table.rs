@@ -114,7 +114,8 @@ fn time(us: Option<f64>) -> String {
     match us {
         None => "-".to_owned(),
         Some(us) if us < 1e3 => format!("{us:.0}us"),
-        Some(us) if us < 1e6 => format!("{:.1}ms", us * 1e-3),
+        Some(us) if us < 1e5 => format!("{:.1}ms", us * 1e-3),
+        Some(us) if us < 1e6 => format!("{:.0}ms", us * 1e-3),
         Some(us) => format!("{:.1}s", us * 1e-6),
     }
 }
@@ -240,6 +241,7 @@ mod tests {
         cases.push(case(9_999, "a kind with a long name: b", Fate::default()));
         let outcome = Outcome::of(Class::Flips, &cases);
         let text = format!("{}\n{}", Outcome::head(), outcome.lines());
+        assert!(text.contains(" 1000ms  1000ms "), "{text}");
         assert!(text.lines().all(|it| it.chars().count() <= WIDTH), "{text}");
         let kinds: Vec<_> = outcome
             .kinds
