@@ -139,7 +139,7 @@ fn the_first_fault_is_kept_with_what_came_after_it() {
     bench.sensors.over_current = false;
     assert_eq!(bench.fault(), Some(Fault::OverCurrent));
     // A second one, which resets; then power fails.
-    bench.board.around.soc.supply(2_700);
+    bench.board.around.soc.supply(2_880);
     bench.run_us(100);
     bench.board.around.soc.supply(3_300);
     bench.run_us(1_000);
@@ -167,7 +167,7 @@ fn the_first_fault_is_kept_with_what_came_after_it() {
     );
     bench.recovers();
     // Acknowledged, the next is a first one again.
-    bench.board.around.soc.supply(2_700);
+    bench.board.around.soc.supply(2_880);
     bench.run_us(100);
     bench.board.around.soc.supply(3_300);
     bench.run_us(1_000);
