@@ -102,7 +102,8 @@ fn what_cannot_be_played_is_refused_by_name() {
         (
             &["--class", "bits"],
             2,
-            "there are flips, declarations, registers, electrode; or all",
+            "there are flips, declarations, registers, electrode, link, sensor, streams, cpu, \
+             supply, pairs; or all",
         ),
         (
             &["--class", "flips", "--count", "0"],

@@ -24,10 +24,10 @@ const SECTION: &str = ".image_sum";
 #[derive(Debug, Error)]
 pub enum SumError {
     /// It cannot be read or written: the system's words.
-    #[error("its sum cannot be written: {0}")]
+    #[error("its sum cannot be written")]
     Unwritable(#[from] io::Error),
     /// No ELF, or a damaged one.
-    #[error("it is not an ELF file that can be read: {0}")]
+    #[error("it is not an ELF file that can be read")]
     NotElf(#[from] object::Error),
     /// Something is loaded behind the sum, or it is no word.
     #[error("its section {SECTION} is not the last word that is loaded into flash: see memory.x")]

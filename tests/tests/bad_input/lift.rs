@@ -130,7 +130,7 @@ pub fn rows() -> Vec<Row> {
         row("a channel without a train", on_no_channel, desk::ARM, refused(Code::NoTrain, "modulation").on(10)),
         row("beside a joint", beside, desk::ARM, refused(Code::JointAndModulation, "modulation")),
         row("held, and nothing is modulated", Bench::armed, HELD, refused(Code::NoModulation, "modulation")),
-        row("held without an angle", armed, HELD, refused(Code::NoAngle, "joint")),
+        row("held without an angle", armed, HELD, refused(Code::NoAngle, "joint").allowed(0, 0)),
         row("released without an angle", armed, Request::Held { held: false }, Expect::Done),
         row("held before arming", draft, HELD, refused(Code::NotArmed, "state")),
         row("held for too long", held_too_long, HELD, refused(Code::HoldOver, "held")),
