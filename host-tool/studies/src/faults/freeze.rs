@@ -3,7 +3,7 @@
 use super::error::FaultsError;
 use super::stem::{Chip, never_runs};
 use hal_sim::chip::board::{Board, CYCLES_PER_US};
-use hal_sim::chip::cpu::{Bus, Size, Stop};
+use hal_sim::chip::cpu::Stop;
 
 /// Who owns one of the device's contexts, as tests/tests/chip_faults.rs tells them apart.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -41,8 +41,8 @@ impl Owner {
     }
 }
 
-/// A word of SRAM2 that nothing uses, and a branch to itself, twice.
-const PLACE: (u32, u32) = (0x2001_FFFC, 0xE7FE_E7FE);
+/// `b .`: a branch to itself.
+const STAY: [u8; 2] = 0xE7FE_u16.to_le_bytes();
 /// Until an owner must have run for so long, cycles: 100 ms.
 const PATIENCE: u64 = 100_000 * CYCLES_PER_US;
 /// The host is asked whether it has something to say this often, cycles: 1 ms.
@@ -59,7 +59,7 @@ pub(super) fn freeze(
     let mut left = instructions;
     while fork.device.cpu.cycle <= end {
         match run(&mut fork.device, owner, &mut left) {
-            Ok(true) => return Ok(stay(&mut fork.device)),
+            Ok(true) => return stay(&mut fork.device).map(|()| true),
             Ok(false) => {}
             Err(Stop::Reset { .. }) => return Ok(false),
             Err(stop) => return Err(never_runs(stop)),
@@ -86,12 +86,15 @@ fn run(board: &mut Board<()>, owner: Owner, left: &mut u64) -> Result<bool, Stop
     Ok(false)
 }
 
-/// From now on it branches to itself.
-fn stay(board: &mut Board<()>) -> bool {
-    let Board { cpu, around, .. } = board;
-    let (place, code) = PLACE;
-    let written = around.write(place, Size::Word, code, cpu.cycle);
-    cpu.registers.it = 0;
-    cpu.registers.r[15] = place;
-    written.is_ok()
+/// From now on it branches to itself, where the image has such an instruction, or a constant
+/// that could be one: memory cannot be executed.
+fn stay(board: &mut Board<()>) -> Result<(), FaultsError> {
+    let (code, _) = board.image().flash.as_chunks();
+    let Some(place) = code.iter().position(|it| *it == STAY) else {
+        return Err(never_runs("the image has no branch to itself"));
+    };
+    let registers = &mut board.cpu.registers;
+    registers.it = 0;
+    registers.r[15] = 0x0800_0000 + 2 * place as u32; // flash has 1 MiB
+    Ok(())
 }
