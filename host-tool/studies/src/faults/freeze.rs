@@ -1,4 +1,4 @@
-//! An owner stays where it is: its code branches to itself from now on.
+//! An owner does no more: it waits in a loop that does nothing from now on.
 
 use super::error::FaultsError;
 use super::stem::{Chip, never_runs};
@@ -41,8 +41,8 @@ impl Owner {
     }
 }
 
-/// `b .`: a branch to itself.
-const STAY: [u8; 2] = 0xE7FE_u16.to_le_bytes();
+/// `wfi` and back to it: where the thread of this image ends.
+const STAY: [[u8; 2]; 2] = [0xBF30_u16.to_le_bytes(), 0xE7FD_u16.to_le_bytes()];
 /// Until an owner must have run for so long, cycles: 100 ms.
 const PATIENCE: u64 = 100_000 * CYCLES_PER_US;
 /// The host is asked whether it has something to say this often, cycles: 1 ms.
@@ -86,12 +86,12 @@ fn run(board: &mut Board<()>, owner: Owner, left: &mut u64) -> Result<bool, Stop
     Ok(false)
 }
 
-/// From now on it branches to itself, where the image has such an instruction, or a constant
-/// that could be one: memory cannot be executed.
+/// From now on it waits and branches back, where the image has these two instructions, or a
+/// constant that could be: memory cannot be executed.
 fn stay(board: &mut Board<()>) -> Result<(), FaultsError> {
     let (code, _) = board.image().flash.as_chunks();
-    let Some(place) = code.iter().position(|it| *it == STAY) else {
-        return Err(never_runs("the image has no branch to itself"));
+    let Some(place) = code.windows(2).position(|two| *two == STAY) else {
+        return Err(never_runs("the image has no loop that waits"));
     };
     let registers = &mut board.cpu.registers;
     registers.it = 0;
