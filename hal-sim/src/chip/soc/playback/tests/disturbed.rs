@@ -1,7 +1,7 @@
 //! The tape beside a busy core, stopped, slipped: and however often one asks.
 
 use super::scene::*;
-use super::tape::paint;
+use super::tape::{paint, playing};
 use crate::chip::Cycle;
 use crate::chip::soc::dma::{offset as dma, stream_offset};
 use crate::chip::soc::gpio::{Edge, Level, offset as gpio};
@@ -11,17 +11,6 @@ use crate::chip::soc::timer::offset as tim;
 use proptest::prelude::*;
 
 const US: Cycle = 168;
-
-fn playing(pace: Pace) -> (Scene, Cycle) {
-    let mut scene = Scene::new(pace);
-    scene.erase();
-    for slot in 0..LENGTH {
-        paint(&mut scene, slot, slot);
-    }
-    scene.prepare(0);
-    let first = scene.start();
-    (scene, first)
-}
 
 /// Cycles after `overflow` of the one edge of `port` in that microsecond.
 fn edge_after(scene: &Scene, port: usize, overflow: Cycle) -> Cycle {

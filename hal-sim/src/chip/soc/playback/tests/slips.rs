@@ -1,22 +1,16 @@
 //! Requests that go astray, and clocks that are wrong.
 
 use super::scene::*;
-use super::tape::paint;
+use super::tape::playing;
 use crate::chip::Cycle;
 use crate::chip::soc::playback::{Block, Clocking, Pace, Slip};
 use crate::chip::soc::timer::offset as tim;
 
 const US: Cycle = 168;
 
-/// A tape whose every slot differs, 10 µs and a little after its first overflow.
-fn playing(pace: Pace) -> (Scene, Cycle) {
-    let mut scene = Scene::new(pace);
-    scene.erase();
-    for slot in 0..LENGTH {
-        paint(&mut scene, slot, slot);
-    }
-    scene.prepare(0);
-    let first = scene.start();
+/// 10 µs and a little after its first overflow.
+fn under_way(pace: Pace) -> (Scene, Cycle) {
+    let (mut scene, first) = playing(pace);
     scene.sleep(first + 10 * US + 100);
     (scene, first)
 }
@@ -26,7 +20,7 @@ fn a_request_unseen_or_unasked_shifts_its_stream_by_one() {
     for pace in [Pace::Lazy, Pace::PerRequest] {
         for (place, stream) in STREAMS.into_iter().enumerate() {
             for (slip, shift) in [(Slip::Unseen, 1), (Slip::Unasked, LENGTH - 1)] {
-                let (mut scene, first) = playing(pace);
+                let (mut scene, first) = under_way(pace);
                 let (at, ram) = (scene.at, &mut scene.ram);
                 scene.playback.slip(stream, slip, at, ram).unwrap();
                 scene.sleep(first + 20 * US + 100);
@@ -42,7 +36,7 @@ fn a_request_unseen_or_unasked_shifts_its_stream_by_one() {
 
 #[test]
 fn a_timer_that_stands_asks_nobody_and_its_slave_stands() {
-    let (mut scene, first) = playing(Pace::Lazy);
+    let (mut scene, first) = under_way(Pace::Lazy);
     let (at, ram) = (scene.at, &mut scene.ram);
     scene
         .playback
@@ -61,7 +55,7 @@ fn a_timer_that_stands_asks_nobody_and_its_slave_stands() {
 
 #[test]
 fn a_slave_that_stands_leaves_its_master_alone() {
-    let (mut scene, first) = playing(Pace::Lazy);
+    let (mut scene, first) = under_way(Pace::Lazy);
     let (at, ram) = (scene.at, &mut scene.ram);
     scene
         .playback
@@ -75,7 +69,7 @@ fn a_slave_that_stands_leaves_its_master_alone() {
 
 #[test]
 fn one_edge_of_four_makes_a_lap_four_times_as_long() {
-    let (mut scene, _) = playing(Pace::Lazy);
+    let (mut scene, _) = under_way(Pace::Lazy);
     let (at, ram) = (scene.at, &mut scene.ram);
     scene
         .playback
@@ -85,7 +79,7 @@ fn one_edge_of_four_makes_a_lap_four_times_as_long() {
     scene.sleep(at + 40 * US);
     let played = before - scene.ndtr()[0];
     assert!((9..=11).contains(&played), "{played}");
-    let (mut scene, first) = playing(Pace::Lazy);
+    let (mut scene, first) = under_way(Pace::Lazy);
     let (at, ram) = (scene.at, &mut scene.ram);
     scene
         .playback
@@ -100,7 +94,7 @@ fn one_edge_of_four_makes_a_lap_four_times_as_long() {
 #[test]
 fn a_lap_of_another_length_shows_in_no_register() {
     for cycles in [84, 336] {
-        let (mut scene, _) = playing(Pace::Lazy);
+        let (mut scene, _) = under_way(Pace::Lazy);
         let lap = scene.playback.next_lap(scene.at);
         scene.sleep(lap + 1);
         let (at, ram) = (scene.at, &mut scene.ram);
@@ -115,7 +109,7 @@ fn a_lap_of_another_length_shows_in_no_register() {
         let mended = scene.playback.next_lap(scene.at);
         assert!(mended - scene.at <= 168, "until it is written");
     }
-    let (mut scene, _) = playing(Pace::Lazy);
+    let (mut scene, _) = under_way(Pace::Lazy);
     let (at, ram) = (scene.at, &mut scene.ram);
     let passed = scene.playback.misreload(84, at, ram);
     assert!(passed.is_err(), "it has counted further");

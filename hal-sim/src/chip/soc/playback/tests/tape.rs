@@ -15,6 +15,18 @@ pub fn paint(scene: &mut Scene, slot: u32, step: u32) {
     scene.set_word(TAPE_C + 4 * slot, ISOLATED_C & !(c << 16) | c);
 }
 
+/// A tape whose every slot differs, and its first overflow.
+pub fn playing(pace: Pace) -> (Scene, Cycle) {
+    let mut scene = Scene::new(pace);
+    scene.erase();
+    for slot in 0..LENGTH {
+        paint(&mut scene, slot, slot);
+    }
+    scene.prepare(0);
+    let first = scene.start();
+    (scene, first)
+}
+
 #[test]
 fn all_slots_play_in_order_erase_themselves_and_count_down() {
     let mut scene = Scene::new(Pace::Lazy);
