@@ -1,6 +1,6 @@
 //! A device and its host, which keeps on saying what it wants. A clone is a fork.
 
-use super::error::FaultsError;
+use super::error::{FaultsError, never_runs};
 use firmware::device::Draft;
 use firmware::link::{BROADCAST, Decoder, Event, Request, Response, SCHEMA, ToDevice, encode};
 use firmware::lockstep::Sensors;
@@ -132,7 +132,7 @@ impl<D: Device> Bench<D> {
         bench.ask(Request::Hello { schema: SCHEMA }, ANSWER_US)?;
         match bench.heard.hello {
             Some(session) => bench.session = session,
-            None => return Err(never("no answer to Hello")),
+            None => return Err(never_runs("no answer to Hello")),
         }
         Ok(bench)
     }
@@ -168,10 +168,10 @@ impl<D: Device> Bench<D> {
         self.configure(session)?;
         self.start(0, wanted)?;
         self.run_to(self.now_us + us)
-            .map_err(|e| never(e.to_string()))?;
+            .map_err(|e| never_runs(e.to_string()))?;
         match (&*self.heard.refused, self.heard.fault) {
             ([], None) if self.drives_since(self.now_us.saturating_sub(50_000)) => Ok(self),
-            (refused, fault) => Err(never(format!("refused {refused:?}, fault {fault:?}"))),
+            (refused, fault) => Err(never_runs(format!("refused {refused:?}, fault {fault:?}"))),
         }
     }
 
@@ -210,7 +210,7 @@ impl<D: Device> Bench<D> {
     }
 
     fn ask(&mut self, request: Request, us: u64) -> Result<(), FaultsError> {
-        let told = |e: io::Error| never(e.to_string());
+        let told = |e: io::Error| never_runs(e.to_string());
         self.say(request).map_err(told)?;
         self.advance(self.now_us + us).map_err(told)
     }
@@ -302,8 +302,4 @@ impl Heard {
             _ => {}
         }
     }
-}
-
-fn never(why: impl Into<String>) -> FaultsError {
-    FaultsError::NeverStimulates(why.into())
 }

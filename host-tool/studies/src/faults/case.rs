@@ -17,6 +17,16 @@ pub struct Case {
 }
 
 impl Case {
+    /// Of what can be told by its kind and what was drawn of it.
+    pub(super) fn of(kind: &str, drawn: &str, (index, moment_us): (u64, u64), fate: Fate) -> Self {
+        Self {
+            index,
+            moment_us,
+            what: format!("{kind}: {drawn}"),
+            fate,
+        }
+    }
+
     /// What kind of fault of its class it is: all before the first `: ` of what it is;
     /// nothing where that has none.
     #[must_use]
@@ -93,6 +103,14 @@ impl Ended {
 }
 
 impl Fate {
+    /// Of a fault that the simulator cannot play.
+    pub(super) fn stopped(why: impl ToString) -> Self {
+        Self {
+            stopped: Some(why.to_string()),
+            ..Self::default()
+        }
+    }
+
     /// Whether it is to be looked at.
     #[must_use]
     pub fn is_open(&self) -> bool {

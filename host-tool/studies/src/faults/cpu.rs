@@ -3,11 +3,11 @@
 use super::Draws;
 use super::case::{Case, Fate};
 use super::declaration::{Declaration, Register};
-use super::error::FaultsError;
+use super::error::{FaultsError, never_runs};
 use super::freeze::{Owner, freeze};
 use super::kinds::Kinds;
 use super::registers::bit_of;
-use super::stem::{Chip, Stem, never_runs};
+use super::stem::{Chip, Stem};
 use hal_sim::chip::board::Board;
 use hal_sim::chip::cpu::bus::Unmodelled;
 use hal_sim::chip::cpu::{Open, Size, Stop};
@@ -142,12 +142,7 @@ impl Draws for Core {
             Err(stop) => Fate::stopped(stop),
             Ok(()) => self.stem.follow(fork, moment_us),
         };
-        Ok(Case {
-            index,
-            moment_us,
-            what: format!("{kind}: {detail}"),
-            fate,
-        })
+        Ok(Case::of(kind, &detail, (index, moment_us), fate))
     }
 
     fn notes(&self) -> Vec<String> {

@@ -3,9 +3,8 @@
 use super::bench::Bench;
 use super::case::{Case, Fate};
 use super::declaration::Declaration;
-use super::error::FaultsError;
+use super::error::{FaultsError, never_runs};
 use super::simulated::Boards;
-use super::stem::never_runs;
 use firmware::link::Request;
 use firmware::lockstep::Sensors;
 use firmware::safety::{StageKind, Stages};

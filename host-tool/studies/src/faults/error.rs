@@ -51,3 +51,8 @@ impl From<BoardError> for FaultsError {
         Self::Chip(error.into())
     }
 }
+
+/// Before anything broke.
+pub(super) fn never_runs(why: impl ToString) -> FaultsError {
+    FaultsError::NeverStimulates(why.to_string())
+}

@@ -1,7 +1,7 @@
 //! An owner does no more: it waits in a loop that does nothing from now on.
 
-use super::error::FaultsError;
-use super::stem::{Chip, never_runs};
+use super::error::{FaultsError, never_runs};
+use super::stem::Chip;
 use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::cpu::Stop;
 

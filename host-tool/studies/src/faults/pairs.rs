@@ -3,10 +3,10 @@
 use super::Draws;
 use super::case::{Case, Fate};
 use super::declaration::Declaration;
-use super::error::FaultsError;
+use super::error::{FaultsError, never_runs};
 use super::freeze::{Owner, freeze};
 use super::kinds::Kinds;
-use super::stem::{Chip, Stem, never_runs};
+use super::stem::{Chip, Stem};
 use super::streams::{ERASE, switch_off};
 use hal_sim::chip::image::Image;
 

@@ -1,7 +1,7 @@
 //! What the host of a scene says, recorded once, and said again to a board made anew.
 
 use super::bench::Bench;
-use super::error::FaultsError;
+use super::error::{FaultsError, never_runs};
 use super::simulated::{Boards, Native, Simulated, judged};
 use super::truth::declared_truth;
 use firmware::link::{Decoder, ToDevice};
@@ -162,7 +162,7 @@ impl<B: Replays> Script<B> {
             heard: Arc::clone(&heard),
         });
         let boot = Micros::new(boot_us as u32); // far from wrapping
-        let port = simulated(session, 0, tap, boot).map_err(never)?;
+        let port = simulated(session, 0, tap, boot).map_err(never_runs)?;
         let (outcome, port) = run(file, port, None, |_: f64| {});
         let (None, Some(port)) = (outcome.error.as_ref(), port) else {
             let why = outcome.error.map_or_else(String::new, |e| e.to_string());
@@ -181,7 +181,7 @@ impl<B: Replays> Script<B> {
         let said = Stream::new(heard.unwrap_or_default());
         let first_us = said.writes().first().map_or(0, |write| write.t_us);
         let mut bench = boards.booted(session, sensors)?;
-        bench.run_to(first_us).map_err(never)?;
+        bench.run_to(first_us).map_err(never_runs)?;
         Ok(Self {
             file: file.clone(),
             start: find(&said, "Start")?,
@@ -206,13 +206,15 @@ impl<B: Replays> Script<B> {
         let (mut kept, mut next_us) = (Vec::new(), 0);
         for write in self.said.writes() {
             if write.t_us >= next_us {
-                bench.run_to(write.t_us).map_err(never)?;
+                bench.run_to(write.t_us).map_err(never_runs)?;
                 kept.extend(B::keep(&bench).map(|it| (write.t_us, it)));
                 next_us = write.t_us + KEPT_US;
             }
-            bench.receive(write.t_us, &write.bytes).map_err(never)?;
+            bench
+                .receive(write.t_us, &write.bytes)
+                .map_err(never_runs)?;
         }
-        bench.run_to(self.end_us()).map_err(never)?;
+        bench.run_to(self.end_us()).map_err(never_runs)?;
         self.kept = kept;
         self.accept(bench)
     }
@@ -371,8 +373,4 @@ fn find(said: &Stream, wanted: &str) -> Result<(usize, u64), FaultsError> {
     let found = said.writes().iter().position(is);
     let write = found.map(|index| (index, said.writes()[index].t_us));
     write.ok_or_else(|| FaultsError::NeverStimulates(format!("its host says no {wanted}")))
-}
-
-fn never(why: impl ToString) -> FaultsError {
-    FaultsError::NeverStimulates(why.to_string())
 }

@@ -3,7 +3,7 @@
 use super::bench::Bench;
 use super::case::{Ended, Fate};
 use super::declaration::{Declaration, Timing};
-use super::error::FaultsError;
+use super::error::{FaultsError, never_runs};
 use super::simulated::{Boards, Simulated, TWO_WINDOWS_US, judged, judged_to};
 use super::truth::declared_truth;
 use firmware::lockstep::Sensors;
@@ -64,7 +64,7 @@ impl Stem {
         let mut last = bench.clone();
         while bench.now_us() < end_us + timing.runs_us {
             kept.push(bench.clone());
-            bench.run_to(bench.now_us() + KEPT_US).map_err(never)?;
+            bench.run_to(bench.now_us() + KEPT_US).map_err(never_runs)?;
             if bench.now_us() <= end_us {
                 last = bench.clone();
             }
@@ -139,16 +139,16 @@ impl Stem {
         let origin = bench.device.around.origin();
         for &cycle in cycles {
             let us = cycle.saturating_sub(origin) / CYCLES_PER_US;
-            bench.run_to(us).map_err(never)?;
+            bench.run_to(us).map_err(never_runs)?;
             bench.device.run_to(cycle)?;
             at(&mut bench.device);
         }
-        bench.run_to(end_us).map_err(never)?;
+        bench.run_to(end_us).map_err(never_runs)?;
         // One reference of a host that falls silent.
         bench.speaks = false;
         bench
             .run_to(end_us + self.timing.silent_us)
-            .map_err(never)?;
+            .map_err(never_runs)?;
         Ok(bench)
     }
 
@@ -159,7 +159,7 @@ impl Stem {
             return Err(FaultsError::NeverStimulates("no moment was kept".into()));
         };
         let mut fork = kept.clone();
-        fork.run_to(moment_us).map_err(never)?;
+        fork.run_to(moment_us).map_err(never_runs)?;
         Ok(fork)
     }
 
@@ -281,30 +281,11 @@ fn is_isolated_for_good(fork: &Chip) -> bool {
     found && since_us.is_some_and(|us| us.max(reset_us) + FOR_GOOD_US <= fork.now_us())
 }
 
-impl Fate {
-    /// Of a fault that the simulator cannot play.
-    pub(super) fn stopped(why: impl ToString) -> Self {
-        Self {
-            stopped: Some(why.to_string()),
-            ..Self::default()
-        }
-    }
-}
-
 impl Chip {
     /// Device time of the core, µs: within a step of the host's, later than that.
     pub fn device_us(&self) -> u64 {
         self.device.around.us_of(self.device.cpu.cycle)
     }
-}
-
-/// Before anything broke.
-pub(super) fn never_runs(why: impl ToString) -> FaultsError {
-    FaultsError::NeverStimulates(why.to_string())
-}
-
-fn never(lost: io::Error) -> FaultsError {
-    FaultsError::NeverStimulates(lost.to_string())
 }
 
 /// When the first line or code differs from `from_us` on and before `to_us`.

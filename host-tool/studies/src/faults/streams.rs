@@ -3,9 +3,9 @@
 use super::Draws;
 use super::case::{Case, Fate};
 use super::declaration::Declaration;
-use super::error::FaultsError;
+use super::error::{FaultsError, never_runs};
 use super::kinds::Kinds;
-use super::stem::{Chip, Stem, never_runs};
+use super::stem::{Chip, Stem};
 use hal_sim::chip::board::{Board, CYCLES_PER_US, Half, Loss};
 use hal_sim::chip::cpu::bus::{Denied, Unmodelled};
 use hal_sim::chip::cpu::{Bus, Size};
@@ -59,12 +59,7 @@ impl Draws for Streams {
             Ok(detail) => (detail, self.stem.follow(fork, moment_us)),
             Err(why) => (String::new(), Fate::stopped(why)),
         };
-        Ok(Case {
-            index,
-            moment_us,
-            what: format!("{kind}: {detail}"),
-            fate,
-        })
+        Ok(Case::of(kind, &detail, (index, moment_us), fate))
     }
 
     fn notes(&self) -> Vec<String> {

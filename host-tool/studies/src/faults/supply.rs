@@ -5,10 +5,10 @@ use super::bench::DeviceClock;
 use super::case::{Case, Fate};
 use super::cut_off::CutOff;
 use super::declaration::Declaration;
-use super::error::FaultsError;
+use super::error::{FaultsError, never_runs};
 use super::freeze::{Owner, freeze};
 use super::kinds::Kinds;
-use super::stem::{Chip, Stem, never_runs};
+use super::stem::{Chip, Stem};
 use hal_sim::chip::board::{Board, BoardError, CYCLES_PER_US};
 use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::image::Image;
@@ -77,12 +77,7 @@ impl Draws for Supply {
             Ok(detail) => (detail, self.stem.follow(fork, moment_us)),
             Err(why) => (String::new(), Fate::stopped(why)),
         };
-        Ok(Case {
-            index,
-            moment_us,
-            what: format!("{kind}: {detail}"),
-            fate,
-        })
+        Ok(Case::of(kind, &detail, (index, moment_us), fate))
     }
 
     fn notes(&self) -> Vec<String> {
