@@ -158,7 +158,7 @@ impl Bus for Soc {
         }
         self.rcc.advance(to)?;
         self.follow_clocks(to)?;
-        self.follow_lsi(to);
+        self.follow_oscillators(to);
         self.adc.advance(to)?;
         self.spi3.advance(to)?;
         self.flash.advance(to)?;
@@ -383,6 +383,7 @@ impl Soc {
             Unit::Rcc => &mut self.rcc,
             Unit::Crc => &mut self.crc,
             Unit::Flash => &mut self.flash,
+            Unit::Tim11 => &mut self.tim11,
             Unit::Otg => &mut self.otg,
             // `Playback` is served before.
             Unit::Dbgmcu | Unit::Playback(_) => &mut self.dbgmcu,

@@ -17,11 +17,12 @@ impl Dbgmcu {
     /// Bits that exist, in CR, APB1FZR and APB2FZR.
     const FIELDS: [u32; 3] = [0xE7, 0x06E0_1DFF, 0x0007_0003];
 
-    /// Whether a halted core stops timer 1 to 5.
+    /// Whether a halted core stops timer 1 to 5, 11.
     pub const fn stops_timer(&self, number: u8) -> bool {
         match number {
             1 => self.registers[2] & 1 != 0,
             2..=5 => self.registers[1] >> (number - 2) & 1 != 0,
+            11 => self.registers[2] >> 18 & 1 != 0,
             _ => false,
         }
     }

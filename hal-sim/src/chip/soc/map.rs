@@ -31,6 +31,8 @@ pub enum Unit {
     Crc,
     /// Flash interface.
     Flash,
+    /// TIM11.
+    Tim11,
     /// USB.
     Otg,
     /// Debug support.
@@ -57,6 +59,7 @@ pub fn find(address: u32) -> Option<(Unit, u32)> {
         0x4001_2000 => Unit::Adc,
         0x4001_3800 => Unit::Syscfg,
         0x4001_3C00 => Unit::Exti,
+        0x4001_4800 => Unit::Tim11,
         0x4002_0000..=0x4002_2000 => {
             let port = (base - 0x4002_0000) >> 10;
             Unit::Playback(playback::Block::Gpio(port as usize))
@@ -90,7 +93,7 @@ pub const fn silent(address: u32) -> Option<(usize, u32)> {
         0x4001_0400..=0x4001_07FF => (APB2, 1),  // TIM8
         0x4001_1000..=0x4001_17FF => (APB2, 4 + ((address - 0x4001_1000) >> 10)), // USART1, 6
         0x4001_2C00..=0x4001_33FF => (APB2, 11 + ((address - 0x4001_2C00) >> 10)), // SDIO, SPI1
-        0x4001_4000..=0x4001_4BFF => (APB2, 16 + ((address - 0x4001_4000) >> 10)), // TIM9-11
+        0x4001_4000..=0x4001_47FF => (APB2, 16 + ((address - 0x4001_4000) >> 10)), // TIM9, 10
         0x4002_4000..=0x4002_4FFF => (AHB1, 18), // backup SRAM
         0x4002_8000..=0x4002_93FF => (AHB1, 25), // Ethernet
         0x4004_0000..=0x4007_FFFF => (AHB1, 29), // OTG_HS
@@ -108,7 +111,7 @@ impl Unit {
         Some(match self {
             Self::Playback(_) | Self::Rcc | Self::Flash | Self::Crc => Bridge::None,
             Self::Backup | Self::Iwdg | Self::Spi3 | Self::Usart2 | Self::Pwr => Bridge::Apb1,
-            Self::Adc | Self::Syscfg | Self::Exti => Bridge::Apb2,
+            Self::Adc | Self::Syscfg | Self::Exti | Self::Tim11 => Bridge::Apb2,
             Self::Otg | Self::Dbgmcu => return None,
         })
     }
@@ -125,6 +128,7 @@ impl Unit {
             Self::Pwr => Block::Pwr,
             Self::Adc => Block::Adc,
             Self::Syscfg => Block::Syscfg,
+            Self::Tim11 => Block::Timer(11),
             Self::Otg => Block::OtgFs,
             Self::Crc => Block::Crc,
             // EXTI runs on APB2's own clock; the backup domain and the
@@ -139,7 +143,7 @@ impl Unit {
 /// What RCC's reset bit of `block` resets, if it lives in `Playback`.
 pub const fn playback_block(block: Block) -> Option<playback::Block> {
     Some(match block {
-        Block::Timer(n) => playback::Block::Timer(n),
+        Block::Timer(n @ 1..=5) => playback::Block::Timer(n),
         Block::Dma(1) => playback::Block::Dma1,
         Block::Dma(_) => playback::Block::Dma2,
         Block::Gpio(port) => playback::Block::Gpio(port as usize),
@@ -162,6 +166,7 @@ mod tests {
         assert_eq!(find(0x5000_1000), Some((Unit::Otg, 0x1000)));
         assert_eq!(find(0x4000_2850), Some((Unit::Backup, 0x50)));
         assert_eq!(find(0x4002_2400), None, "beyond port I");
+        assert_eq!(find(0x4001_4834), Some((Unit::Tim11, 0x34)));
         assert_eq!(find(0x4000_1000), None, "TIM6");
     }
 
@@ -175,7 +180,7 @@ mod tests {
             (0x4000_6800, Some((APB1, 26))), // CAN2
             (0x4001_1400, Some((APB2, 5))),  // USART6
             (0x4001_3000, Some((APB2, 12))), // SPI1
-            (0x4001_4800, Some((APB2, 18))), // TIM11
+            (0x4001_4400, Some((APB2, 17))), // TIM10
             (0x5006_0400, Some((1, 5))),     // HASH
             (0x4000_2400, None),
             (0x4000_6000, None),

@@ -27,6 +27,7 @@ pub mod spi;
 pub mod syscfg;
 #[cfg(test)]
 mod tests;
+mod tim11;
 pub mod timer;
 pub mod uid;
 pub mod usart;
@@ -53,6 +54,7 @@ use otg::Otg;
 use pwr::Pwr;
 use rcc::{Cause, HSI_HZ, Rcc};
 use spi::Spi;
+use tim11::Tim11;
 use uid::Signature;
 use usart::Usart;
 
@@ -91,6 +93,7 @@ pub struct Soc {
     lsi_hz: u32,
     /// Whether TIM5 was told that the LSI oscillates.
     lsi_is_on: bool,
+    tim11: Tim11,
     crc: Crc,
     syscfg: Syscfg,
     dbgmcu: Dbgmcu,
@@ -133,6 +136,7 @@ impl Soc {
             iwdg: Iwdg::new(LSI_HZ),
             lsi_hz: LSI_HZ,
             lsi_is_on: false,
+            tim11: Tim11::default(),
             crc: Crc::default(),
             syscfg: Syscfg::default(),
             dbgmcu: Dbgmcu::default(),
@@ -153,10 +157,11 @@ impl Soc {
         self.reset = None;
         self.rcc.reset(cause);
         self.follow_clocks(at)?;
-        self.follow_lsi(at);
+        self.follow_oscillators(at);
         self.flash.reset(at);
         self.playback.reset_all(at, &mut self.ram)?;
         self.adc.reset();
+        self.tim11.reset();
         self.spi3.reset();
         self.otg.reset_registers(at);
         self.usart2.reset();
@@ -186,6 +191,7 @@ impl Soc {
             ("playback", self.playback.is_like(&other.playback, at)),
             ("RCC", self.rcc == other.rcc),
             ("ADC", self.adc == other.adc),
+            ("TIM11", self.tim11 == other.tim11),
             ("SPI3", self.spi3 == other.spi3),
             ("OTG", self.otg.is_like(&other.otg)),
             ("USART2", self.usart2 == other.usart2),

@@ -143,6 +143,9 @@ impl Soc {
                     .misclock(number, clocking, at, &mut self.ram)?;
             }
         }
+        if self.dbgmcu.stops_timer(11) {
+            self.tim11.hold(halted, at);
+        }
         if self.dbgmcu.stops_watchdog() {
             self.iwdg.hold(halted, at);
         }
@@ -165,7 +168,7 @@ impl Soc {
             Unit::Rcc => {
                 self.event = self.now; // a clock changes everything
                 self.follow_clocks(at)?;
-                self.follow_lsi(at);
+                self.follow_oscillators(at);
                 for block in self.rcc.take_resets() {
                     self.reset_block(block, at)?;
                 }
@@ -186,14 +189,16 @@ impl Soc {
         }
     }
 
-    /// Tells TIM5 of the LSI that RCC switched on or off. One that only the watchdog keeps
-    /// on is not told of.
-    pub(super) fn follow_lsi(&mut self, at: Cycle) {
+    /// Tells TIM5 of the LSI, and TIM11 of the crystal, that RCC switched on or off. An LSI
+    /// that only the watchdog keeps on is not told of.
+    pub(super) fn follow_oscillators(&mut self, at: Cycle) {
+        let (crystal_hz, rtcpre) = self.rcc.hse_rtc();
+        let core_hz = self.rcc.clocks.hclk_hz;
+        self.tim11.set_crystal(crystal_hz, rtcpre, core_hz, at);
         let is_on = self.rcc.is_lsi_ready();
         if is_on != self.lsi_is_on {
             self.lsi_is_on = is_on;
-            let hz = self.rcc.clocks.hclk_hz;
-            let lsi = is_on.then(|| Oscillator::new(self.lsi_hz, hz, at));
+            let lsi = is_on.then(|| Oscillator::new(self.lsi_hz, core_hz, at));
             self.playback.set_lsi(lsi);
         }
     }
@@ -210,6 +215,7 @@ impl Soc {
             Block::Usart2 => self.usart2.reset(),
             Block::Pwr => self.pwr.reset(),
             Block::Adc => self.adc.reset(),
+            Block::Timer(11) => self.tim11.reset(),
             Block::Syscfg => {
                 self.syscfg = Syscfg::default();
                 self.exti = Exti::default();
@@ -228,6 +234,7 @@ impl Soc {
         let (apb1, apb2) = (clocks.apb1_divider(), clocks.apb2_divider());
         self.playback.set_clocks(apb1, apb2, at, &mut self.ram)?;
         self.playback.set_core_hz(hclk_hz, at);
+        self.tim11.set_clock(hclk_hz, clocks.timer2_divider(), at);
         self.flash.set_hz(hclk_hz, at);
         if self.rcc.is_true() {
             self.flash.check_wait_states(self.pwr.supply_mv)?;

@@ -21,7 +21,7 @@ pub enum Block {
     /// 1, 2.
     Dma(u8),
     OtgFs,
-    /// 1–5.
+    /// 1–5, 11.
     Timer(u8),
     /// 1–3.
     Spi(u8),
@@ -34,13 +34,13 @@ pub enum Block {
 impl Block {
     /// All of them, by bus and bit.
     #[rustfmt::skip]
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 26] = [
         Self::Gpio(0), Self::Gpio(1), Self::Gpio(2), Self::Gpio(3), Self::Gpio(4),
         Self::Gpio(5), Self::Gpio(6), Self::Gpio(7), Self::Gpio(8), Self::Crc, Self::Dma(1), Self::Dma(2),
         Self::OtgFs,
         Self::Timer(2), Self::Timer(3), Self::Timer(4), Self::Timer(5),
         Self::Spi(2), Self::Spi(3), Self::Usart2, Self::Pwr,
-        Self::Timer(1), Self::Adc, Self::Spi(1), Self::Syscfg,
+        Self::Timer(1), Self::Adc, Self::Spi(1), Self::Syscfg, Self::Timer(11),
     ];
 
     /// Bus index (AHB1, AHB2, AHB3, APB1, APB2) and bit, the same in the reset
@@ -52,6 +52,7 @@ impl Block {
             Self::Dma(n) => (AHB1, 20 + n as u32),
             Self::OtgFs => (AHB2, 7),
             Self::Timer(1) => (APB2, 0),
+            Self::Timer(11) => (APB2, 18),
             Self::Timer(n) => (APB1, n as u32 - 2),
             Self::Spi(1) => (APB2, 12),
             Self::Spi(n) => (APB1, 12 + n as u32),

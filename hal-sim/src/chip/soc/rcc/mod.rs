@@ -215,6 +215,14 @@ impl Rcc {
         self.enables[bus] >> bit & 1 != 0
     }
 
+    /// The crystal, Hz, and what RTCPRE divides it by for RTC and TIM11, while it
+    /// oscillates: 2 to 31, or nothing (section 7.3.3).
+    pub const fn hse_rtc(&self) -> (u32, Option<u32>) {
+        let rtcpre = self.cfgr >> 16 & 0x1F;
+        let is_there = self.hse_works && self.cr & cr::HSERDY != 0 && rtcpre >= 2;
+        (self.hse_hz, if is_there { Some(rtcpre) } else { None })
+    }
+
     /// RCC_CSR.LSIRDY.
     pub const fn is_lsi_ready(&self) -> bool {
         self.csr & 1 << 1 != 0
