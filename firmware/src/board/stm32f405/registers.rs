@@ -3,9 +3,9 @@
 //!
 //! What is written once at set-up stands here a second time, on purpose and as
 //! numbers: a check that shared the code of what it checks would share its mistakes.
-//! Left out is what shows by what it does: most of TIM1, DMA2 and what clocks TIM2, in
-//! the tape's positions and the count of cycles (`Tape::check`); the refill's interrupt,
-//! in the second clock.
+//! Left out is what shows by what it does: most of TIM1 and what clocks TIM2, in the
+//! tape's positions and the count of cycles (`Tape::check`); TIM11, in what it captures
+//! (`Crystal`); the refill's interrupt, in the second clock.
 
 use crate::safety::Fault;
 use crate::seal::fold;
@@ -23,8 +23,15 @@ const GPIOC: u32 = 0x4002_0800;
 const GPIOD: u32 = 0x4002_0C00;
 const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3C00;
+const DMA2: u32 = 0x4002_6400;
 const SYST: u32 = 0xE000_E010;
 const NVIC: u32 = 0xE000_E100;
+
+/// The tape in SRAM2 (memory.x): B, C and the isolated words for each.
+const TAPE_B: u32 = 0x2001_C000;
+const TAPE_C: u32 = TAPE_B + 2_000;
+const ISOLATED_B: u32 = TAPE_C + 2_000;
+const ISOLATED_C: u32 = ISOLATED_B + 4;
 
 /// Whether registers are what they must be: addresses, bits that count, values. One
 /// comparison of sums, in straight code: a loop over a table takes three times as long.
@@ -62,6 +69,37 @@ fn pins_hold() -> bool {
     }
 }
 
+/// Where the tape is played from and to, and how. CR: channel 6, priority very high, words,
+/// the memory's address increments, circular, to the port, on. That FCR asks for direct mode
+/// shows in the positions, which a FIFO would fetch ahead of.
+fn play_holds() -> bool {
+    hold! {
+        stream(1), 0x0FEF_FFFF => 0x0C03_5541; // CR
+        stream(5), 0x0FEF_FFFF => 0x0C03_5541;
+        stream(1) + 0x08, u32::MAX => GPIOC + 0x18; // PAR: BSRR
+        stream(5) + 0x08, u32::MAX => GPIOB + 0x18;
+        stream(1) + 0x0C, u32::MAX => TAPE_C; // M0AR
+        stream(5) + 0x0C, u32::MAX => TAPE_B;
+    }
+}
+
+/// What erases it. CR: as there, but from the isolated word.
+fn erase_holds() -> bool {
+    hold! {
+        stream(2), 0x0FEF_FFFF => 0x0C03_5501;
+        stream(6), 0x0FEF_FFFF => 0x0C03_5501;
+        stream(2) + 0x08, u32::MAX => ISOLATED_B;
+        stream(6) + 0x08, u32::MAX => ISOLATED_C;
+        stream(2) + 0x0C, u32::MAX => TAPE_B;
+        stream(6) + 0x0C, u32::MAX => TAPE_C;
+    }
+}
+
+/// Registers of stream `n` of DMA2 (RM0090 section 10.5.5).
+const fn stream(n: u32) -> u32 {
+    DMA2 + 0x10 + 0x18 * n
+}
+
 /// What stops and what is measured.
 fn inputs_hold() -> bool {
     hold! {
@@ -90,7 +128,11 @@ fn inputs_hold() -> bool {
 /// # Errors
 /// [`Fault::Registers`].
 pub fn check(is_odd: bool) -> Result<(), Fault> {
-    let holds = if is_odd { pins_hold() } else { inputs_hold() };
+    let holds = if is_odd {
+        pins_hold() && play_holds()
+    } else {
+        inputs_hold() && erase_holds()
+    };
     if holds { Ok(()) } else { Err(Fault::Registers) }
 }
 
