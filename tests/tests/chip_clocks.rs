@@ -2,12 +2,13 @@
 //! found before it has lasted two windows.
 
 use crate::chip_faults::{Bench, TWO_WINDOWS_US};
+use firmware::safety::Fault;
 use hal_sim::trace::Levels;
 
 /// Registers that decide edges (RM0090), and bits of each to turn. Left
 /// out is what the simulator does not model: both timers' prescalers, a TIM1 of 167
 /// counts, the SPI's bit order, other triggers of the ADC.
-const UPSETS: [(&str, u32, u32); 21] = [
+const UPSETS: [(&str, u32, u32); 29] = [
     ("GPIOA_MODER: trigger", 0x4002_0000, 1 << 30),
     ("GPIOB_MODER: a line of channel 6", 0x4002_0400, 1 << 1),
     ("GPIOC_MODER: a line of channel 1", 0x4002_0800, 1),
@@ -15,6 +16,14 @@ const UPSETS: [(&str, u32, u32); 21] = [
     ("GPIOB_OTYPER", 0x4002_0404, 1 << 1),
     ("GPIOC_OTYPER", 0x4002_0804, 1),
     ("GPIOC_AFRH: the DACs' clock", 0x4002_0824, 1 << 8),
+    ("DMA2_S1PAR", 0x4002_6430, 1 << 10),
+    ("DMA2_S2PAR", 0x4002_6448, 1 << 4),
+    ("DMA2_S5PAR", 0x4002_6490, 1 << 10),
+    ("DMA2_S6PAR", 0x4002_64A8, 1 << 4),
+    ("DMA2_S1M0AR", 0x4002_6434, 1 << 7),
+    ("DMA2_S2M0AR", 0x4002_644C, 1 << 9),
+    ("DMA2_S5M0AR", 0x4002_6494, 1 << 10),
+    ("DMA2_S6M0AR", 0x4002_64AC, 1 << 7),
     ("TIM1_CR2: what clocks TIM2", 0x4001_0004, 1 << 4),
     ("TIM1_DIER: a stream's requests", 0x4001_000C, 1 << 9),
     ("TIM1_ARR: 167 to 231", 0x4001_002C, 1 << 6),
@@ -74,6 +83,25 @@ fn the_hosts_frames_tell_of_a_wrong_clock() {
         bench.board.around.host.set_hz(hz, cycle);
         bench.run_us(4_200_000);
         assert_eq!(bench.fault().is_some(), is_found, "{hz} Hz");
+    }
+}
+
+/// A PLL that multiplies by another factor makes every phase longer or shorter: the crystal
+/// tells within two windows, which last as much longer.
+#[test]
+fn a_pll_that_runs_at_another_speed_isolates_within_two_windows() {
+    let (bench, at) = Bench::in_a_pulse();
+    for thousandths in [500, 501, 550, 667, 750, 990, 997, 1003, 1050, 1125, 1250] {
+        let mut bench = bench.clone();
+        bench.board.pll_runs_at(168_000 * thousandths).unwrap();
+        bench.run_us(10_000);
+        let (since, last) = *bench.record.trace.levels.last().unwrap();
+        let late = since.saturating_sub(at);
+        println!("{thousandths} / 1000: isolated after {late} us");
+        assert_eq!(last, Levels::ISOLATED, "{thousandths}");
+        let windows_us = TWO_WINDOWS_US * 1000 / u64::from(thousandths);
+        assert!(late <= windows_us, "{thousandths}: {late} us");
+        assert_eq!(bench.fault(), Some(Fault::TimeBase), "{thousandths}");
     }
 }
 

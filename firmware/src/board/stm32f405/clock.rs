@@ -103,5 +103,8 @@ fn keep_running_under_halt() {
         w.set_tim2(false);
         w.set_iwdg(false);
     });
-    DBGMCU.apb2fzr().modify(|w| w.set_tim1(false));
+    DBGMCU.apb2fzr().modify(|w| {
+        w.set_tim1(false);
+        w.set_tim11(false);
+    });
 }

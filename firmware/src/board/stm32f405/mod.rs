@@ -1,7 +1,8 @@
 //! The stimulator board: an STM32F405RG at 168 MHz, registers only.
 //!
 //! `refill`, `control` and `session` are the contexts of the three owners;
-//! `tape` and `timebase` play pulses, `overdue` watches that they do; `pins`,
+//! `tape` and `timebase` play pulses, `overdue` watches that they do, `crystal` and `usb_clock`
+//! how fast; `pins`,
 //! `dac`, `adc`, `clock` and `watchdog` are what they are called; `march` and `self_test`
 //! try the chip at boot, `memory` fences it in; `record` and
 //! `emergency` are for faults. In: interrupts, bytes. Out: port words, DAC codes, bytes. RM0090 is
@@ -10,6 +11,7 @@
 mod adc;
 mod clock;
 mod control;
+mod crystal;
 mod dac;
 mod emergency;
 mod march;

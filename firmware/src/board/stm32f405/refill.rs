@@ -5,6 +5,7 @@
 
 use super::adc::{self, Sequence};
 use super::control::{TICK, Tick};
+use super::crystal::Crystal;
 use super::pac::{EXTI, Interrupt, SYSCFG};
 use super::tape::{self, Half, Tape};
 use super::timebase::Instant;
@@ -29,6 +30,7 @@ const DEFAULT_SAMPLE_US: u32 = 125;
 struct Refill {
     /// Interrupts when the next refill is overdue.
     second_clock: SYST,
+    crystal: Crystal,
     pulser: Pulser,
     mail: PulserMail<'static>,
     /// `None` after a fault stop, until a plan wants outputs again.
@@ -82,6 +84,7 @@ pub unsafe fn start(
     let refill = MEMORY.init_with(|| Refill {
         kept: latched.map_or(Kept::Nothing, |_| Kept::Latched),
         second_clock,
+        crystal: Crystal::start(),
         pulser: Pulser::new(latched),
         mail,
         tape: None,
@@ -205,10 +208,9 @@ impl Refill {
         }
     }
 
-    /// Holds the host's clock and registers against what the plan relies on, while anything may
-    /// play.
-    fn check_hardware(&self) -> Result<(), Fault> {
-        if usb_clock::disagrees() {
+    /// Holds clocks, and while anything may play registers, against what the plan relies on.
+    fn check_hardware(&mut self) -> Result<(), Fault> {
+        if self.crystal.disagrees() || usb_clock::disagrees() {
             return Err(Fault::TimeBase);
         }
         if self.tape.is_none() {

@@ -34,7 +34,7 @@ impl Outcome {
                 )),
                 device: Some(device.to_owned()),
                 sha256: declaration.sha256.clone(),
-                source: "issue 15".to_owned(),
+                source: "docs/faults.md".to_owned(),
                 draws: self.drawn,
                 as_declared: (seed, self.drawn) == (declaration.seed(), declaration.count()),
             },
