@@ -19,6 +19,7 @@ use crate::chip::cpu::bus::{Denied, Modelled, Read, Unmodelled, refuse};
 use crate::random;
 use accelerator::Accelerator;
 use programming::Programming;
+use std::sync::Arc;
 
 /// Bytes of main memory.
 pub const SIZE: usize = 1 << 20;
@@ -57,7 +58,8 @@ impl Prefetched {
 /// Flash memory and its interface.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Flash {
-    bytes: Vec<u8>,
+    /// Forks share it until one of them writes.
+    bytes: Arc<[u8]>,
     accelerator: Accelerator,
     programming: Programming,
     /// What was there before the operation under way: offset and bytes.
@@ -72,7 +74,7 @@ impl Default for Flash {
     /// Erased, registers at reset, core at 16 MHz.
     fn default() -> Self {
         Self {
-            bytes: vec![0xFF; SIZE],
+            bytes: vec![0xFF; SIZE].into(),
             accelerator: Accelerator::new(),
             programming: Programming::new(),
             before: (0, Vec::new()),
@@ -92,10 +94,15 @@ impl Flash {
         };
         let start = address.checked_sub(BASE).ok_or(outside)? as usize;
         let end = start.checked_add(bytes.len()).ok_or(outside)?;
-        let place = self.bytes.get_mut(start..end).ok_or(outside)?;
+        let place = self.bytes_mut().get_mut(start..end).ok_or(outside)?;
         place.copy_from_slice(bytes);
         self.code_version = self.code_version.wrapping_add(1);
         Ok(())
+    }
+
+    /// All bytes, for who writes: a fork has its own from then on.
+    fn bytes_mut(&mut self) -> &mut [u8] {
+        Arc::make_mut(&mut self.bytes)
     }
 
     /// System reset: the memory stays. An operation under way is cut off: what it
@@ -105,7 +112,7 @@ impl Flash {
         let (offset, before) = std::mem::take(&mut self.before);
         if self.programming.is_busy(at) {
             let seed = random::word(self.seed, at);
-            let places = self.bytes.iter_mut().skip(offset);
+            let places = self.bytes_mut().iter_mut().skip(offset);
             for (index, (place, before)) in (0..).zip(places.zip(before)) {
                 let changed = random::word(seed, index) as u8;
                 *place = before ^ (before ^ *place) & changed;

@@ -214,7 +214,7 @@ impl Flash {
         } else {
             let bytes = value.to_le_bytes();
             self.remember(offset..offset + size.bytes());
-            let places = self.bytes.iter_mut().skip(offset as usize);
+            let places = self.bytes_mut().iter_mut().skip(offset as usize);
             for (place, byte) in places.zip(&bytes[..size.bytes() as usize]) {
                 *place &= byte; // programming only clears bits
             }
@@ -252,7 +252,7 @@ impl Flash {
         }
         self.remember(sector.clone());
         if let Some(bytes) = self
-            .bytes
+            .bytes_mut()
             .get_mut(sector.start as usize..sector.end as usize)
         {
             bytes.fill(0xFF);
