@@ -11,6 +11,7 @@ mod chip_numbers;
 mod chip_parity;
 mod chip_patterns;
 mod chip_stages;
+mod chip_usb;
 mod committed_seed;
 mod cycles;
 mod device_numbers;

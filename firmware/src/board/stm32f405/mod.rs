@@ -27,6 +27,7 @@ mod session;
 mod stages;
 mod tape;
 mod timebase;
+mod usb_bus;
 mod usb_clock;
 mod watchdog;
 

@@ -4,6 +4,7 @@
 use super::control::TOLD;
 use super::stages;
 use super::timebase;
+use super::usb_bus;
 use super::usb_clock::UsbClock;
 use super::watchdog::{self, Owner};
 use crate::device::{Session, SessionMail};
@@ -67,7 +68,7 @@ pub async fn serve(
     let (mut usb, class) = build(port);
     let (tx, rx) = class.split();
     join3(
-        usb.run(),
+        usb_bus::serve(&mut usb),
         send(tx, outgoing),
         converse(session, mail, rx, outgoing),
     )

@@ -1,0 +1,50 @@
+//! A host that leaves in the middle of a request, and comes again: the flashed image on the
+//! chip simulator.
+
+use firmware::lockstep::Sensors;
+use hal_sim::chip::board::Board;
+use hal_sim::chip::soc::Pace;
+use tests::desk;
+
+/// Cycles of a millisecond.
+const MS: u64 = 168_000;
+
+/// A board whose first enumeration is left at moments of its first milliseconds, some of them
+/// within a request: each time the port opens, whatever the board waited for.
+fn opens_again_after(leave: fn(&mut Board<()>)) {
+    let (image, stages) = (desk::flashed(), desk::stages(24.0));
+    let mut board = Board::power_on(image, stages, Pace::Lazy, ()).unwrap();
+    while board.around.host.frame(board.cpu.cycle).is_none() {
+        board.run_to(board.cpu.cycle + MS).unwrap();
+    }
+    // 10 ms after the reset the host asks.
+    board.run_to(board.cpu.cycle + 19 * MS / 2).unwrap();
+    for moment in 0..48 {
+        board.run_to(board.cpu.cycle + MS / 16).unwrap();
+        let mut fork = board.clone();
+        leave(&mut fork);
+        let open = fork.boot(&Sensors::default());
+        assert!(open.is_ok(), "moment {moment}: {open:?}");
+    }
+}
+
+#[test]
+fn a_cable_pulled_within_a_request_is_seen() {
+    opens_again_after(|board| {
+        board.around.plug(false, board.cpu.cycle);
+        board.run_to(board.cpu.cycle + MS).unwrap();
+        board.around.plug(true, board.cpu.cycle);
+    });
+}
+
+/// It keeps the port's power, so the board sees a reset of the bus alone.
+#[test]
+fn a_host_that_restarts_within_a_request_is_seen() {
+    opens_again_after(|board| {
+        let (at, around) = (board.cpu.cycle, &mut board.around);
+        let mut nobody = around.soc.otg.clone();
+        around.host.unplug(at, &mut nobody);
+        around.host.plug(at, &mut nobody);
+        around.soc.reschedule();
+    });
+}
