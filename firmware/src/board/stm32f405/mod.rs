@@ -29,6 +29,7 @@ mod tape;
 mod timebase;
 mod usb_bus;
 mod usb_clock;
+mod usb_driver;
 mod watchdog;
 
 use crate::device::{Controller, Identity, Mailboxes, Session, first_session};

@@ -6,6 +6,7 @@ use super::stages;
 use super::timebase;
 use super::usb_bus;
 use super::usb_clock::UsbClock;
+use super::usb_driver::Checked;
 use super::watchdog::{self, Owner};
 use crate::device::{Session, SessionMail};
 use core::convert::Infallible;
@@ -36,7 +37,7 @@ const VID_PID: (u16, u16) = (0x1209, 0x0001);
 /// for its answer to leave; half of them in any case, for what USB still holds.
 const PATIENCE: u8 = 40;
 
-type Usb = Driver<'static, USB_OTG_FS>;
+type Usb = Checked<Driver<'static, USB_OTG_FS>>;
 type Bytes = Pipe<NoopRawMutex, PIPE>;
 
 /// Pins and peripheral of the port.
@@ -103,7 +104,7 @@ fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
     config.serial_number = Some(embassy_stm32::uid::uid_hex());
     config.max_power = 100;
     let mut builder = Builder::new(
-        driver,
+        Checked(driver),
         config,
         &mut memory.config,
         &mut memory.bos,

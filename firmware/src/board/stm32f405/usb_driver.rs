@@ -1,0 +1,96 @@
+//! The controller's driver, behind a door that turns away what the stack cannot bear.
+
+use embassy_usb::driver::{
+    ControlPipe, Driver, EndpointAddress, EndpointAllocError, EndpointError, EndpointType,
+};
+
+/// Endpoints of OTG_FS in each direction, endpoint 0 included (RM0090 section 34.4.1).
+const ENDPOINTS: u8 = 4;
+
+/// A driver whose stack hears of no endpoint that the controller does not have: asked for the
+/// state of such a one, or to halt it, stack and driver would panic, and any program may ask.
+pub struct Checked<D>(pub D);
+
+impl<'d, D: Driver<'d>> Driver<'d> for Checked<D> {
+    type EndpointOut = D::EndpointOut;
+    type EndpointIn = D::EndpointIn;
+    type ControlPipe = CheckedPipe<D::ControlPipe>;
+    type Bus = D::Bus;
+
+    fn alloc_endpoint_out(
+        &mut self,
+        kind: EndpointType,
+        address: Option<EndpointAddress>,
+        packet: u16,
+        interval_ms: u8,
+    ) -> Result<Self::EndpointOut, EndpointAllocError> {
+        self.0
+            .alloc_endpoint_out(kind, address, packet, interval_ms)
+    }
+
+    fn alloc_endpoint_in(
+        &mut self,
+        kind: EndpointType,
+        address: Option<EndpointAddress>,
+        packet: u16,
+        interval_ms: u8,
+    ) -> Result<Self::EndpointIn, EndpointAllocError> {
+        self.0.alloc_endpoint_in(kind, address, packet, interval_ms)
+    }
+
+    fn start(self, control_packet: u16) -> (Self::Bus, Self::ControlPipe) {
+        let (bus, pipe) = self.0.start(control_packet);
+        (bus, CheckedPipe(pipe))
+    }
+}
+
+/// Endpoint 0, which answers such requests by STALL (USB 2.0 sections 9.4.1, 9.4.5, 9.4.9).
+pub struct CheckedPipe<P>(P);
+
+impl<P: ControlPipe> ControlPipe for CheckedPipe<P> {
+    fn max_packet_size(&self) -> usize {
+        self.0.max_packet_size()
+    }
+
+    /// Loses nothing when it is dropped: refusing does not wait.
+    async fn setup(&mut self) -> [u8; 8] {
+        loop {
+            let request = self.0.setup().await;
+            if !is_of_no_endpoint(&request) {
+                return request;
+            }
+            self.0.reject().await;
+        }
+    }
+
+    async fn data_out(
+        &mut self,
+        buffer: &mut [u8],
+        first: bool,
+        last: bool,
+    ) -> Result<usize, EndpointError> {
+        self.0.data_out(buffer, first, last).await
+    }
+
+    async fn data_in(&mut self, data: &[u8], first: bool, last: bool) -> Result<(), EndpointError> {
+        self.0.data_in(data, first, last).await
+    }
+
+    async fn accept(&mut self) {
+        self.0.accept().await;
+    }
+
+    async fn reject(&mut self) {
+        self.0.reject().await;
+    }
+
+    async fn accept_set_address(&mut self, address: u8) {
+        self.0.accept_set_address(address).await;
+    }
+}
+
+/// A standard request (bmRequestType, either direction) of an endpoint whose number, the
+/// lowest bits of wIndex, is beyond the controller's (USB 2.0 section 9.3, figure 9-2).
+fn is_of_no_endpoint(&[kind, _, _, _, index, ..]: &[u8; 8]) -> bool {
+    kind & 0x7F == 0x02 && index & 0x0F >= ENDPOINTS
+}
