@@ -235,6 +235,10 @@ impl Soc {
             && self.rcc.upset(offset, bits, at)?
         {
             self.follow_clocks(at)?;
+        } else if let Some((map::Unit::Flash, offset)) = map::find(address)
+            && self.flash.upset(offset, bits, self.pwr.supply_mv)?
+        {
+            // Wait states take effect with the next read.
         } else {
             let old = self.read(address, Size::Word, at)?.value;
             self.write(address, Size::Word, old ^ bits, at)?;

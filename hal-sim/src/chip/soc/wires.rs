@@ -182,8 +182,9 @@ impl Soc {
                 self.backup.set_writable(writable);
                 self.rcc.set_backup_writable(writable);
                 self.follow_supply();
-                Ok(())
+                self.pwr.check_scale(self.hz())
             }
+            Unit::Flash if self.rcc.is_beyond() => self.flash.check_known(self.pwr.supply_mv),
             Unit::Flash => self.flash.check_wait_states(self.pwr.supply_mv),
             _ => Ok(()),
         }
@@ -236,9 +237,12 @@ impl Soc {
         self.playback.set_core_hz(hclk_hz, at);
         self.tim11.set_clock(hclk_hz, clocks.timer2_divider(), at);
         self.flash.set_hz(hclk_hz, at);
-        if self.rcc.is_true() {
-            self.flash.check_wait_states(self.pwr.supply_mv)?;
+        match (self.rcc.is_true(), self.rcc.is_beyond()) {
+            (true, false) => self.flash.check_wait_states(self.pwr.supply_mv)?,
+            (true, true) => self.flash.check_known(self.pwr.supply_mv)?,
+            (false, _) => {}
         }
+        self.pwr.check_scale(hclk_hz)?;
         self.iwdg.set_hz(hclk_hz, at);
         self.otg.set_hz(hclk_hz.into(), at);
         self.adc.set_clock(hclk_hz, apb2);

@@ -149,6 +149,35 @@ impl Flash {
         self.hz = hz;
     }
 
+    /// Turns `bits` of ACR by itself at a supply of `supply_mv`. `false` if `offset` is
+    /// another register's.
+    ///
+    /// # Errors
+    /// As [`Self::check_known`].
+    pub fn upset(&mut self, offset: u32, bits: u32, supply_mv: u32) -> Modelled<bool> {
+        if offset != 0 {
+            return Ok(false);
+        }
+        self.set_acr(self.accelerator.acr() ^ bits)?;
+        self.check_known(supply_mv)?;
+        Ok(true)
+    }
+
+    /// Whether LATENCY suffices by what is known to read right where the data sheet is left.
+    /// Betaflight runs this chip at 240 MHz with 5 wait states: assumed, a read takes the
+    /// array no more than those 25 ns from 2.7 V on.
+    ///
+    /// # Errors
+    /// It does not: the flash would deliver wrong code.
+    pub fn check_known(&self, supply_mv: u32) -> Modelled {
+        const PER_S: u64 = 40_000_000;
+        let reads = u64::from(self.accelerator.latency + 1) * PER_S;
+        match supply_mv >= 2700 && u64::from(self.hz) <= reads {
+            true => Ok(()),
+            false => self.check_wait_states(supply_mv),
+        }
+    }
+
     /// Whether LATENCY suffices for the core clock at a supply of `supply_mv`
     /// (RM0090 table 10).
     ///

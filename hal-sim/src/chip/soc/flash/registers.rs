@@ -3,6 +3,14 @@
 use super::Flash;
 use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
 
+impl Flash {
+    pub(super) fn set_acr(&mut self, value: u32) -> Modelled {
+        self.accelerator
+            .set_acr(value)
+            .ok_or(Unmodelled("FLASH_ACR: reset of a cache that is on"))
+    }
+}
+
 impl Peripheral for Flash {
     fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
         let word = match offset & !3 {
@@ -22,10 +30,7 @@ impl Peripheral for Flash {
             "FLASH: register writes narrower than a word",
         )?;
         match offset {
-            0x00 => self
-                .accelerator
-                .set_acr(value)
-                .ok_or(Unmodelled("FLASH_ACR: reset of a cache that is on")),
+            0x00 => self.set_acr(value),
             0x04 => self.programming.write_key(value),
             0x0C => {
                 self.programming.clear(value);

@@ -226,6 +226,24 @@ fn wait_states_must_suffice() {
     }
 }
 
+/// [`Flash::check_known`]: 25 ns, from 2.7 V on.
+#[test]
+fn what_turns_by_itself_may_read_faster_than_the_data_sheet() {
+    let turned = |hz, bit: u32, supply_mv| {
+        let mut flash = flash(ICEN);
+        flash.set_hz(hz, 0);
+        flash.upset(ACR, 1 << bit, supply_mv)
+    };
+    assert_eq!(turned(168_000_000, 0, 3300), Ok(true), "4: 29.8 ns");
+    assert_eq!(turned(168_000_000, 1, 3300), Ok(true), "7");
+    assert!(turned(168_000_000, 2, 3300).is_err(), "1: 11.9 ns");
+    assert!(turned(168_000_000, 0, 2699).is_err());
+    assert_eq!(turned(200_000_000, 0, 3300), Ok(true));
+    assert!(turned(200_000_001, 0, 3300).is_err());
+    assert_eq!(turned(200_000_001, 9, 3300), Ok(true), "no cache");
+    assert_eq!(flash(0).upset(CR, 1, 3300), Ok(false));
+}
+
 /// Unlocked, x32, at 168 MHz.
 fn unlocked() -> Flash {
     let mut flash = flash(0);

@@ -19,7 +19,7 @@ pub use tree::HSI_HZ;
 use super::clock::{Clocks, cycles_in, rescale};
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
-use tree::{Pll, Source};
+use tree::{Limits, Pll, Source};
 
 /// HSI start-up, 2.2 µs typical (DS8626, HSI oscillator characteristics).
 const HSI_START_NS: u64 = 2_200;
@@ -48,6 +48,7 @@ mod cr {
 
 const PLLCFGR_RESET: u32 = 0x2400_3010;
 const PLLCFGR_FIELDS: u32 = 0x0F43_7FFF;
+const CFGR_FIELDS: u32 = 0xFFFF_FCF3;
 /// AHB1 to APB2 low-power enables after reset (sections 7.3.15–7.3.19).
 const LPENR_RESET: [u32; BUSES] = [0x7E67_91FF, 0x0000_00F1, 1, 0x36FE_C9FF, 0x0007_5F33];
 const CSSF: u32 = 1 << 7;
@@ -100,6 +101,8 @@ pub struct Rcc {
     hse_works: bool,
     /// What the PLL's output P is in truth, Hz, if not what its registers say.
     pll_hz: Option<u32>,
+    /// Of what its registers ask for.
+    limits: Limits,
     cr: u32,
     pllcfgr: u32,
     cfgr: u32,
@@ -138,6 +141,7 @@ impl Rcc {
             hse_hz,
             hse_works: true,
             pll_hz: None,
+            limits: Limits::DATA_SHEET,
             cr: cr::RESET,
             pllcfgr: PLLCFGR_RESET,
             cfgr: 0,
@@ -283,6 +287,11 @@ impl Rcc {
         self.pll_hz.is_none()
     }
 
+    /// Whether its clocks are beyond the data sheet, since a register turned by itself.
+    pub fn is_beyond(&self) -> bool {
+        self.limits != Limits::DATA_SHEET
+    }
+
     fn write_cr(&mut self, value: u32, at: Cycle) -> Modelled {
         // PLLI2S clocks nothing that is on here.
         refuse(
@@ -328,23 +337,30 @@ impl Rcc {
         self.update_clocks(at)
     }
 
-    /// Turns `bits` of PLLCFGR while the PLL is on, when no write may: it multiplies by the
-    /// new factor from `at` on. How it loses lock and finds it is not modelled. `false` if
-    /// `offset` is another register's, or the PLL is off.
+    /// Turns `bits` of CFGR, or of PLLCFGR while the PLL is on, when no write may: it
+    /// multiplies by the new factor from `at` on. How it loses lock and finds it is not
+    /// modelled. `false` if `offset` is another register's, or the PLL is off.
     ///
     /// # Errors
-    /// A factor, or clocks, that the manual does not allow.
+    /// What the manual does not allow, or clocks beyond [`Limits::KNOWN`].
     pub fn upset(&mut self, offset: u32, bits: u32, at: Cycle) -> Modelled<bool> {
-        if offset != 0x04 || self.cr & cr::PLLON == 0 {
-            return Ok(false);
+        match offset {
+            0x04 if self.cr & cr::PLLON != 0 => self.pllcfgr ^= bits & PLLCFGR_FIELDS,
+            0x08 => self.cfgr ^= bits & CFGR_FIELDS,
+            _ => return Ok(false),
         }
-        self.pllcfgr ^= bits & PLLCFGR_FIELDS;
-        self.update_clocks(at)?;
+        self.limits = Limits::KNOWN;
+        self.follow_switch(at)?;
+        let allowed = Limits::DATA_SHEET;
+        let pll = Pll::decode(self.pllcfgr, self.hse_hz, &allowed);
+        if pll.and_then(|_| allowed.check(&self.clocks)).is_ok() {
+            self.limits = allowed;
+        }
         Ok(true)
     }
 
     fn check_pll_source(&self) -> Modelled {
-        let ready = if Pll::decode(self.pllcfgr, self.hse_hz)?.from_hse {
+        let ready = if Pll::decode(self.pllcfgr, self.hse_hz, &self.limits)?.from_hse {
             cr::HSERDY
         } else {
             cr::HSIRDY
@@ -371,7 +387,7 @@ impl Rcc {
 
     fn write_cfgr(&mut self, value: u32, at: Cycle) -> Modelled {
         // MCO1 and MCO2 are on no pin here, I2S and RTC are off.
-        self.cfgr = value & 0xFFFF_FCF3;
+        self.cfgr = value & CFGR_FIELDS;
         self.follow_switch(at)
     }
 
@@ -393,7 +409,7 @@ impl Rcc {
 
     fn update_clocks(&mut self, at: Cycle) -> Modelled {
         let pll = if self.cr & cr::PLLRDY != 0 {
-            let pll = Pll::decode(self.pllcfgr, self.hse_hz)?;
+            let pll = Pll::decode(self.pllcfgr, self.hse_hz, &self.limits)?;
             Some(self.pll_hz.map_or(pll, |hz| pll.running_at(hz)))
         } else {
             None
@@ -406,7 +422,7 @@ impl Rcc {
         let usb = pll.map_or(0, |pll| pll.q_hz);
         let clocks = tree::buses(sysclk, usb, self.cfgr);
         if self.is_true() {
-            tree::check(&clocks)?;
+            self.limits.check(&clocks)?;
         }
         if clocks == self.clocks {
             return Ok(());

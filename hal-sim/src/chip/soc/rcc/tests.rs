@@ -145,7 +145,7 @@ fn limits_and_misuse_stop_the_run() {
     assert!(rcc.write(CFGR, Size::Half, 2, at).is_err());
     for pllcfgr in [0x2740_2A02, 0x2740_6C04, 0x2140_2A04, 0x2740_0184] {
         assert!(
-            tree::Pll::decode(pllcfgr, 8_000_000).is_err(),
+            tree::Pll::decode(pllcfgr, 8_000_000, &Limits::DATA_SHEET).is_err(),
             "{pllcfgr:#x}"
         );
     }
@@ -157,10 +157,43 @@ fn a_factor_that_turns_by_itself_multiplies_at_once() {
     // PLLN 168 without bit 3: 160.
     assert_eq!(rcc.upset(PLLCFGR, 1 << 9, at), Ok(true));
     assert_eq!(rcc.clocks.hclk_hz, 160_000_000);
-    assert!(rcc.upset(PLLCFGR, 1 << 14, at).is_err(), "beyond 432 MHz");
-    assert_eq!(rcc.upset(CFGR, 1, at), Ok(false), "a write does that");
+    assert!(!rcc.is_beyond());
+    assert_eq!(rcc.upset(CSR, 1, at), Ok(false), "a write does that");
     let mut off = Rcc::new(8_000_000);
     assert_eq!(off.upset(PLLCFGR, 1 << 9, 0), Ok(false));
+}
+
+/// Beyond the data sheet as far as it is known to run: [`Limits::KNOWN`].
+#[test]
+fn a_factor_that_turns_by_itself_may_leave_the_data_sheet() {
+    let (board, at) = at_168_mhz();
+    for (bit, hz) in [
+        (6, 169_000_000),  // N 169
+        (12, 232_000_000), // N 232: VCO 464 MHz
+        (13, 40_000_000),  // N 40: VCO 80 MHz
+        (5, 18_666_666),   // M 36: 0.2 MHz in
+    ] {
+        let mut rcc = board.clone();
+        assert_eq!(rcc.upset(PLLCFGR, 1 << bit, at), Ok(true), "bit {bit}");
+        assert_eq!((rcc.clocks.hclk_hz, rcc.is_beyond()), (hz, true));
+        assert_eq!(rcc.upset(PLLCFGR, 1 << bit, at), Ok(true));
+        assert_eq!((rcc.clocks.hclk_hz, rcc.is_beyond()), (168_000_000, false));
+    }
+    for (bit, hz) in [(10, 84_000_000), (12, 168_000_000)] {
+        let mut rcc = board.clone();
+        assert_eq!(rcc.upset(CFGR, 1 << bit, at), Ok(true));
+        assert_eq!((rcc.clocks.pclk1_hz, rcc.is_beyond()), (hz, true));
+    }
+    // M 0; N 424, VCO 848 MHz; HSI, VCO 672 MHz. SW 3; APB2 at 168 MHz.
+    for (offset, bit) in [
+        (PLLCFGR, 2),
+        (PLLCFGR, 14),
+        (PLLCFGR, 22),
+        (CFGR, 0),
+        (CFGR, 15),
+    ] {
+        assert!(board.clone().upset(offset, 1 << bit, at).is_err(), "{bit}");
+    }
 }
 
 #[test]

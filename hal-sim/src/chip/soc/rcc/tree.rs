@@ -34,6 +34,50 @@ impl Source {
     }
 }
 
+/// How fast clocks may be, Hz.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// PLL input, least and most.
+    input_hz: [u32; 2],
+    /// VCO, least and most.
+    vco_hz: [u32; 2],
+    hclk_hz: u32,
+    pclk1_hz: u32,
+    pclk2_hz: u32,
+}
+
+impl Limits {
+    /// What is allowed (RM0090 section 7.3.2; DS8626, main PLL characteristics and general
+    /// operating conditions).
+    pub const DATA_SHEET: Self = Self {
+        input_hz: [1_000_000, 2_000_000],
+        vco_hz: [100_000_000, 432_000_000],
+        hclk_hz: 168_000_000,
+        pclk1_hz: 42_000_000,
+        pclk2_hz: 84_000_000,
+    };
+    /// What nobody may ask for. The core is known to run so: Betaflight's fastest setting of
+    /// this chip, N 480 / 2 from 1 MHz, with the prescalers and wait states of 168 MHz.
+    /// Assumed: up to there the PLL multiplies as its fields say, however slow its input and
+    /// its VCO, and all that it clocks works; and APB1, of which nothing is known beyond 60
+    /// MHz, at up to the 168 MHz that the core is made for. APB2 clocks the ADC.
+    pub const KNOWN: Self = Self {
+        input_hz: [0, u32::MAX],
+        vco_hz: [0, 480_000_000],
+        hclk_hz: 240_000_000,
+        pclk1_hz: 168_000_000,
+        pclk2_hz: 120_000_000,
+    };
+
+    /// # Errors
+    /// A bus above its limit.
+    pub fn check(&self, clocks: &Clocks) -> Modelled {
+        refuse(clocks.hclk_hz > self.hclk_hz, "RCC: HCLK above its limit")?;
+        refuse(clocks.pclk1_hz > self.pclk1_hz, "RCC: APB1 above its limit")?;
+        refuse(clocks.pclk2_hz > self.pclk2_hz, "RCC: APB2 above its limit")
+    }
+}
+
 /// PLL input, P and Q outputs of PLLCFGR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pll {
@@ -49,8 +93,8 @@ impl Pll {
     /// Decodes PLLCFGR (RM0090 section 7.3.2).
     ///
     /// # Errors
-    /// Dividers, or frequencies, that the manual does not allow.
-    pub fn decode(pllcfgr: u32, hse_hz: u32) -> Modelled<Self> {
+    /// Dividers that the manual does not allow, or frequencies that `limits` do not.
+    pub fn decode(pllcfgr: u32, hse_hz: u32, limits: &Limits) -> Modelled<Self> {
         let field = |shift: u32, width: u32| pllcfgr >> shift & ((1 << width) - 1);
         let (m, n, q) = (field(0, 6), field(6, 9), field(24, 4));
         let p = 2 * (field(16, 2) + 1);
@@ -60,15 +104,17 @@ impl Pll {
         )?;
         let from_hse = pllcfgr & 1 << 22 != 0;
         let input = if from_hse { hse_hz } else { HSI_HZ };
-        // Compared without division: 1–2 MHz in, 100–432 MHz VCO.
+        // Compared without division.
+        let [least, most] = limits.input_hz.map(|hz| u64::from(hz) * u64::from(m));
         refuse(
-            input < m * 1_000_000 || input > m * 2_000_000,
-            "RCC: PLL input not 1-2 MHz",
+            !(least..=most).contains(&u64::from(input)),
+            "RCC: PLL input beyond its limits",
         )?;
-        let vco = u64::from(input) * u64::from(n) / u64::from(m); // < 2^30: 2 MHz × 432
+        let vco = u64::from(input) * u64::from(n) / u64::from(m); // < 2^33: 16 MHz × 432
+        let [least, most] = limits.vco_hz.map(u64::from);
         refuse(
-            !(100_000_000..=432_000_000).contains(&vco),
-            "RCC: PLL VCO not 100-432 MHz",
+            !(least..=most).contains(&vco),
+            "RCC: PLL VCO beyond its limits",
         )?;
         Ok(Self {
             from_hse,
@@ -102,14 +148,6 @@ pub const fn buses(sysclk_hz: u32, usb_hz: u32, cfgr: u32) -> Clocks {
         timer2_hz: hclk_hz / if two == 1 { 1 } else { two / 2 },
         usb_hz,
     }
-}
-
-/// # Errors
-/// A bus above its limit (DS8626, general operating conditions).
-pub fn check(clocks: &Clocks) -> Modelled {
-    refuse(clocks.hclk_hz > 168_000_000, "RCC: HCLK above 168 MHz")?;
-    refuse(clocks.pclk1_hz > 42_000_000, "RCC: APB1 above 42 MHz")?;
-    refuse(clocks.pclk2_hz > 84_000_000, "RCC: APB2 above 84 MHz")
 }
 
 /// HPRE: 0xxx undivided, 1000–1111 are 2, 4, 8, 16, 64, 128, 256, 512.
