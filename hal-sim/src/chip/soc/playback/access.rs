@@ -189,6 +189,7 @@ impl Playback {
         let due = std::array::from_fn(|event| match event {
             _ if enabled >> event & 1 == 0 => NEVER,
             0 => tim1.next_update(),
+            _ if tim1.asks_at_updates() => tim1.next_update(),
             channel => tim1.next_match(channel - 1),
         });
         self.requests = Requests::new(due, tim1.lap());

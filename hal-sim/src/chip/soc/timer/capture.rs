@@ -18,6 +18,8 @@ pub(super) struct Capture {
     filtered: bool,
     /// When the filter will have seen enough equal samples of the other level.
     change: Option<Cycle>,
+    /// Edges since the last capture.
+    edges: u32,
 }
 
 impl Capture {
@@ -35,6 +37,11 @@ impl Capture {
         self.change = None;
         self.filtered = !self.filtered;
         Some((at, self.filtered))
+    }
+
+    /// The prescaler begins anew.
+    pub(super) fn begin(&mut self) {
+        self.edges = 0;
     }
 
     /// Cycle of the next filtered edge.
@@ -131,12 +138,41 @@ impl Timer {
 
     /// A filtered edge of channel 1: latches the counter if it is captured.
     pub(super) fn capture(&mut self, rising: bool) {
-        let enabled = self.ccer & bit::CC1E != 0;
-        if !self.is_input(0) || !enabled || rising != (self.ccer & bit::CC1P == 0) {
+        if self.ccmr[0] & 0b11 == 1 && rising == (self.ccer & bit::CC1P == 0) {
+            self.capture_edges(1);
+        }
+    }
+
+    /// Whether channel 1 captures at the edges of its trigger, TRC, which it counts, too.
+    pub(super) const fn captures_trigger(&self) -> bool {
+        self.ccmr[0] & 0b11 == 3 && self.is_slave() && self.ccer & bit::CC1E != 0
+    }
+
+    /// As a slave it has counted `n` edges of its trigger. Taken: what an edge captures is
+    /// the counter after it; the filter is TI1's.
+    pub(super) fn capture_trigger(&mut self, n: u64) {
+        if self.captures_trigger() && n > 0 {
+            self.capture_edges(n);
+        }
+    }
+
+    /// `n` edges of channel 1's input, the last now, of which one in 1, 2, 4 or 8 is captured
+    /// (IC1PSC).
+    fn capture_edges(&mut self, n: u64) {
+        if self.ccer & bit::CC1E == 0 {
             return;
         }
-        self.ccr[0] = self.count;
-        if self.sr & bit::CC1IF != 0 {
+        let prescaler = 1 << (self.ccmr[0] >> 2 & 0b11);
+        let edges = u64::from(self.input.edges) + n;
+        let (captures, since) = (edges / prescaler, edges % prescaler);
+        self.input.edges = since as u32; // below 8
+        if captures == 0 {
+            return;
+        }
+        // Since then it has counted on only where the edges are what it counts.
+        let counted = if self.captures_trigger() { since } else { 0 };
+        self.ccr[0] = self.count.wrapping_sub(counted as u32);
+        if self.sr & bit::CC1IF != 0 || captures > 1 {
             self.sr |= bit::CC1OF;
         }
         self.sr |= bit::CC1IF;

@@ -9,10 +9,12 @@ use crate::chip::cpu::bus::{Modelled, refuse};
 pub(super) struct Ticks {
     /// Counts on their way through the synchroniser, ascending.
     single: Vec<Cycle>,
-    /// First of the sequence and its distance; distance 0 is none.
+    /// First of the sequence of edges that make counts, and its distance; distance 0 is none.
     next: Cycle,
     pub(crate) period: u64,
-    /// From the edge that makes a count of the sequence to the count.
+    /// An edge is seen at the next multiple of this, if it is not 0, ...
+    align: u64,
+    /// ... and counts so many cycles later.
     delay: u64,
     /// While stopped: cycles that were left until the next count.
     left: Option<u64>,
@@ -33,7 +35,17 @@ impl Ticks {
         let steps = (index - singles).checked_mul(self.period);
         steps
             .and_then(|s| s.checked_add(self.next))
-            .unwrap_or(Cycle::MAX)
+            .map_or(Cycle::MAX, |edge| self.count_of(edge))
+    }
+
+    /// When the edge at `edge` counts.
+    #[inline]
+    const fn count_of(&self, edge: Cycle) -> Cycle {
+        let seen = match self.align {
+            0 | 1 => edge,
+            align => edge.next_multiple_of(align),
+        };
+        seen.saturating_add(self.delay)
     }
 
     /// Takes the counts at cycles up to `to`; gives how many.
@@ -41,10 +53,15 @@ impl Ticks {
     fn pop(&mut self, to: Cycle) -> u64 {
         let singles = self.single.iter().take_while(|&&c| c <= to).count();
         self.single.drain(..singles);
-        if self.period == 0 || self.next > to {
+        if self.period == 0 || self.count_of(self.next) > to {
             return singles as u64;
         }
-        let n = (to - self.next) / self.period + 1;
+        let seen = to - self.delay;
+        let edge = match self.align {
+            0 | 1 => seen,
+            align => seen - seen % align,
+        };
+        let n = (edge - self.next) / self.period + 1;
         self.next += n * self.period;
         singles as u64 + n
     }
@@ -54,12 +71,14 @@ impl Ticks {
     }
 
     pub(super) fn set(&mut self, first: Cycle, period: u64) {
-        self.set_delayed(first, period, 0);
+        self.set_delayed(first, period, 0, 0);
     }
 
-    /// Counts from `first` on, each `delay` after its edge.
-    pub(super) fn set_delayed(&mut self, first: Cycle, period: u64, delay: u64) {
-        (self.next, self.period, self.delay) = (first, period, delay);
+    /// Edges from `first` on, each seen at the next multiple of `align` and counted `delay`
+    /// after that.
+    pub(super) fn set_delayed(&mut self, first: Cycle, period: u64, align: u64, delay: u64) {
+        (self.next, self.period) = (first, period);
+        (self.align, self.delay) = (align, delay);
     }
 
     pub(super) fn add(&mut self, at: Cycle) {
@@ -68,8 +87,8 @@ impl Ticks {
 
     /// Ends the sequence, but for counts whose edge came before `now`.
     pub(super) fn keep_risen_before(&mut self, now: Cycle) {
-        while self.period != 0 && self.next - self.delay < now {
-            self.single.push(self.next);
+        while self.period != 0 && self.next < now {
+            self.single.push(self.count_of(self.next));
             self.next += self.period;
         }
         self.period = 0;
@@ -78,7 +97,8 @@ impl Ticks {
     /// Holds the clock at `done`, remembering the prescaler's place.
     pub(super) fn stop(&mut self, done: Cycle) {
         if self.period != 0 {
-            self.left = Some(self.next.saturating_sub(done).clamp(1, self.period));
+            let next = self.count_of(self.next);
+            self.left = Some(next.saturating_sub(done).clamp(1, self.period));
         }
         self.period = 0;
         self.single.clear();
@@ -93,7 +113,7 @@ impl Timer {
     /// Lets the counter count at all cycles up to `to`.
     ///
     /// # Errors
-    /// A counter beyond its auto-reload value.
+    /// Where a centre-aligned mode turns.
     #[inline]
     pub fn advance(&mut self, to: Cycle) -> Modelled {
         if to <= self.seen {
@@ -128,19 +148,13 @@ impl Timer {
         }
         let (trigger, armed) = (self.next_match(2), self.has_armed_trigger());
         let n = self.ticks.pop(to);
-        refuse(
-            self.count > self.arr[IN_FORCE],
-            "a timer counting beyond its ARR",
-        )?;
+        let rises = self.raises_flags(n)?;
         for channel in 0..4 {
-            if self.is_input(channel)
-                || self
-                    .distance(self.ccr[channel])
-                    .is_none_or(|distance| distance > n)
-            {
+            let distance = self.distance(self.ccr[channel]);
+            if self.is_input(channel) || distance.is_none_or(|distance| distance > n) {
                 continue;
             }
-            self.sr |= bit::CC1IF << channel;
+            self.sr |= if rises { bit::CC1IF << channel } else { 0 };
             self.reference[channel] = match self.mode(channel) {
                 Ok(Mode::ActiveOnMatch) => true,
                 Ok(Mode::InactiveOnMatch) => false,
@@ -151,9 +165,7 @@ impl Timer {
                 self.rises.push(trigger);
             }
         }
-        let lap = u64::from(self.arr[IN_FORCE]) + 1;
-        let total = u64::from(self.count) + n;
-        if total >= lap && self.cr1 & bit::UDIS == 0 {
+        if n >= self.to_update() && self.cr1 & bit::UDIS == 0 {
             self.sr |= bit::UIF;
             for channel in 0..4 {
                 if self.is_preloaded(channel) {
@@ -161,7 +173,8 @@ impl Timer {
                 }
             }
         }
-        self.count = (total % lap) as u32; // below 2^32: the rest of a division by lap
+        self.count = self.after(n);
+        self.capture_trigger(n);
         Ok(())
     }
 
@@ -192,13 +205,63 @@ impl Timer {
         if value > arr {
             return None;
         }
-        let lap = u64::from(arr) + 1;
-        let (value, count) = (u64::from(value), u64::from(self.count));
-        Some(if value > count {
-            value - count
-        } else {
-            lap.saturating_sub(count) + value
+        let (from, to) = (u64::from(self.count), u64::from(value));
+        Some(match self.counts_down() {
+            true if to < from => from - to,
+            true => self.to_update() + u64::from(arr - value),
+            false if to > from => to - from,
+            false => self.to_update() + to,
         })
+    }
+
+    /// Counts until it overflows, or underflows. Up, it begins anew after the auto-reload
+    /// value, with which it is compared: one that is beyond that goes on to its own end.
+    #[inline]
+    pub(super) fn to_update(&self) -> u64 {
+        let (arr, count) = (self.arr[IN_FORCE], self.count);
+        if self.counts_down() {
+            return u64::from(count) + 1;
+        }
+        let end = if count > arr { self.top() } else { arr };
+        u64::from(end - count) + 1
+    }
+
+    /// The counter after `n` counts.
+    #[inline]
+    fn after(&self, n: u64) -> u32 {
+        let (arr, update) = (u64::from(self.arr[IN_FORCE]), self.to_update());
+        let lap = arr + 1;
+        // All below 2^32: a count, or the rest of a division by lap.
+        match (self.counts_down(), n < update) {
+            (false, true) => self.count + n as u32,
+            (false, false) => ((n - update) % lap) as u32,
+            (true, true) => self.count - n as u32,
+            (true, false) => (arr - (n - update) % lap) as u32,
+        }
+    }
+
+    /// Whether matches in the next `n` counts raise flags: not in a centre-aligned mode while
+    /// it counts the other way (RM0090 17.4.1).
+    ///
+    /// # Errors
+    /// It comes to where such a mode turns.
+    fn raises_flags(&self, n: u64) -> Modelled<bool> {
+        let mode = (self.cr1 & bit::CMS) >> 5;
+        refuse(
+            mode != 0 && n + 1 >= self.to_update(),
+            "a centre-aligned timer that turns",
+        )?;
+        Ok(match mode {
+            1 => self.counts_down(),
+            2 => !self.counts_down(),
+            _ => true,
+        })
+    }
+
+    /// DIR (RM0090 17.4.1): it counts from the auto-reload value to 0.
+    #[inline]
+    pub(super) const fn counts_down(&self) -> bool {
+        self.cr1 & bit::DIR != 0
     }
 
     pub(super) fn tick_period(&self) -> u64 {

@@ -1,5 +1,5 @@
-//! TIM1–TIM5 as up-counters (RM0090 chapters 17, 18): time base, compare,
-//! filtered capture, DMA requests, trigger output and external clock mode 1.
+//! TIM1–TIM5 (RM0090 chapters 17, 18): time base, compare, filtered capture, DMA
+//! requests, trigger output, external clock mode 1 and trigger mode.
 //!
 //! State is lazy: `count` holds up to and including `seen`, the ticks after
 //! that are an arithmetic sequence. `registers` is the program's view, `count`
@@ -12,6 +12,7 @@
 mod capture;
 mod count;
 mod registers;
+mod trigger;
 
 use super::playback::Clocking;
 use crate::chip::Cycle;
@@ -79,14 +80,18 @@ const WRITTEN: usize = 0;
 /// Index of the value in force.
 const IN_FORCE: usize = 1;
 
+/// The last count of timer `number`: 2 and 5 have 32 bits.
+const fn top(number: u8) -> u32 {
+    match number {
+        2 | 5 => u32::MAX,
+        _ => 0xFFFF,
+    }
+}
+
 impl Timer {
     /// Timer `number`, 1–5, as after reset, clocked by HCLK.
     pub fn new(number: u8) -> Self {
-        let top = if matches!(number, 2 | 5) {
-            u32::MAX
-        } else {
-            0xFFFF
-        };
+        let top = top(number);
         Self {
             number,
             divider: 1,
@@ -169,7 +174,9 @@ impl Timer {
         }
         for channel in 0..4 {
             if waiting & bit::CC1IE << channel != 0 {
-                next = next.min(if self.is_input(channel) {
+                next = next.min(if channel == 0 && self.captures_trigger() {
+                    self.ticks.at(1)
+                } else if self.is_input(channel) {
                     self.input.due()
                 } else {
                     self.next_match(channel)
@@ -184,8 +191,7 @@ impl Timer {
 
     /// Next cycle after `seen` at which the counter overflows.
     pub fn next_update(&self) -> Cycle {
-        let arr = u64::from(self.arr[IN_FORCE]);
-        self.ticks.at(arr.saturating_sub(self.count.into()) + 1)
+        self.ticks.at(self.to_update())
     }
 
     /// Next cycle after `seen` at which the counter becomes CCR of `channel`
@@ -219,48 +225,21 @@ impl Timer {
         self.dier >> 8 & 0x1F
     }
 
-    /// Level of TRGO for a slave that counts it: OCxREF, else low.
-    pub fn trigger_level(&self) -> bool {
-        match self.cr2 >> 4 & 0b111 {
-            mms @ 4..=7 => self.level(mms as usize - 4),
-            _ => false,
-        }
-    }
-
-    /// TRGO's rising edges that a slave counts: the first after `seen` and
-    /// their distance; `None` if there are none.
-    ///
-    /// # Errors
-    /// An output that the slave, of `slave_clock` cycles, may miss or that
-    /// nobody models.
-    pub fn trigger_edges(&self, slave_clock: u64) -> Modelled<Option<(Cycle, u64)>> {
-        if !self.ticks.are_running() || self.number != 1 {
-            return Ok(None);
-        }
-        let channel = match self.cr2 >> 4 & 0b111 {
-            0 | 1 => return Ok(None),
-            mms @ 4..=7 => mms as usize - 4,
-            _ => return Err(Unmodelled("TIM1_TRGO on updates or matches")),
-        };
-        let ccr = self.ccr[channel];
-        match self.mode(channel)? {
-            Mode::Pwm1 if ccr != 0 && ccr <= self.arr[IN_FORCE] => (),
-            Mode::Pwm1 | Mode::Frozen | Mode::ForceInactive => return Ok(None),
-            _ => return Err(Unmodelled("TIM1_TRGO on updates or matches")),
-        }
-        if u64::from(ccr) * self.ticks.period < slave_clock {
-            return Err(Unmodelled("a TIM1_TRGO pulse shorter than TIM2's clock"));
-        }
-        if !self.lap().is_multiple_of(slave_clock) || !self.is_steady() {
-            return Err(Unmodelled("TIM2 counting an uneven TIM1_TRGO"));
-        }
-        Ok(Some((self.next_update(), self.lap())))
+    /// CCDS: channels ask for DMA at updates, not at matches.
+    pub const fn asks_at_updates(&self) -> bool {
+        self.cr2 & bit::CCDS != 0
     }
 
     /// Whether this timer counts edges of ITR0, which is TIM1 for TIM2 (external clock mode
     /// 1, table 95).
     pub const fn is_slave(&self) -> bool {
         self.number == 2 && self.smcr & 0x77 == 0b111 && self.smcr & bit::ECE == 0
+    }
+
+    /// Whether edges of TIM1's trigger set CEN of this timer (trigger mode): it counts its
+    /// own clock.
+    pub const fn is_started(&self) -> bool {
+        self.number == 2 && self.smcr & 0x77 == 0b110 && self.smcr & bit::ECE == 0
     }
 
     /// Whether it is clocked by what never comes here: inputs of encoder modes, ETR, or a
@@ -296,9 +275,9 @@ impl Timer {
             && self.cr1 & bit::CEN != 0
             && self.arrives != 0
         {
-            let tick = self.synchronised(first);
             let distance = distance * u64::from(self.arrives);
-            self.ticks.set_delayed(tick, distance, tick - first);
+            let delay = TRIGGER_SYNCHRONISATION * self.divider;
+            self.ticks.set_delayed(first, distance, self.divider, delay);
         }
         Ok(())
     }
@@ -331,7 +310,7 @@ impl Timer {
     /// It has counted further already.
     pub fn misreload(&mut self, counts: u32) -> Modelled {
         let last = counts.max(2) - 1;
-        refuse(self.count > last, "a timer counting beyond its ARR")?;
+        refuse(self.count > last, "a broken reload of a timer beyond it")?;
         self.shown = Some(self.shown.unwrap_or(self.arr[WRITTEN]));
         self.arr = [last; 2];
         Ok(())
@@ -348,6 +327,10 @@ impl Timer {
     fn has_armed_trigger(&self) -> bool {
         let rises = matches!(self.mode(2), Ok(Mode::ActiveOnMatch | Mode::Toggle));
         self.cr2 >> 4 & 0b111 == 6 && rises && !self.reference[2]
+    }
+
+    const fn top(&self) -> u32 {
+        top(self.number)
     }
 
     /// Writes to CCR of `channel` wait for an update.
@@ -375,6 +358,7 @@ impl Timer {
 
     fn level(&self, channel: usize) -> bool {
         match self.mode(channel) {
+            Ok(Mode::Pwm1) if self.counts_down() => self.count <= self.ccr[channel],
             Ok(Mode::Pwm1) => self.count < self.ccr[channel],
             _ => self.reference[channel],
         }

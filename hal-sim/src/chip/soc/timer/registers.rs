@@ -32,6 +32,8 @@ pub(crate) mod bit {
     pub const UDIS: u32 = 1 << 1; // CR1: update disable
     pub const URS: u32 = 1 << 2; // CR1: update requests from overflow only
     pub const OPM: u32 = 1 << 3; // CR1: one-pulse mode
+    pub const DIR: u32 = 1 << 4; // CR1: counts down
+    pub const CMS: u32 = 0b11 << 5; // CR1: centre-aligned mode, and which way flags rise
     pub const ARPE: u32 = 1 << 7; // CR1: auto-reload preload
     pub const UIE: u32 = 1; // DIER: update interrupt
     pub const CC1IE: u32 = 1 << 1; // DIER: channel 1 interrupt; the others follow
@@ -45,15 +47,15 @@ pub(crate) mod bit {
     pub const CC4IF: u32 = 1 << 4; // SR: channel 4
     pub const CC4OF: u32 = 1 << 12; // SR: channel 4 overcapture
     pub const CC4E: u32 = 1 << 12; // CCER: channel 4 enable
-    pub const CKD: u32 = 0b11 << 8; // CR1: clock of dead time, and of filters not allowed here
     pub const TIE: u32 = 1 << 6; // DIER: trigger interrupt
     pub const OCPE: u32 = 1 << 3; // CCMR: output compare preload
     pub const ECE: u32 = 1 << 14; // SMCR: external clock mode 2
+    pub const CCDS: u32 = 1 << 3; // CR2: channels ask for DMA at updates
 }
 
 /// CR2 beside MMS: what acts on pins in alternate-function mode, on COM events or on inputs
-/// that are low here. Not CCDS, which moves requests.
-const CR2_IDLE: [u32; 2] = [0x7F85, 0x80];
+/// that are low here. CCDS moves TIM1's requests; the others' nobody serves.
+const CR2_IDLE: [u32; 2] = [0x7F8D, 0x88];
 /// DIER beside interrupts and TIM1's requests: of events that do not come here (COM, break, a
 /// trigger of TIM1), and requests to DMA1, of which no stream is enabled.
 const DIER_IDLE: [u32; 2] = [0x60E0, 0x5F40];
@@ -168,9 +170,14 @@ impl Timer {
     }
 
     fn write_cr1(&mut self, value: u32, done: Cycle) -> Modelled {
-        let allowed = bit::CEN | bit::UDIS | bit::URS | bit::OPM | bit::ARPE | bit::CKD;
         let before = self.cr1;
-        self.cr1 = known(value, allowed, "a TIM_CR1 mode other than up-counting")?;
+        self.cr1 = known(value, 0x3FF, "a TIM_CR1 bit")?;
+        if value & bit::CMS != 0 {
+            self.cr1 = value & !bit::DIR | before & bit::DIR; // the counter's own
+        }
+        if self.is_started() && value & bit::CEN == 0 {
+            return Err(Unmodelled("a TIM_CR1.CEN that a trigger sets anew"));
+        }
         if before & bit::CEN != value & bit::CEN {
             if value & bit::CEN == 0 {
                 self.ticks.stop(done);
@@ -185,12 +192,15 @@ impl Timer {
         let clocked_by = |it: &Self| (it.is_slave(), it.is_halted());
         let before = clocked_by(self);
         let mode = value & 0b111;
-        // TIM2's trigger comes each microsecond: gated, triggered or reset by it.
-        let is_fast = self.number == 2 && value & 0x70 == 0 && matches!(mode, 4..=6);
+        // TIM2's trigger comes each microsecond: gated or reset by it.
+        let is_fast = self.number == 2 && value & 0x70 == 0 && matches!(mode, 4 | 5);
         if is_fast && value & bit::ECE == 0 {
             return Err(Unmodelled("a TIM_SMCR mode"));
         }
         self.smcr = known(value, SMCR, "a TIM_SMCR bit")?;
+        if self.is_started() && self.cr1 & bit::CEN == 0 {
+            return Err(Unmodelled("a TIM_CR1.CEN that a trigger sets anew"));
+        }
         if before != clocked_by(self) {
             self.ticks.stop(done);
             self.ticks.forget_place();
@@ -250,8 +260,9 @@ impl Timer {
             let field = value >> (8 * (channel % 2)) & 0xFF;
             match (field & 0b11, channel) {
                 (0, _) if self.number == 2 || field & bit::OCPE == 0 => (),
-                // IC1 on TI1, no prescaler.
-                (1, 0) if field & 0x0C == 0 => (),
+                // IC1 on TI1, or TIM2's on its trigger, any prescaler.
+                (1, 0) => (),
+                (3, 0) if self.number == 2 => (),
                 // IC4 on TI4, any prescaler, no filter.
                 (1, 3) if self.number == 5 && field >> 4 == 0 => (),
                 (_, 1..) if self.ccer >> (4 * channel) & bit::CC1E == 0 => (),
@@ -296,6 +307,9 @@ impl Timer {
             return Err(Unmodelled("a TIM input (CCER)"));
         }
         self.ccer = known(value, CCER[self.kind()], "a TIM output or input (CCER)")?;
+        if value & bit::CC1E == 0 {
+            self.input.begin(); // its prescaler (RM0090 18.4.7)
+        }
         Ok(())
     }
 

@@ -1,0 +1,60 @@
+//! The trigger output of TIM1, TRGO, which TIM2 counts (RM0090 17.4.2, MMS).
+
+use super::{IN_FORCE, Mode, Timer};
+use crate::chip::Cycle;
+use crate::chip::cpu::bus::{Modelled, Unmodelled};
+
+impl Timer {
+    /// Level of TRGO for a slave that counts it: OCxREF, else low.
+    pub fn trigger_level(&self) -> bool {
+        match self.cr2 >> 4 & 0b111 {
+            mms @ 4..=7 => self.level(mms as usize - 4),
+            _ => false,
+        }
+    }
+
+    /// TRGO's rising edges that a slave counts: the first after `seen` and
+    /// their distance; `None` if there are none.
+    ///
+    /// # Errors
+    /// An output that the slave, of `slave_clock` cycles, may miss or that
+    /// nobody models.
+    pub fn trigger_edges(&self, slave_clock: u64) -> Modelled<Option<(Cycle, u64)>> {
+        if !self.ticks.are_running() || self.number != 1 {
+            return Ok(None);
+        }
+        let channel = match self.cr2 >> 4 & 0b111 {
+            0 | 1 => return Ok(None),
+            // A pulse where CC1IF is set; taken as long enough to be seen.
+            3 if !self.is_input(0) => return Ok(self.each_lap(self.next_match(0))),
+            mms @ 4..=7 => mms as usize - 4,
+            _ => return Err(Unmodelled("TIM1_TRGO on updates or captures")),
+        };
+        let (ccr, arr) = (self.ccr[channel], self.arr[IN_FORCE]);
+        // Counting down it is high up to and with CCR (RM0090 17.3.10).
+        let (is_pulse, high) = match self.counts_down() {
+            true => (ccr < arr, u64::from(ccr) + 1),
+            false => (ccr != 0 && ccr <= arr, u64::from(ccr)),
+        };
+        match self.mode(channel)? {
+            Mode::Pwm1 if is_pulse => (),
+            Mode::Pwm1 | Mode::Frozen | Mode::ForceInactive => return Ok(None),
+            _ => return Err(Unmodelled("TIM1_TRGO on updates or captures")),
+        }
+        if high * self.ticks.period < slave_clock {
+            return Err(Unmodelled("a TIM1_TRGO pulse shorter than TIM2's clock"));
+        }
+        if !self.is_steady() {
+            return Err(Unmodelled("TIM2 counting an uneven TIM1_TRGO"));
+        }
+        Ok(self.each_lap(match self.counts_down() {
+            true => self.next_match(channel),
+            false => self.next_update(),
+        }))
+    }
+
+    /// Edges at `first` and each lap after it.
+    fn each_lap(&self, first: Cycle) -> Option<(Cycle, u64)> {
+        (first != Cycle::MAX).then(|| (first, self.lap()))
+    }
+}
