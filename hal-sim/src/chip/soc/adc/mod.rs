@@ -14,7 +14,7 @@ mod tests;
 
 use super::clock::cycles_in;
 use crate::chip::Cycle;
-use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
+use crate::chip::cpu::bus::{Modelled, refuse};
 
 /// Injected trigger latency, in ADC clocks (DS8626, ADC characteristics).
 const LATENCY: u64 = 3;
@@ -145,9 +145,6 @@ impl Adc {
         }
         refuse(self.conversion.is_some(), "ADC: triggered while converting")?;
         refuse(at < self.ready, "ADC: triggered within its power-up time")?;
-        if self.length() > 1 && self.cr1 & cr1::SCAN == 0 {
-            return Err(Unmodelled("ADC: injected group of several without SCAN"));
-        }
         refuse(
             self.clock() * 36_000_000 < u64::from(self.hz),
             "ADC: clock above 36 MHz",
@@ -241,7 +238,12 @@ impl Adc {
             result << (15 - self.bits())
         };
         self.results[rank] = result & 0xFFFF;
-        if conversion.rank + 1 < self.length() {
+        // Without SCAN the first of the group is all of it (section 13.3.8).
+        let length = match self.cr1 & cr1::SCAN {
+            0 => 1,
+            _ => self.length(),
+        };
+        if conversion.rank + 1 < length {
             self.begin(conversion.rank + 1, conversion.end);
         } else {
             self.conversion = None;

@@ -45,7 +45,9 @@ impl Peripheral for Adc {
     fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
         self.advance(at)?;
         refuse(size != Size::Word, "ADC: writes narrower than a word")?;
-        if self.conversion.is_some() && offset != 0 && offset != 0x08 {
+        let busy = self.conversion.is_some();
+        let resolution = offset == 0x04 && (value ^ self.cr1) & cr1::RES == 0;
+        if busy && !resolution && !matches!(offset, 0 | 0x08 | 0x38) {
             return Err(Unmodelled("ADC: set up while converting"));
         }
         match offset {
@@ -60,7 +62,13 @@ impl Peripheral for Adc {
             0x14 | 0x18 | 0x1C | 0x20 => {
                 self.offsets[(offset - 0x14) as usize / 4] = value & 0xFFF;
             }
-            0x38 => self.jsqr = value & 0x3F_FFFF,
+            0x38 => {
+                self.jsqr = value & 0x3F_FFFF;
+                // Another group: conversion begins anew with it (section 13.3.3).
+                if busy {
+                    self.begin(0, at);
+                }
+            }
             CCR if value & !CCR_KNOWN != 0 => {
                 return Err(Unmodelled("ADC_CCR: other than ADCPRE"));
             }

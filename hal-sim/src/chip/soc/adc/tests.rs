@@ -168,7 +168,7 @@ fn triggers_that_do_not_count_and_those_that_stop_the_run() {
     adc.trigger(1000).unwrap();
     assert!(adc.clone().trigger(1200).is_err(), "converting");
     assert!(adc.clone().advance(5000).is_err(), "no input");
-    assert!(adc.write(JSQR, Size::Word, 0, 1001).is_err(), "converting");
+    assert!(adc.write(SMPR2, Size::Word, 0, 1001).is_err(), "converting");
     adc.set(CR2, 0, 1002);
     assert_eq!(adc.next_sample(), None, "ADON off aborts");
     adc.trigger(1100).unwrap();
@@ -176,9 +176,28 @@ fn triggers_that_do_not_count_and_those_that_stop_the_run() {
     let mut adc = board();
     adc.set(CCR, 0, 0);
     assert!(adc.trigger(1000).is_err(), "42 MHz");
+}
+
+/// Section 13.3.3: another group begins at once; 13.3.8: without SCAN it ends with its first.
+#[test]
+fn a_group_that_changes_begins_anew_and_without_scan_its_first_is_all() {
     let mut adc = board();
-    adc.set(CR1, 0, 0);
-    assert!(adc.trigger(1000).is_err(), "SCAN is off");
+    adc.trigger(1000).unwrap();
+    adc.sampled(1);
+    adc.advance(1300).unwrap();
+    adc.set(JSQR, 7 << 15, 1310);
+    let sample = adc.next_sample();
+    assert_eq!(
+        sample.map(|it| (it.at, it.channel)),
+        Some((1310 + 8 * 3, 7))
+    );
+    let mut adc = board();
+    adc.trigger(1000).unwrap();
+    adc.set(CR1, 0, 1001);
+    assert!(adc.write(CR1, Size::Word, 1 << 24, 1001).is_err(), "RES");
+    adc.sampled(5);
+    assert_eq!(adc.get(SR, 1000 + 8 * 30), 8 | 4, "JEOC");
+    assert_eq!((adc.get(JDR1, 1300), adc.next_sample()), (5, None));
 }
 
 #[test]
