@@ -1,6 +1,7 @@
 //! Everything but the core, as the core's bus: the chip, and what is wired to
 //! it.
 
+use super::dac_line::heard;
 use super::front_end::{current_ma, sense};
 use super::loss::Loss;
 use super::margin::Margins;
@@ -230,8 +231,11 @@ impl Around {
             if self.loss.takes(word.value, &self.dacs) {
                 continue;
             }
+            let Some(value) = heard(&word, &self.soc.playback.gpio) else {
+                continue;
+            };
             for dac in &mut self.dacs {
-                dac.shift(word.value, word.bits, word.end)?;
+                dac.shift(value, word.bits, word.end)?;
             }
         }
         for (chip, dac) in self.dacs.iter_mut().enumerate() {

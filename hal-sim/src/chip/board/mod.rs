@@ -6,6 +6,7 @@
 //! time is device time: it is 0 when the image's microsecond counter first is.
 
 mod around;
+mod dac_line;
 pub mod front_end;
 mod loss;
 mod margin;

@@ -37,6 +37,10 @@ pub const HAND_STOP: Pin = (Port::A, 8);
 pub const TRIGGER: Pin = (Port::A, 15);
 /// /SYNC of DAC 1 (channels 1–5) and DAC 2 (6–10).
 pub const DAC_SYNC: [Pin; 2] = [(Port::C, 11), (Port::D, 2)];
+/// Clock and data of both DACs.
+pub const DAC_CLOCK: Pin = (Port::C, 10);
+/// See [`DAC_CLOCK`].
+pub const DAC_DATA: Pin = (Port::C, 12);
 /// Sync out.
 pub const SYNC_OUT: Pin = (Port::B, 15);
 /// Pump.

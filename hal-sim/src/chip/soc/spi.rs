@@ -7,6 +7,8 @@
 use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
 
 mod cr1 {
+    pub const CPHA: u32 = 1;
+    pub const CPOL: u32 = 1 << 1;
     pub const MSTR: u32 = 1 << 2;
     pub const SPE: u32 = 1 << 6;
     pub const LSBFIRST: u32 = 1 << 7;
@@ -25,6 +27,18 @@ const I2SPR_RESET: u32 = 2;
 /// CR2: requests to DMA1, of which no stream is enabled, SSOE, and interrupts, whose line is
 /// not wired.
 const CR2_IDLE: u32 = 0xE7;
+const SSOE: u32 = 1 << 2;
+
+/// When a word's bits change on the line (figure 248).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// With rising edges of the clock: who samples at falling ones gets each bit.
+    Rising,
+    /// With falling edges, each of which ends its bit.
+    FallingAfter,
+    /// With falling edges, each of which begins its bit.
+    FallingBefore,
+}
 
 /// A word that left the shift register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +49,8 @@ pub struct Word {
     pub value: u16,
     /// Number of bits, 8 or 16.
     pub bits: u8,
+    /// When they change.
+    pub change: Change,
 }
 
 /// One SPI block.
@@ -107,12 +123,18 @@ impl Spi {
             end: at.saturating_add(cycles),
             value: if bits == 8 { value & 0xFF } else { value },
             bits,
+            change: match (self.cr1 & cr1::CPOL != 0, self.cr1 & cr1::CPHA != 0) {
+                (false, true) | (true, false) => Change::Rising,
+                (false, false) => Change::FallingAfter,
+                (true, true) => Change::FallingBefore,
+            },
         });
     }
 
     /// Two lines (BIDIMODE 0) send as one does, for nothing is received; so do RXONLY beside
-    /// one line, CRCEN without CRCNEXT and that without CRCEN. An internal NSS (SSM) that is
-    /// low (SSI) is a mode fault of a master: MSTR and SPE go off (section 28.3.10).
+    /// one line, CRCEN without CRCNEXT and that without CRCEN. An NSS that is low is a mode
+    /// fault of a master: MSTR and SPE go off (section 28.3.10). It is SSI with SSM; without,
+    /// and without SSOE, a pin's, and what is on no pin is taken as low.
     fn write_cr1(&mut self, value: u32, at: Cycle) -> Modelled {
         refuse(
             self.shifting.is_some() && value != self.cr1,
@@ -124,11 +146,15 @@ impl Spi {
             false => value & cr1::RXONLY != 0,
         };
         refuse(
-            value & cr1::SPE != 0 && (value & cr1::SSM == 0 || crc == cr1::CRC || receives),
-            "SPI: all but transmitting, without CRC, with software NSS",
+            value & cr1::SPE != 0 && (crc == cr1::CRC || receives),
+            "SPI: all but transmitting, without CRC",
         )?;
         self.cr1 = value & 0xFFFF;
-        if self.sends() && value & cr1::SSI == 0 {
+        let is_low = match value & cr1::SSM {
+            0 => self.cr2 & SSOE == 0,
+            _ => value & cr1::SSI == 0,
+        };
+        if self.sends() && is_low {
             self.cr1 &= !(cr1::MSTR | cr1::SPE);
         }
         if self.sends()
@@ -140,18 +166,14 @@ impl Spi {
         Ok(())
     }
 
-    fn write_data(&mut self, value: u32, at: Cycle) -> Modelled {
+    /// A word that waits in the buffer, TXE being clear, is overwritten (section 28.3.5).
+    fn write_data(&mut self, value: u32, at: Cycle) {
         let value = (value & 0xFFFF) as u16;
-        if !self.sends() && self.buffer.is_none() {
-            self.buffer = Some(value); // it waits
-        } else if self.sends() && self.shifting.is_none() {
+        if self.sends() && self.shifting.is_none() {
             self.begin(value, at);
-        } else if self.buffer.is_none() {
-            self.buffer = Some(value);
         } else {
-            return Err(Unmodelled("SPI_DR: written while TXE is clear"));
+            self.buffer = Some(value);
         }
-        Ok(())
     }
 }
 
@@ -187,7 +209,10 @@ impl Peripheral for Spi {
                 self.cr2 = value;
                 Ok(())
             }
-            0x0C => self.write_data(value, at),
+            0x0C => {
+                self.write_data(value, at);
+                Ok(())
+            }
             0x1C if value == 0 => Ok(()),
             _ => Err(Unmodelled("SPI register")),
         }
@@ -270,19 +295,48 @@ mod tests {
         for _ in 0..2 {
             spi.write(DR, Size::Half, 0, 0).unwrap();
         }
-        assert!(spi.write(DR, Size::Half, 0, 1).is_err(), "TXE is clear");
         assert!(spi.write(CR1, Size::Word, 0, 1).is_err(), "busy");
         let mut off = Spi::default();
-        // Receiving on one line, NSS by pin, and a sum.
-        for cr1 in [BOARD & !(1 << 14), BOARD & !(1 << 9), BOARD | 3 << 12] {
+        // Receiving on one line, and a sum.
+        for cr1 in [BOARD & !(1 << 14), BOARD | 3 << 12] {
             assert!(off.write(CR1, Size::Word, cr1, 0).is_err(), "{cr1:#x}");
         }
     }
 
+    /// Section 28.3.5: the buffer holds what was written last.
+    #[test]
+    fn a_word_that_waits_is_overwritten() {
+        let mut spi = spi(BOARD);
+        for word in [1, 2, 3] {
+            spi.set(DR, word, 0);
+        }
+        spi.advance(1 << 20).unwrap();
+        assert_eq!(spi.words().map(|it| it.value).collect::<Vec<_>>(), [1, 3]);
+    }
+
+    /// Figure 248: by CPOL and CPHA.
+    #[test]
+    fn bits_change_with_the_edge_that_polarity_and_phase_choose() {
+        let changes = [0b00, 0b01, 0b10, 0b11].map(|mode| {
+            let mut spi = spi(BOARD & !3 | mode);
+            spi.set(DR, 1, 0);
+            spi.advance(1 << 20).unwrap();
+            spi.words().next().map(|it| it.change)
+        });
+        let [after, before] = [Change::FallingAfter, Change::FallingBefore];
+        let expected = [after, Change::Rising, Change::Rising, before];
+        assert_eq!(changes, expected.map(Some));
+    }
+
     #[test]
     fn what_is_off_keeps_a_word_until_it_is_on() {
-        // Off; a slave; a master whose NSS is low.
-        for cr1 in [BOARD & !(1 << 6), BOARD & !4, BOARD & !(1 << 8)] {
+        // Off; a slave; a master whose NSS is low: SSI; a pin's that is on none.
+        for cr1 in [
+            BOARD & !(1 << 6),
+            BOARD & !4,
+            BOARD & !(1 << 8),
+            BOARD & !(1 << 9),
+        ] {
             let mut spi = spi(cr1);
             spi.set(DR, 0x1234, 0);
             assert_eq!(spi.get(SR, 1_000), 0, "{cr1:#x}");
