@@ -2,9 +2,10 @@
 //!
 //! Modelled: DMA2, TIM1's requests, direct mode, words, memory increment,
 //! circular or not, memory to GPIOx_BSRR, and SRAM to SRAM through the
-//! peripheral port. So TEIF (a bus error) and DMEIF (no memory increment) never
-//! rise. DMA1 answers, but no stream of it may be enabled. Here: state and what
-//! one access does to it. Not here: when accesses happen (`playback`).
+//! peripheral port; and what becomes of that when a bit of a stream turns. TEIF
+//! (a bus error) and DMEIF (no memory increment) never rise. DMA1 answers, but no
+//! stream of it may be enabled. Here: state and what one access does to it. Not
+//! here: when accesses happen (`playback`).
 
 mod registers;
 mod stream;

@@ -24,6 +24,10 @@ pub(crate) mod offset {
 const STRIDE: u32 = 0x18;
 /// FCR: direct mode disable and threshold.
 const FCR_SETTINGS: u32 = 0b111;
+/// FCR: direct mode disable.
+const DMDIS: u32 = 1 << 2;
+/// FCR: FIFO error interrupt, whose line nobody enables.
+const FEIE: u32 = 1 << 7;
 
 /// Offset of `register` of `stream`.
 pub const fn stream_offset(stream: usize, register: u32) -> u32 {
@@ -93,26 +97,32 @@ impl Dma {
         Ok(())
     }
 
-    /// Turns `bits` of PAR or M0AR of a stream that is on, which no write could: the next item
-    /// goes or comes from there. `false` if `offset` is another register's.
+    /// Turns `bits` of CR, PAR or M0AR of a stream that is on, which no write could. `false`
+    /// if `offset` is another register's, or a write does it: the stream is off, or they are
+    /// EN or an interrupt's.
     ///
-    /// Where no BSRR and no SRAM is, items are lost: what else they would do there, and the
+    /// Where neither port nor SRAM is, items are lost: what else they would do there, and the
     /// bus error where nothing answers, is not modelled.
-    pub fn upset(&mut self, offset: u32, bits: u32) -> bool {
+    ///
+    /// # Errors
+    /// As [`Stream::upset_cr`].
+    pub fn upset(&mut self, offset: u32, bits: u32, at: Cycle) -> Modelled<bool> {
         let Ok((index, register)) = place(offset) else {
-            return false;
+            return Ok(false);
         };
         let stream = &mut self.streams[index];
         if !stream.is_enabled() {
-            return false;
+            return Ok(false);
         }
         match register {
-            offset::PAR => stream.par ^= bits,
-            offset::M0AR => stream.m0ar ^= bits,
-            _ => return false,
+            offset::PAR => stream.upset_par(bits),
+            offset::M0AR => stream.upset_m0ar(bits),
+            offset::CR if bits & (bit::EN | bit::INTERRUPTS) == 0 => stream.upset_cr(bits, at)?,
+            // The threshold is FIFO mode's (RM0090 10.5.10).
+            offset::FCR if bits & !(FCR_SETTINGS & !DMDIS | FEIE) == 0 => stream.fcr ^= bits,
+            _ => return Ok(false),
         }
-        stream.redirect();
-        true
+        Ok(true)
     }
 
     fn write_cr(&mut self, index: usize, value: u32, done: Cycle) -> Modelled {

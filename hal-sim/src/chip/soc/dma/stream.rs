@@ -2,6 +2,7 @@
 
 use super::NEVER;
 use crate::chip::Cycle;
+use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 use crate::chip::soc::matrix::Slave;
 
@@ -10,7 +11,13 @@ pub(crate) mod bit {
     pub const EN: u32 = 1; // CR: enable
     pub const INTERRUPTS: u32 = 0b1_1110; // CR: interrupt enables
     pub const MEMORY_TO_PERIPHERAL: u32 = 1 << 6; // CR: memory to peripheral
+    pub const PFCTRL: u32 = 1 << 5; // CR: the peripheral is the flow controller
     pub const CIRC: u32 = 1 << 8; // CR: circular
+    pub const PINC: u32 = 1 << 9; // CR: the peripheral's address increments
+    pub const MINC: u32 = 1 << 10; // CR: the memory's address increments
+    pub const PINCOS: u32 = 1 << 15; // CR: ... by a word, whatever PSIZE is
+    pub const DBM: u32 = 1 << 18; // CR: double buffer
+    pub const CT: u32 = 1 << 19; // CR: of which the second is in use
     pub const FEIF: u32 = 1; // FIFO error
     pub const HTIF: u32 = 1 << 4; // Half transfer
     pub const TCIF: u32 = 1 << 5; // Transfer complete
@@ -21,6 +28,11 @@ pub(crate) mod bit {
 const WORDS: u32 = 0b10 << 13 | 0b10 << 11 | 1 << 10;
 const FREE: u32 = 0x7 << 25 | 0b11 << 16 | bit::CIRC | bit::MEMORY_TO_PERIPHERAL | bit::EN;
 
+/// Two buffers, and the second in use.
+const BOTH: u32 = bit::DBM | bit::CT;
+/// Registers of ports A to I.
+const PORTS: std::ops::Range<u32> = 0x4002_0000..0x4002_2400;
+
 /// The far end of the peripheral port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
@@ -28,7 +40,9 @@ pub enum Target {
     None,
     /// BSRR of a port; 0 is A.
     Bsrr(usize),
-    /// A word of SRAM.
+    /// Another register of a port, by its offset.
+    Port(usize, u32),
+    /// A word of SRAM, or less.
     Word(u32),
     /// Items are lost, or zero.
     Nowhere,
@@ -46,6 +60,9 @@ pub struct Stream {
     pub(crate) length: u16,
     /// Items that went over the memory port, modulo `length`.
     index: u16,
+    /// Address of the memory port's next item, and of the peripheral port's.
+    pointer: u32,
+    far: u32,
     /// The far end of the peripheral port.
     pub(crate) target: Target,
     /// The slave that the memory port uses.
@@ -72,6 +89,8 @@ impl Stream {
             fcr: 1, // threshold one half (RM0090 10.5.10)
             length: 0,
             index: 0,
+            pointer: 0,
+            far: 0,
             target: Target::None,
             memory: Slave::Sram1,
             stopping: false,
@@ -122,7 +141,52 @@ impl Stream {
     /// Address of the memory port's next item.
     #[inline]
     pub const fn address(&self) -> u32 {
-        (self.m0ar & !0b11).wrapping_add(4 * self.index as u32)
+        self.pointer & !(self.bytes() - 1)
+    }
+
+    /// Of one item: both ports have the same in direct mode, the peripheral's (RM0090 10.5.5,
+    /// MSIZE).
+    #[inline]
+    const fn bytes(&self) -> u32 {
+        1 << (self.cr >> 11 & 0b11)
+    }
+
+    /// As [`Self::bytes`].
+    #[inline]
+    pub const fn size(&self) -> Size {
+        match self.bytes() {
+            1 => Size::Byte,
+            2 => Size::Half,
+            _ => Size::Word,
+        }
+    }
+
+    /// NDTR.
+    #[inline]
+    pub const fn count_left(&self) -> u16 {
+        self.ndtr
+    }
+
+    /// DIR: it asks itself, and ends with its items; the FIFO is the hardware's then (RM0090
+    /// 10.3.6, 10.5.10).
+    #[inline]
+    pub const fn copies(&self) -> bool {
+        self.cr >> 7 & 1 != 0
+    }
+
+    /// Whether it moves words as an image sets it up, so that many can go at once.
+    #[inline]
+    pub const fn is_plain(&self) -> bool {
+        self.cr & !FREE == WORDS
+    }
+
+    /// Where the memory's items begin (RM0090 10.3.9): M1AR, of the second of two buffers, is
+    /// 0 here.
+    const fn base(&self) -> u32 {
+        match self.cr & BOTH {
+            BOTH => 0,
+            _ => self.m0ar,
+        }
     }
 
     /// The peripheral port can move the next item at `at`: its word is there
@@ -132,12 +196,34 @@ impl Stream {
         self.plays() == self.word.is_some() && self.turned <= at
     }
 
-    /// The memory port moved one item.
+    /// The memory port moved one item. After the last it begins anew, with two buffers in
+    /// the other one (RM0090 10.3.9).
     #[inline]
     pub fn step(&mut self) {
         self.index += 1;
+        if self.cr & bit::MINC != 0 {
+            self.pointer = self.pointer.wrapping_add(self.bytes());
+        }
         if self.index >= self.length {
             self.index = 0;
+            if self.cr & bit::DBM != 0 {
+                self.cr ^= bit::CT;
+            }
+            self.pointer = self.base();
+            self.memory = sram(self.pointer);
+        }
+    }
+
+    /// The peripheral port moved one item.
+    #[inline]
+    fn step_far(&mut self) {
+        if self.cr & bit::PINC != 0 {
+            let bytes = match self.cr & bit::PINCOS {
+                0 => self.bytes(),
+                _ => 4,
+            };
+            self.far = self.far.wrapping_add(bytes);
+            self.redirect();
         }
     }
 
@@ -158,8 +244,10 @@ impl Stream {
     pub fn skip(&mut self, items: u16) {
         self.ndtr -= items;
         self.index += items;
+        self.pointer = self.pointer.wrapping_add(4 * u32::from(items));
         if self.index >= self.length {
             self.index = 0;
+            self.pointer = self.m0ar;
         }
     }
 
@@ -169,8 +257,13 @@ impl Stream {
     pub(super) fn count(&mut self) -> u16 {
         self.ndtr = self.ndtr.saturating_sub(1);
         let left = self.ndtr;
+        self.step_far();
         if left == 0 && self.is_circular() {
             self.ndtr = self.length;
+            if self.cr & bit::PINC != 0 {
+                self.far = self.par;
+                self.redirect();
+            }
         }
         left
     }
@@ -195,23 +288,73 @@ impl Stream {
         )?;
         self.cr |= bit::EN;
         (self.length, self.index) = (self.ndtr, 0);
+        (self.pointer, self.far) = (self.m0ar, self.par);
         (self.word, self.stopping) = (None, false);
         self.asked = NEVER;
         self.due = if self.plays() { done } else { NEVER };
         Ok(())
     }
 
-    /// PAR or M0AR changed while it is on. Words are aligned: their lowest two bits do not
+    /// Turns `bits` of PAR while it is on: the next item goes or comes from there.
+    pub(super) fn upset_par(&mut self, bits: u32) {
+        let done = self.far.wrapping_sub(self.par);
+        self.par ^= bits;
+        self.far = self.par.wrapping_add(done);
+        self.redirect();
+    }
+
+    /// The same of M0AR, if it is in use; else from when it is on.
+    pub(super) fn upset_m0ar(&mut self, bits: u32) {
+        let base = self.base();
+        self.m0ar ^= bits;
+        let moved = self.base().wrapping_sub(base);
+        self.pointer = self.pointer.wrapping_add(moved);
+        self.memory = sram(self.pointer);
+    }
+
+    /// Turns `bits` of CR while it is on, which no write could, but EN and the interrupts;
+    /// taken to have effect from the next item on. In direct mode MSIZE, MBURST and PBURST
+    /// are the hardware's (RM0090 10.3.11, 10.5.5). A peripheral that is the flow controller
+    /// puts CIRC out, two buffers put it on; TIM1 never says that an item is the last.
+    ///
+    /// # Errors
+    /// Codes that the manual reserves.
+    pub(super) fn upset_cr(&mut self, bits: u32, at: Cycle) -> Modelled {
+        const FORCED: u32 = 0b11 << 13 | 0b1111 << 21;
+        let mut cr = self.cr ^ bits & !FORCED;
+        refuse(cr >> 6 & 0b11 == 3, "a DMA2 stream with DIR 3")?;
+        refuse(cr >> 11 & 0b11 == 3, "a DMA2 stream with PSIZE 3")?;
+        cr = cr & !(0b11 << 13) | (cr >> 11 & 0b11) << 13;
+        if cr & bit::PFCTRL != 0 {
+            cr &= !bit::CIRC;
+        } else if cr & bit::DBM != 0 {
+            cr |= bit::CIRC;
+        }
+        let turned = (cr ^ self.cr) & bit::MEMORY_TO_PERIPHERAL != 0;
+        self.cr = cr;
+        self.redirect();
+        // What is between the ports goes on the new way; nothing is there: it is fetched.
+        if turned && self.plays() != self.word.is_some() {
+            self.due = at;
+        }
+        Ok(())
+    }
+
+    /// The far end is where `far` is. Items are aligned: the lowest bits of an address do not
     /// count (RM0090 10.3.10).
-    pub(super) fn redirect(&mut self) {
-        let port = (self.par & !0b11).wrapping_sub(0x4002_0018);
-        let is_port = port <= 0x2000 && port.is_multiple_of(0x400);
-        self.target = match (self.plays(), is_sram(self.par)) {
-            (true, _) if is_port => Target::Bsrr(port as usize / 0x400),
-            (false, true) => Target::Word(self.par & !0b11),
+    fn redirect(&mut self) {
+        let far = self.far & !(self.bytes() - 1);
+        let port = far.wrapping_sub(PORTS.start);
+        self.target = match (self.plays(), is_sram(far)) {
+            (true, _) if PORTS.contains(&far) && port & 0x3FF == 0x18 => {
+                Target::Bsrr(port as usize / 0x400)
+            }
+            (true, _) if PORTS.contains(&far) && self.bytes() == 4 => {
+                Target::Port(port as usize / 0x400, port & 0x3FF)
+            }
+            (_, true) => Target::Word(far),
             _ => Target::Nowhere,
         };
-        self.memory = sram(self.m0ar);
     }
 
     fn far_end(&self) -> Modelled<Target> {

@@ -60,7 +60,7 @@ impl Playback {
         let most = streams().map(Stream::uneventful).min()?;
         let mut idle = most.min(u16::try_from(laps).unwrap_or(u16::MAX));
         for stream in streams() {
-            if idle == 0 {
+            if idle == 0 || !stream.is_plain() {
                 return None;
             }
             match stream.target {
@@ -74,11 +74,12 @@ impl Playback {
                     let n = played.take(usize::from(idle)).take_while(|w| same(*w));
                     idle = n.count() as u16; // at most as it was
                 }
+                Target::Word(_) if stream.plays() => return None,
                 Target::Word(source) => {
                     ram.words(stream.address(), usize::from(idle))?;
                     ram.read(source, Size::Word)?;
                 }
-                Target::None | Target::Nowhere => return None,
+                Target::None | Target::Nowhere | Target::Port(..) => return None,
             }
         }
         let erasing = || streams().filter(|stream| !stream.plays());

@@ -18,7 +18,7 @@ pub use access::Block;
 pub use slips::{Clocking, Slip};
 
 use super::Ram;
-use super::dma::{Dma, EVENTS, NEVER};
+use super::dma::{Dma, EVENTS, NEVER, STREAMS};
 use super::gpio::{Gpio, Level};
 use super::matrix::{Matrix, Slave};
 use super::timer::Timer;
@@ -143,11 +143,28 @@ impl Playback {
         ram: &mut Ram,
     ) -> Modelled<bool> {
         self.advance(at, ram)?;
-        let is_upset = self.dma[1].upset(offset, bits);
+        let is_upset = self.dma[1].upset(offset, bits, at)?;
         if is_upset {
+            self.copy_rest(at, ram)?;
             self.listen(at);
         }
         Ok(is_upset)
+    }
+
+    /// A stream that began to copy from memory to memory does so without a request, all that
+    /// is left of its items. Taken as done at once: it takes some microseconds.
+    fn copy_rest(&mut self, at: Cycle, ram: &mut Ram) -> Modelled {
+        for index in 0..STREAMS {
+            if !self.dma[1].stream(index).copies() {
+                continue;
+            }
+            for _ in 0..self.dma[1].stream(index).count_left() {
+                self.move_item(index, at, ram)?;
+                self.move_word(index, at, ram)?;
+            }
+            self.dma[1].switch_off(index);
+        }
+        Ok(())
     }
 
     /// Lets everything happen up to `to`. `ram` holds SRAM2, or SRAM1 and

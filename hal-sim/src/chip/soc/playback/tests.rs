@@ -5,3 +5,4 @@ mod disturbed;
 mod scene;
 mod slips;
 mod tape;
+mod upsets;

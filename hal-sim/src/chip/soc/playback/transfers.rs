@@ -183,7 +183,7 @@ impl Playback {
         }
     }
 
-    fn serve_peripheral(&mut self, index: usize, done: Cycle, ram: &Ram) -> Modelled {
+    fn serve_peripheral(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Modelled {
         let more = self.move_item(index, done, ram)?;
         let stream = self.dma[1].stream_mut(index);
         if stream.plays() && (stream.stopping || !more) {
@@ -199,18 +199,30 @@ impl Playback {
     /// The peripheral port's access, complete from `done` on; gives whether
     /// more items are to come.
     #[inline(always)]
-    pub(super) fn move_item(&mut self, index: usize, done: Cycle, ram: &Ram) -> Modelled<bool> {
+    pub(super) fn move_item(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Modelled<bool> {
         self.transfers += 1;
         let stream = self.dma[1].stream_mut(index);
         stream.turned = done;
+        let size = stream.size();
         match stream.target {
             Target::Bsrr(port) => {
                 if let Some(word) = stream.word.take() {
-                    self.gpio.bsrr(port, word, done);
+                    self.gpio.bsrr(port, word & mask(size), done);
+                }
+            }
+            Target::Port(port, offset) => {
+                if let Some(word) = stream.word.take() {
+                    // Beyond its registers a port is silent.
+                    let _ = self.gpio.write(port, offset, Size::Word, word, done);
+                }
+            }
+            Target::Word(address) if stream.plays() => {
+                if let Some(word) = stream.word.take() {
+                    ram.write(address, size, word).ok_or(NO_RAM)?;
                 }
             }
             Target::Word(address) => {
-                stream.word = Some(ram.read(address, Size::Word).ok_or(NO_RAM)?);
+                stream.word = Some(ram.read(address, size).ok_or(NO_RAM)?);
             }
             Target::Nowhere if stream.plays() => stream.word = None,
             Target::Nowhere => stream.word = Some(0),
@@ -234,14 +246,14 @@ impl Playback {
     #[inline(always)]
     pub(super) fn move_word(&mut self, index: usize, done: Cycle, ram: &mut Ram) -> Modelled {
         let stream = self.dma[1].stream_mut(index);
-        let address = stream.address();
+        let (address, size) = (stream.address(), stream.size());
         stream.step();
         stream.turned = done;
         // Beyond SRAM only a stream that was upset comes: see `Dma::upset`.
         if stream.plays() {
-            stream.word = Some(ram.read(address, Size::Word).unwrap_or(0));
+            stream.word = Some(ram.read(address, size).unwrap_or(0));
         } else if let Some(word) = stream.word.take() {
-            let _ = ram.write(address, Size::Word, word);
+            let _ = ram.write(address, size, word);
         }
         Ok(())
     }
@@ -294,6 +306,11 @@ impl Playback {
             self.ports[PERIPHERAL].waiting |= mask;
         }
     }
+}
+
+/// The bits of an item of `size` in a word.
+const fn mask(size: Size) -> u32 {
+    u32::MAX >> (32 - 8 * size.bytes())
 }
 
 /// Numbers of the streams in `bits`.

@@ -1,0 +1,166 @@
+//! Bits of a stream's registers that turn while it plays (RM0090 10.5).
+
+use super::scene::*;
+use super::tape::playing;
+use crate::chip::Cycle;
+use crate::chip::cpu::bus::Modelled;
+use crate::chip::soc::dma::{offset as dma, stream_offset};
+use crate::chip::soc::gpio::offset as gpio;
+use crate::chip::soc::playback::{Block, Pace};
+
+const US: Cycle = 168;
+const PLAY_B: usize = STREAMS[0];
+const ERASE_B: usize = STREAMS[2];
+
+/// The scene 10 µs and a little after its first overflow, `bits` of `register` of `stream`
+/// having turned.
+fn turned(stream: usize, register: u32, bits: u32) -> (Scene, Cycle, Modelled<bool>) {
+    let (mut scene, first) = playing(Pace::Lazy);
+    scene.sleep(first + 10 * US + 100);
+    let (offset, at) = (stream_offset(stream, register), scene.at);
+    let ram = &mut scene.ram;
+    let upset = scene.playback.upset_stream(offset, bits, at, ram);
+    (scene, first, upset)
+}
+
+/// The same of CR, which is modelled.
+fn turned_cr(stream: usize, bit: u32) -> (Scene, Cycle) {
+    let (scene, first, upset) = turned(stream, dma::CR, 1 << bit);
+    assert_eq!(upset, Ok(true), "bit {bit}");
+    (scene, first)
+}
+
+fn cr(scene: &mut Scene, stream: usize) -> u32 {
+    scene.read(Block::Dma2, stream_offset(stream, dma::CR))
+}
+
+#[test]
+fn another_channel_asks_for_nothing() {
+    for bit in 25..28 {
+        let (mut scene, first) = turned_cr(PLAY_B, bit);
+        scene.sleep(first + 30 * US + 100);
+        let [play_b, others @ ..] = scene.ndtr();
+        assert!(others.iter().all(|&it| it == play_b - 20), "bit {bit}");
+    }
+}
+
+/// Bursts and MSIZE are the hardware's in direct mode, CT has no meaning with one buffer,
+/// PINCOS none without PINC; levels matter when two streams ask.
+#[test]
+fn what_has_no_meaning_in_direct_mode_changes_nothing() {
+    let (mut unbroken, first) = playing(Pace::Lazy);
+    unbroken.sleep(first + 600 * US + 100);
+    let expected = (unbroken.edges.len(), unbroken.ndtr());
+    for bit in [13, 14, 15, 16, 17, 19, 21, 22, 23, 24] {
+        let (mut scene, first) = turned_cr(PLAY_B, bit);
+        scene.sleep(first + 600 * US + 100);
+        let found = (scene.edges.len(), scene.ndtr());
+        assert_eq!(found, expected, "bit {bit}");
+    }
+}
+
+#[test]
+fn a_stream_ends_with_its_items_unless_it_is_circular() {
+    // CIRC; PFCTRL, which puts it out.
+    for bit in [8, 5] {
+        let (mut scene, first) = turned_cr(PLAY_B, bit);
+        scene.sleep(first + 490 * US + 100);
+        assert_eq!(cr(&mut scene, PLAY_B) & 1, 1);
+        scene.sleep(first + 510 * US + 100);
+        assert_eq!(cr(&mut scene, PLAY_B) & 1, 0);
+    }
+}
+
+#[test]
+fn without_increment_one_word_is_played_again_and_again() {
+    let (mut scene, first) = turned_cr(PLAY_B, 10);
+    // Until it has been erased.
+    scene.sleep(first + 16 * US);
+    scene.edges.clear();
+    scene.sleep(first + 400 * US);
+    assert!(scene.edges.iter().all(|edge| usize::from(edge.port) != B));
+}
+
+#[test]
+fn an_address_that_increments_leaves_its_register() {
+    let (mut scene, first) = turned_cr(PLAY_B, 9);
+    // The slot after the next goes to LCKR, then one to AFRL, one to AFRH.
+    for (slot, word) in [(12, 0), (13, 0x8765_4321), (14, 0x0102_0304)] {
+        scene.set_word(TAPE_B + 4 * slot, word);
+    }
+    scene.sleep(first + 14 * US + 100);
+    let afr = [gpio::AFRL, gpio::AFRH].map(|it| scene.read(Block::Gpio(B), it));
+    assert_eq!(afr, [0x8765_4321, 0x0102_0304]);
+}
+
+#[test]
+fn a_stream_that_turns_round_writes_what_it_reads_there() {
+    // BSRR reads 0: port B's tape is filled with it.
+    let (mut scene, first) = turned_cr(PLAY_B, 6);
+    scene.sleep(first + 40 * US + 100);
+    assert_eq!(scene.word(TAPE_B + 4 * 41), 0);
+    // What was to be erased goes over the isolated word.
+    let (mut scene, first) = turned_cr(ERASE_B, 6);
+    scene.set_word(TAPE_B + 4 * 35, 0xABCD);
+    scene.sleep(first + 35 * US + 100);
+    assert_eq!(scene.word(ISOLATED[0]), 0xABCD);
+}
+
+#[test]
+fn items_of_a_byte_are_a_byte_apart() {
+    let (mut scene, first) = turned_cr(PLAY_B, 12);
+    let begin = scene.ndtr()[0];
+    scene.edges.clear();
+    scene.sleep(first + 30 * US + 100);
+    assert_eq!(scene.ndtr()[0], begin - 20, "counted as before");
+    // Only the lowest byte of BSRR is written: pins are set, none is reset.
+    let edges = scene.edges.iter().filter(|it| usize::from(it.port) == B);
+    let late = edges.filter(|it| it.cycle > first + 12 * US);
+    assert!(late.clone().all(|it| it.changed & it.levels == it.changed));
+    assert!(late.count() > 0);
+}
+
+#[test]
+fn two_buffers_change_places_at_the_end_of_one() {
+    let (mut scene, first) = turned_cr(PLAY_B, 18);
+    scene.sleep(first + 495 * US);
+    assert_eq!(cr(&mut scene, PLAY_B) >> 19 & 1, 0);
+    scene.sleep(first + 505 * US);
+    assert_eq!(cr(&mut scene, PLAY_B) >> 19 & 1, 1, "CT");
+    scene.edges.clear();
+    scene.sleep(first + 900 * US);
+    assert!(scene.edges.iter().all(|edge| usize::from(edge.port) != B));
+}
+
+/// RM0090 10.3.6: from memory to memory nobody needs to ask.
+#[test]
+fn a_stream_that_copies_does_so_at_once_and_ends() {
+    let (mut scene, first) = turned_cr(ERASE_B, 7);
+    assert_eq!(cr(&mut scene, ERASE_B) & 1, 0);
+    assert!((11..LENGTH).all(|slot| scene.word(TAPE_B + 4 * slot) == ISOLATED_B));
+    assert_eq!(scene.flags()[0] >> 16 & 0x20, 0x20, "TCIF2");
+    scene.sleep(first + 14 * US);
+    scene.edges.clear();
+    scene.sleep(first + 400 * US);
+    assert!(scene.edges.iter().all(|edge| usize::from(edge.port) != B));
+}
+
+#[test]
+fn codes_that_are_reserved_are_refused() {
+    for (stream, bit) in [(PLAY_B, 7), (PLAY_B, 11), (ERASE_B, 11)] {
+        assert!(
+            turned(stream, dma::CR, 1 << bit).2.is_err(),
+            "{stream} {bit}"
+        );
+    }
+    // EN and interrupts are a write's, FIFO mode is not modelled.
+    for (register, bits) in [
+        (dma::CR, 1),
+        (dma::CR, 1 << 4),
+        (dma::FCR, 4),
+        (dma::NDTR, 1),
+    ] {
+        assert_eq!(turned(PLAY_B, register, bits).2, Ok(false));
+    }
+    assert_eq!(turned(PLAY_B, dma::FCR, 0x83).2, Ok(true));
+}
