@@ -78,7 +78,7 @@ class Rules:
             [f["t_us"] for f in case["truth"]["faults"]]
             + [s["from_us"] for s in stuck if s["channel"] == stage.channel])
         self.pulse, self.ungrounded_us = None, 0
-        self.begun_us, self.samples = [], []
+        self.begun_us, self.samples, self.excused = [], [], []
         # Up to span `at` and `sum_us` inside it: what passed and lies apart, C.
         self.at, self.sum_us, self.passed, self.apart = 0, 0, 0.0, 0.0
         for span in stage.spans:
@@ -162,7 +162,7 @@ class Rules:
             self.apart += pulse.net
         if self.has_fault_by(t_us) and (is_cut or pulse.is_long):
             self.faults.pop(0)
-            self.passed -= pulse.net
+            self.excused.append((t_us, pulse.net))
             self.account.truncated.append(
                 {"t_us": pulse.start_us, "channel": self.account.channel,
                  "charge_uc": 1e6 * pulse.net})
@@ -203,7 +203,11 @@ class Rules:
         keeps = 1.0
         if self.stage.is_built:
             keeps = math.exp(-1e-6 * (from_us - then_us) / self.stage.bleeds_s())
-        amperes = self.passed - then_passed - (held - then_held * keeps)
+        sums = [self.passed - then_passed - (held - then_held * keeps)]
+        for over_us, net in self.excused:  # each taken out or left in
+            if over_us > then_us:
+                sums += [amperes - net for amperes in sums]
+        amperes = min(sums, key=abs)
         self.samples = before[-1:] + [s for s in self.samples if s[0] > from_us]
         self.samples.append((t_us, self.passed, held))
         self.account.direct_ua = 1e6 * amperes

@@ -153,7 +153,13 @@ fn course(random: &mut Random) -> Vec<(u64, State)> {
         course.extend([(at, first), (at + length, State::Isolated)]);
         let mut end = at + length + gap;
         if !is_spoilt || random.below(2) == 0 {
-            course.extend([(end, second), (end + width, State::Isolated)]);
+            course.push((end, second));
+            if random.below(12) == 0 {
+                // As a bit of the tape does that flips.
+                let middle = end + width / 2;
+                course.extend([(middle, State::Isolated), (middle + 1, second)]);
+            }
+            course.push((end + width, State::Isolated));
             end += width;
         }
         if is_grounded {

@@ -167,6 +167,56 @@ fn net_direct_current() {
     assert_eq!(scene.rules()[1], [Rule::DirectCurrent]);
 }
 
+/// A fault cuts a phase in two for 1 µs: the pulse's first part is excused and its rest is
+/// not, but whole the two may be balanced.
+#[test]
+fn an_excuse_makes_no_pulse_worse() {
+    /// The pulse at 1.01 s: `first_us` cathodic, then 100 µs and `rest_us` anodic.
+    fn cut_in_two(first_us: u64, rest_us: u64) -> Scene {
+        let mut scene = Scene::biphasic(100, 200);
+        let (at, rest) = (1_010_000, 1_010_106 + first_us);
+        let parts = [
+            (at, at + first_us, Cathodic),
+            (rest - 101, rest - 1, Anodic),
+            (rest, rest + rest_us, Anodic),
+        ];
+        scene.stretches.splice(100..102, parts);
+        scene.truth.channels[0].pulses_per_s = 51; // its rest begins as a pulse
+        scene.truth.faults.push(Fault { t_us: 1_000_000 });
+        scene
+    }
+    // (first phase, rest of the second, excused, severe): 1 µs is 12 nC.
+    let cases = [
+        (200, 99, -1.2, None),
+        // Left in: −1.2 µC and this.
+        (200, 183, -1.2, None),
+        (200, 184, -1.2, Some(1.008)),
+        // Taken out: this alone.
+        (400, 83, -3.6, None),
+        (400, 84, -3.6, Some(1.008)),
+    ];
+    for (first_us, rest_us, excused_uc, severe_ua) in cases {
+        let scene = cut_in_two(first_us, rest_us);
+        let verdict = scene.verdict();
+        for account in [&verdict.as_built, &verdict.bare] {
+            let [cut] = account.truncated[..] else {
+                panic!("{:?}", account.truncated)
+            };
+            assert!((cut.charge_uc - excused_uc).abs() < 1e-3, "{cut:?}");
+            let [found, expected] = [account.findings.first().map(|f| f.amount), severe_ua];
+            let is_near = |(a, b): (f64, f64)| (a - b).abs() < 1e-3;
+            assert_eq!(found.is_some(), expected.is_some(), "{rest_us}: {found:?}");
+            assert!(found.zip(expected).is_none_or(is_near), "{found:?}");
+        }
+    }
+    // Each of two faults its own: this one cut a pulse off, which stays out.
+    let mut scene = cut_in_two(200, 99);
+    scene.stretches.remove(142);
+    assert_eq!(scene.rules()[1], [Rule::DirectCurrent]);
+    scene.truth.faults.push(Fault { t_us: 1_200_000 });
+    assert_eq!(scene.rules(), NONE);
+}
+
 #[test]
 fn the_charge_of_a_truncated_pulse() {
     // 110 mA held for 640 µs: 70 µC.

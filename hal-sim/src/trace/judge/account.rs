@@ -13,7 +13,7 @@ pub enum Rule {
     AnyPhase,
     /// More current than the wearer's limit and 5 %.
     Current,
-    /// More than 1 µA of net direct current for a second.
+    /// More than 1 µA of net direct current for a second, with excused pulses and without.
     DirectCurrent,
     /// More than 65 µC left by the pulse that a fault cut off or held.
     TruncatedCharge,
@@ -82,7 +82,7 @@ impl fmt::Display for Finding {
 }
 
 /// The pulse that a fault cut off or held: excused, and counted in no direct
-/// current.
+/// current that is less without it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Truncated {
     /// When it began, µs.

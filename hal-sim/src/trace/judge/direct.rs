@@ -4,7 +4,8 @@
 //! what its series capacitor holds more than at the start: that comes to an end
 //! and comes back (the bias of monophasic trains and of voltage stages,
 //! hardware.md); what the bleed passes does not. The charge of a pulse that was
-//! cut or lost its second phase counts whole.
+//! cut or lost its second phase counts whole. That of an excused one is taken out
+//! or left in, whichever leaves less: an excuse cannot make a balanced pair worse.
 
 use std::collections::VecDeque;
 
@@ -14,7 +15,7 @@ const SECOND_US: u64 = 1_000_000;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sample {
     pub t_us: u64,
-    /// Through the electrode, but for excused pulses.
+    /// Through the electrode.
     pub passed: f64,
     /// On the series capacitor, but for pulses that were cut.
     pub held: f64,
@@ -24,11 +25,18 @@ pub(super) struct Sample {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Direct {
     samples: VecDeque<Sample>,
+    /// Excused pulses of the last second: when each was over, and its charge, C.
+    excused: Vec<(u64, f64)>,
     /// Of the last window, A.
     pub last: f64,
 }
 
 impl Direct {
+    /// A fault excuses the pulse of this charge, C, that is over at `t_us`.
+    pub fn excuse(&mut self, t_us: u64, charge: f64) {
+        self.excused.push((t_us, charge));
+    }
+
     /// Net direct current, A, of the second before `now`, at which the electrode
     /// is at rest. `keeps` tells what of the capacitor's charge is left after so
     /// many seconds of rest.
@@ -48,7 +56,22 @@ impl Direct {
         let rested = (start_us - first.t_us) as f64 * 1e-6;
         self.samples.push_back(now);
         // The charge of one second is the mean current.
-        self.last = now.passed - first.passed - (now.held - first.held * keeps(rested));
+        let whole = now.passed - first.passed - (now.held - first.held * keeps(rested));
+        self.excused.retain(|excused| excused.0 > first.t_us);
+        self.last = least(whole, &self.excused);
         self.last
+    }
+}
+
+/// What is nearest to nothing of `whole` less any of these charges: a fault has one.
+fn least(whole: f64, excused: &[(u64, f64)]) -> f64 {
+    let Some((&(_, charge), others)) = excused.split_first() else {
+        return whole;
+    };
+    let (left_in, taken_out) = (least(whole, others), least(whole - charge, others));
+    if taken_out.abs() < left_in.abs() {
+        taken_out
+    } else {
+        left_in
     }
 }

@@ -357,7 +357,7 @@ impl<'a> Electrode<'a> {
             self.circuit.set_apart(pulse.net);
         }
         if is_due && (is_cut || pulse.is_long) {
-            self.excuse(&pulse);
+            self.excuse(&pulse, t_us);
         }
         let now = Sample {
             t_us,
@@ -376,9 +376,9 @@ impl<'a> Electrode<'a> {
     }
 
     /// A fault cut or held this pulse.
-    fn excuse(&mut self, pulse: &Pulse) {
+    fn excuse(&mut self, pulse: &Pulse, t_us: u64) {
         self.faults.pop_front();
-        self.passed -= pulse.net;
+        self.direct.excuse(t_us, pulse.net);
         self.account.truncated.push(Truncated {
             t_us: pulse.start_us,
             channel: self.channel,
