@@ -65,6 +65,9 @@ class Pulse:
     net: float = 0.0
     greatest: float = 0.0
     is_long: bool = False
+    # Up to span `at`: what is left of what the capacitor held when it began, C.
+    at: int = 0
+    before: float = 0.0
 
 
 class Rules:
@@ -86,10 +89,10 @@ class Rules:
             if span.peak_ma > limit:
                 self.account.find("Current", span.start_us, span.peak_ma, limit)
         end_us = case["end_us"]
-        for kind, start_us, to_us, sign, charge in self.course():
+        for kind, start_us, to_us, sign, first, end in self.course():
             self.rest(start_us)
             if kind == "phase":
-                self.phase(start_us, to_us, sign, charge)
+                self.phase(start_us, to_us, sign, first, end)
             elif to_us < end_us:
                 self.ungrounded_us = to_us
                 if to_us - start_us >= GIVES_BACK_US:
@@ -103,16 +106,16 @@ class Rules:
     def course(self):
         """Phases and groundings: spans without a pause between them, joined."""
         joined = []
-        for span in self.stage.spans:
+        for index, span in enumerate(self.stage.spans):
             kind = "phase" if span.sign else "ground" if span.grounded else None
             if not kind:
                 continue
             last = joined[-1] if joined else None
             if last and last[:2] == [kind, span.sign] and last[3] == span.start_us:
-                last[3], last[4] = span.end_us, last[4] + span.charge
+                last[3], last[5] = span.end_us, index + 1
             else:
-                joined.append([kind, span.sign, span.start_us, span.end_us, span.charge])
-        return [(kind, a, b, sign, charge) for kind, sign, a, b, charge in joined]
+                joined.append([kind, span.sign, span.start_us, span.end_us, index, index + 1])
+        return [(kind, a, b, sign, first, end) for kind, sign, a, b, first, end in joined]
 
     def rest(self, until_us):
         """Ends the pulse that is over by then, though nothing follows."""
@@ -122,14 +125,26 @@ class Rules:
             if due_us <= until_us:
                 self.end_pulse(due_us)
 
-    def phase(self, start_us, end_us, sign, charge):
+    def own_charge(self, pulse, first, end):
+        """Of these spans, without what the capacitor held before the pulse."""
+        own = 0.0
+        for index in range(pulse.at, end):
+            span = self.stage.spans[index]
+            if index >= first:
+                own += span.charge - pulse.before * span.returned
+            pulse.before *= span.left
+        pulse.at = end
+        return own
+
+    def phase(self, start_us, end_us, sign, first, end):
         pulse = self.pulse
         if (pulse and pulse.phases == 1 and pulse.sign != sign
                 and start_us - pulse.start_us <= COMMANDED_US + LONGEST_GAP_US):
             pulse.phases = 2
         else:
             self.end_pulse(start_us)
-            pulse = self.pulse = Pulse(start_us, start_us, sign)
+            pulse = self.pulse = Pulse(start_us, start_us, sign, at=first)
+            pulse.before = self.stage.hardware["capacitor_f"] * self.stage.spans[first].volts
             self.begun_us = [t for t in self.begun_us if t > start_us - SECOND_US]
             self.begun_us.append(start_us)
             if len(self.begun_us) > self.of["pulses_per_s"]:
@@ -144,6 +159,7 @@ class Rules:
             late_us, last_us = max(start_us, quiet["from_us"]), min(end_us, quiet["until_us"])
             if late_us < last_us:
                 self.account.find("PastDeadline", late_us, last_us - quiet["from_us"], 0)
+        charge = self.own_charge(pulse, first, end)
         pulse.end_us = end_us
         pulse.net += charge
         pulse.greatest = max(pulse.greatest, abs(charge))

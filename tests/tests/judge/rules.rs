@@ -1,6 +1,6 @@
 //! Each rule finds the trace that breaks it, and nothing else does.
 
-use super::scene::{Anodic, CODE, Cathodic, Grounded, Scene, biphasic, monophasic};
+use super::scene::{Anodic, CODE, Cathodic, Grounded, Scene, Stretch, biphasic, monophasic};
 use super::second::both;
 use hal_sim::trace::judge::{Cause, Channel, Fault, Latched, Pump, Quiet, Rule, Stage, judge};
 use hal_sim::trace::{CHANNELS, Levels, Trace};
@@ -317,6 +317,34 @@ fn one_percent_of_mismatch_is_direct_current_unless_it_is_grounded() {
     println!("1 % at 12 mA, 400 µs, 50 Hz, after 60 s: {without:.3} µA, grounded {with:.3} µA");
     assert!((without - 2.4).abs() < 0.01, "{without} µA");
     assert!(with <= 1.0, "{with} µA");
+}
+
+/// A monophasic train leaves 5 V on a voltage stage's series capacitor, which the pulses after
+/// it give back: that is no charge of theirs, and cuts none of them.
+#[test]
+fn what_a_capacitor_gives_back_cuts_no_pulse() {
+    let after = |pulse: &[Stretch], count: u64| {
+        let mut scene = Scene::of(49, &monophasic(200, 1_000));
+        let stage = Stage::Voltage {
+            full_scale_v: 200.0,
+        };
+        scene.truth.channels[0] = Channel::steady(stage, 2_000.0, 20.0, 60);
+        scene.truth.hardware.bleed_ohm = 1e9;
+        for at in (0..count).map(|n| 1_000_000 + 5_000 * n) {
+            let pulse = pulse.iter().map(|&(a, b, state)| (at + a, at + b, state));
+            scene.stretches.extend(pulse);
+        }
+        scene.end_us = 1_100_000;
+        scene.verdict().as_built.findings
+    };
+    assert_eq!(after(&biphasic(100), 8), []);
+    // What has no second phase counts for what it is itself: 12 mA.
+    assert_eq!(after(&[(0, 83, Cathodic)], 1), []);
+    let [found] = after(&[(0, 84, Cathodic)], 1)[..] else {
+        panic!("84 µs")
+    };
+    assert_eq!(found.rule, Rule::DirectCurrent);
+    assert!((found.amount - 1.0).abs() < 0.01, "{} µA", found.amount);
 }
 
 #[test]

@@ -2,8 +2,8 @@
 //! nothing switches.
 //!
 //! The capacitor with its bleed is in series with the load. Volts and amperes
-//! are anodic positive. What pulses that were cut left on the capacitor is
-//! followed beside the whole, by superposition.
+//! are anodic positive. What pulses that were cut left on the capacitor, and what it
+//! held when a pulse began, are followed beside the whole, by superposition.
 
 /// Capacitor and bleed.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +44,8 @@ pub(super) struct Flow {
     pub charge: f64,
     /// Of it, what pulses that were cut had left on the capacitor, C.
     pub apart: f64,
+    /// Of it, what the capacitor held when the latest pulse began, C.
+    pub before: f64,
     /// Greatest magnitude of the current, A.
     pub peak: f64,
 }
@@ -52,9 +54,11 @@ pub(super) struct Flow {
 #[derive(Clone, Debug)]
 pub(super) struct Circuit {
     series: Option<Series>,
-    /// Across the capacitor, V, and of it what pulses that were cut left.
+    /// Across the capacitor, V, and of it what pulses that were cut left, and what is
+    /// left of what was there when the latest pulse began.
     volts: f64,
     apart: f64,
+    before: f64,
 }
 
 impl Circuit {
@@ -65,7 +69,13 @@ impl Circuit {
             series,
             volts: 0.0,
             apart: 0.0,
+            before: 0.0,
         }
+    }
+
+    /// A pulse begins: what the capacitor holds is of others.
+    pub fn begin_pulse(&mut self) {
+        self.before = self.volts;
     }
 
     /// What the capacitor holds of whole pulses, C.
@@ -121,8 +131,8 @@ impl Circuit {
         };
         Flow {
             charge: sign * peak * seconds,
-            apart: 0.0,
             peak: sign.abs() * peak,
+            ..Flow::default()
         }
     }
 
@@ -153,6 +163,7 @@ impl Circuit {
             let rest = self.relax(series, sign * source.volts, ohm, left);
             flow.charge += rest.charge;
             flow.apart += rest.apart;
+            flow.before += rest.before;
         }
         flow
     }
@@ -162,6 +173,7 @@ impl Circuit {
         let done = -(-seconds / (series.farad * series.bleed_ohm)).exp_m1();
         self.volts += (ampere * series.bleed_ohm - self.volts) * done;
         self.apart -= self.apart * done;
+        self.before -= self.before * done;
         Flow {
             charge: ampere * seconds,
             ..Flow::default()
@@ -179,10 +191,12 @@ impl Circuit {
         let flow = Flow {
             charge: (volts * seconds - mean) / ohm,
             apart: -self.apart * tau * done / ohm,
+            before: -self.before * tau * done / ohm,
             peak: 0.0,
         };
         self.volts += (end - self.volts) * done;
         self.apart -= self.apart * done;
+        self.before -= self.before * done;
         flow
     }
 }

@@ -33,6 +33,7 @@ const SECOND_US: u64 = 1_000_000;
 struct Phase {
     start_us: u64,
     sign: i64,
+    /// Its own, C: without what the capacitor held before its pulse and gives back.
     charge: f64,
 }
 
@@ -229,7 +230,7 @@ impl<'a> Electrode<'a> {
         let flow = self.circuit.pass(path, (to_us - self.now_us) as f64 * 1e-6);
         self.passed += flow.charge - flow.apart;
         if let Some(phase) = &mut self.phase {
-            phase.charge += flow.charge;
+            phase.charge += flow.charge - flow.before;
         }
         let (milliamps, limit) = (1e3 * flow.peak, CURRENT_MARGIN * self.of.limit_ma);
         if milliamps > limit {
@@ -287,6 +288,7 @@ impl<'a> Electrode<'a> {
     }
 
     fn begin_pulse(&mut self, t_us: u64, sign: i64) {
+        self.circuit.begin_pulse();
         self.pulse = Some(Pulse {
             start_us: t_us,
             end_us: t_us,
