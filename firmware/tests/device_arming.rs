@@ -204,7 +204,7 @@ fn a_stop_during_the_check_finishes_its_pulse_and_allows_arming_again() {
 }
 
 /// Anodic and cathodic time of a channel are equal: nothing was truncated.
-fn assert_balanced(levels: &[(u64, firmware::pulse::Levels)], channel: usize, case: u32) {
+pub fn assert_balanced(levels: &[(u64, firmware::pulse::Levels)], channel: usize, case: u32) {
     use firmware::pulse::State::{Anodic, Cathodic};
     let sum = |state| -> u64 {
         stretches(levels, channel, 0)

@@ -1,6 +1,7 @@
 //! What readings of the current show: loads at arming, and electrodes that change while
 //! they stimulate. Loads are simulated.
 
+use crate::device_arming::assert_balanced;
 use crate::device_desk::*;
 use firmware::link::{Code, Request};
 use firmware::pulse::{State as Line, TrainSpec};
@@ -189,6 +190,39 @@ fn a_phase_that_carries_nothing_is_found() {
         let mut desk = without_phase(lost, train, 30_000);
         assert_eq!(desk.fault(), Some(Fault::PhaseLost), "{lost:?}");
         assert_eq!(desk.state(), State::Fault);
+    }
+}
+
+/// The pulse whose reading is the third ends before the outputs are isolated, for the window
+/// that is painted plays to its end: here the second of two.
+#[test]
+fn a_fault_that_readings_tell_cuts_no_pulse() {
+    let train = TrainSpec::biphasic(200, 50, 20_000);
+    for (ohm, fault) in [(50, Fault::LoadWanders), (u32::MAX, Fault::ElectrodeOff)] {
+        // Of two pulses one is read in its second phase.
+        for breaks_us in (0..40_000).step_by(1_000) {
+            let mut desk = Desk::open(BOOT);
+            desk.sensors.load_ohm = [1_000; 10];
+            desk.run(wearer(), &[volts(train, 5_000)], 5_000);
+            desk.keep_alive(1, 60_000);
+            desk.keep_alive(1, breaks_us);
+            desk.sensors.load_ohm[0] = ohm;
+            desk.keep_alive(4, 30_000);
+            let record = desk.status().fault.unwrap();
+            assert_eq!(record.fault, fault, "{breaks_us}");
+            let (told, levels) = (desk.record.time(record.at), &desk.record.levels);
+            assert_balanced(levels, 0, breaks_us);
+            let second = driven(levels, 0).into_iter().next_back().unwrap();
+            // Two windows after the pulse began, or one more if its second phase was read.
+            assert!(
+                (250..=750).contains(&(told - second)),
+                "{breaks_us}: {told}"
+            );
+            assert!(
+                levels.last().is_some_and(|last| last.0 < told),
+                "{breaks_us}"
+            );
+        }
     }
 }
 

@@ -43,8 +43,9 @@ pub struct Pulser {
     stops_told: u32,
     /// A law's amplitudes rose faster than the wearer allows; it is yet to be told.
     is_slowed: bool,
-    /// The controller has missed a change: it does not take its mail.
-    is_unheard: bool,
+    /// What is latched with the next refill: found in this one, which lets the window
+    /// that is painted play to its end.
+    due: Option<Fault>,
     pulses: u32,
     idle_triggers: u32,
     /// The channel sampled last, so that all take turns.
@@ -74,7 +75,7 @@ impl Pulser {
             stops: 0,
             stops_told: 0,
             is_slowed: false,
-            is_unheard: false,
+            due: None,
             pulses: 0,
             idle_triggers: 0,
             sampled: 0,
@@ -144,7 +145,7 @@ impl Pulser {
             && self.owed < MISSING_TO_FAULT
             && inputs.trigger.is_none()
             && self.scheduler.is_gate_still(inputs.held)
-            && !self.is_unheard
+            && self.due.is_none()
             && self.told == self.guard.state()
             && mail.is_empty_for_pulser(self.stops_told)
             && self.guard.is_at_rest(start, inputs, &self.scheduler);
@@ -188,8 +189,8 @@ impl Pulser {
         mail: &mut PulserMail<'_>,
         plan: &mut WindowPlan,
     ) -> Result<(), Fault> {
-        if core::mem::take(&mut self.is_unheard) {
-            return Err(Fault::Watchdog);
+        if let Some(fault) = self.due.take() {
+            return Err(fault);
         }
         self.guard.check_memory()?;
         self.expect_reading(inputs)?;
@@ -207,7 +208,14 @@ impl Pulser {
         match &self.guard.tick(start, inputs, &self.scheduler) {
             Ok(None) => {}
             Ok(Some(notice)) => self.announce(*notice, start, mail),
-            Err(fault) => return Err(*fault),
+            Err(Fault::OverCurrent) => return Err(Fault::OverCurrent),
+            // Three readings tell it, a tenth of a second of pulses: the one under way
+            // ends, if within the window that is painted, and is not cut in two.
+            Err(fault) => {
+                self.due = Some(*fault);
+                plan.reset(start, Levels::ISOLATED);
+                return Ok(());
+            }
         }
         self.notify_state(mail);
         self.scheduler

@@ -3,7 +3,7 @@
 use super::Pulser;
 use crate::device::mail::{ControlEvent, Order, OrderKind, PulserMail, Report};
 use crate::pulse::{Levels, bits};
-use crate::safety::{Denied, Inputs, Stimulus};
+use crate::safety::{Denied, Fault, Inputs, Stimulus};
 use crate::units::{Amplitude, Micros};
 
 impl Pulser {
@@ -67,7 +67,9 @@ impl Pulser {
     /// Tells the controller of a change. One that does not take its mail would
     /// go on as before: that is a fault.
     pub(super) fn notify(&mut self, event: ControlEvent, mail: &mut PulserMail<'_>) {
-        self.is_unheard |= mail.notify(event).is_err();
+        if mail.notify(event).is_err() {
+            self.due = Some(Fault::Watchdog);
+        }
     }
 
     fn accept(&mut self, order: &Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
