@@ -34,6 +34,14 @@ fn cr(scene: &mut Scene, stream: usize) -> u32 {
     scene.read(Block::Dma2, stream_offset(stream, dma::CR))
 }
 
+/// No pin of port B changes in the 380 µs from `from` on.
+fn assert_b_stands(scene: &mut Scene, from: Cycle) {
+    scene.sleep(from);
+    scene.edges.clear();
+    scene.sleep(from + 380 * US);
+    assert!(scene.edges.iter().all(|edge| usize::from(edge.port) != B));
+}
+
 #[test]
 fn another_channel_asks_for_nothing() {
     for bit in 25..28 {
@@ -75,10 +83,7 @@ fn a_stream_ends_with_its_items_unless_it_is_circular() {
 fn without_increment_one_word_is_played_again_and_again() {
     let (mut scene, first) = turned_cr(PLAY_B, 10);
     // Until it has been erased.
-    scene.sleep(first + 16 * US);
-    scene.edges.clear();
-    scene.sleep(first + 400 * US);
-    assert!(scene.edges.iter().all(|edge| usize::from(edge.port) != B));
+    assert_b_stands(&mut scene, first + 16 * US);
 }
 
 #[test]
@@ -127,9 +132,7 @@ fn two_buffers_change_places_at_the_end_of_one() {
     assert_eq!(cr(&mut scene, PLAY_B) >> 19 & 1, 0);
     scene.sleep(first + 505 * US);
     assert_eq!(cr(&mut scene, PLAY_B) >> 19 & 1, 1, "CT");
-    scene.edges.clear();
-    scene.sleep(first + 900 * US);
-    assert!(scene.edges.iter().all(|edge| usize::from(edge.port) != B));
+    assert_b_stands(&mut scene, first + 506 * US);
 }
 
 /// RM0090 10.3.6: from memory to memory nobody needs to ask.
@@ -139,10 +142,7 @@ fn a_stream_that_copies_does_so_at_once_and_ends() {
     assert_eq!(cr(&mut scene, ERASE_B) & 1, 0);
     assert!((11..LENGTH).all(|slot| scene.word(TAPE_B + 4 * slot) == ISOLATED_B));
     assert_eq!(scene.flags()[0] >> 16 & 0x20, 0x20, "TCIF2");
-    scene.sleep(first + 14 * US);
-    scene.edges.clear();
-    scene.sleep(first + 400 * US);
-    assert!(scene.edges.iter().all(|edge| usize::from(edge.port) != B));
+    assert_b_stands(&mut scene, first + 14 * US);
 }
 
 #[test]
