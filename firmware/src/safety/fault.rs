@@ -38,8 +38,8 @@ pub enum Fault {
     Outputs,
     /// 14: memory that decides the outputs changed by itself.
     Memory,
-    /// 15: device time does not agree with the core's cycles, or with the host's
-    /// frames.
+    /// 15: device time does not agree with the core's cycles, they not with their
+    /// crystal, or it not with the host's frames.
     TimeBase,
     /// 16: a register that decides edges is not what it was set to.
     Registers,
