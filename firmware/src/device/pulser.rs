@@ -209,8 +209,8 @@ impl Pulser {
             Ok(None) => {}
             Ok(Some(notice)) => self.announce(*notice, start, mail),
             Err(Fault::OverCurrent) => return Err(Fault::OverCurrent),
-            // Three readings tell it, a tenth of a second of pulses: the one under way
-            // ends, if within the window that is painted, and is not cut in two.
+            // Three readings told it: what is painted may play, so that a pulse which ends
+            // in it is not cut.
             Err(fault) => {
                 self.due = Some(*fault);
                 plan.reset(start, Levels::ISOLATED);
