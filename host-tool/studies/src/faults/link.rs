@@ -11,6 +11,7 @@ use super::orders::{Orders, broken_frames};
 use super::script::{Replays, Script, name, request};
 use super::simulated::judged;
 use super::stem::first_difference;
+use super::truth::allow_checks;
 use firmware::link::{Code, Request, ToDevice, encode};
 use hal_sim::lockstep::Device;
 use hal_sim::random::Random;
@@ -109,8 +110,9 @@ impl<B: Replays> Link<B> {
         let sent: Vec<&[u8]> = sent.chain(drawn.written.iter().map(|it| &**it)).collect();
         let (whole, broken) = broken_frames(&passed, &sent);
         let mut truth = script.truth();
-        let (quiet, is_silenced) = orders.quiet(&whole, *moment_us, end_us);
-        truth.quiet = quiet;
+        let owed = orders.owed(&whole, *moment_us, end_us);
+        allow_checks(&mut truth, owed.checks);
+        truth.quiet = owed.quiet;
         let (mut fate, verdict) = judged(&mut bench, *moment_us, truth);
         fate.bare = script.bare(&verdict);
         fate.stopped = played.err().map(|e| e.to_string());
@@ -119,7 +121,7 @@ impl<B: Replays> Link<B> {
         fate.changed_us = changed.map(|at| at - moment_us);
         let is_applied =
             B::IS_EXACT && broken > 0 && self.applies(script, &bench, &whole, end_us)?;
-        drawn.find(&mut fate, &bench, (broken > 0, is_silenced));
+        drawn.find(&mut fate, &bench, (broken > 0, owed.is_silenced));
         fate.found &= !is_applied;
         Ok(fate)
     }

@@ -1,4 +1,5 @@
-//! What of a stream of frames a device owes: when it must have stopped.
+//! What of a stream of frames a device owes: when it must have stopped, and how often it
+//! may have checked its electrodes.
 
 use super::script::request;
 use super::simulated::TWO_WINDOWS_US;
@@ -9,6 +10,21 @@ use host_core::session::Session;
 
 /// A pause this near to the timeout may end stimulation or not, µs.
 const NEAR_US: u64 = 1_000;
+
+/// In which pulses are counted, and the electrodes' check before them, µs.
+const COUNTED_US: u64 = 1_000_000 + 25_000;
+
+/// What a stream of frames comes to.
+#[derive(Debug, PartialEq)]
+pub(super) struct Owed {
+    /// Times in which nothing may be driven.
+    pub quiet: Vec<Quiet>,
+    /// From the moment asked about on a silence ends what plays.
+    pub is_silenced: bool,
+    /// Most electrode checks whose pulses can lie in one second: one for each time that
+    /// it is armed anew.
+    pub checks: usize,
+}
 
 /// The wearer's times, and whose orders count.
 pub(super) struct Orders {
@@ -36,10 +52,11 @@ impl Orders {
         self.timeout_us + self.fall_us + TWO_WINDOWS_US + self.line_us
     }
 
-    /// Times up to `end_us` in which nothing may be driven, by the whole frames that came;
-    /// and whether from `moment_us` on a silence ends what plays.
-    pub fn quiet(&self, whole: &[Write], moment_us: u64, end_us: u64) -> (Vec<Quiet>, bool) {
+    /// What up to `end_us` is owed by the whole frames that came, and whether silence ends
+    /// anything from `moment_us` on.
+    pub fn owed(&self, whole: &[Write], moment_us: u64, end_us: u64) -> Owed {
         let mut quiet: Vec<Quiet> = Vec::new();
+        let mut armed_us = Vec::new();
         let mut is_silenced = false;
         // When the host last counted while the trains play; and when they may not.
         let (mut alive_us, mut off_us, mut is_armed) = (None, Some(0), false);
@@ -56,6 +73,7 @@ impl Orders {
             if let Some(since) = alive_us.filter(|since| since + self.timeout_us + NEAR_US < t_us) {
                 is_silenced |= t_us >= moment_us;
                 (alive_us, off_us) = (None, Some(since + self.silence_us()));
+                is_armed = false;
             }
             let Some(asked) = request(bytes) else {
                 continue;
@@ -70,6 +88,7 @@ impl Orders {
                 // Its pulses of the electrodes' check come before any start.
                 Request::Arm { .. } if is_own => {
                     quiet.extend(off_us.map(|_| until(off_us, t_us)));
+                    armed_us.extend((!is_armed).then_some(t_us));
                     (off_us, is_armed) = (None, true);
                 }
                 Request::Start if is_own && is_armed => {
@@ -83,8 +102,21 @@ impl Orders {
         }
         quiet.extend(off_us.map(|_| until(off_us, u64::MAX)));
         quiet.retain(|it| it.from_us < it.until_us);
-        (quiet, is_silenced)
+        Owed {
+            quiet,
+            is_silenced,
+            checks: most_counted(&armed_us),
+        }
     }
+}
+
+/// Most of these moments that are counted together.
+fn most_counted(at_us: &[u64]) -> usize {
+    let from = |from: u64| {
+        let until = from + COUNTED_US;
+        at_us.iter().filter(|&&at| from <= at && at < until).count()
+    };
+    at_us.iter().map(|&at| from(at)).max().unwrap_or(0)
 }
 
 /// Whether it says that the host is there (docs/protocol.md, host silence).
@@ -141,13 +173,13 @@ mod tests {
 
     /// When nothing may be driven, ms and half ones, and whether a silence ended it.
     fn quiet(said: &[(u64, u16, Request)]) -> (Vec<(f64, f64)>, bool) {
-        let (quiet, silenced) = ORDERS.quiet(&frames(said), 0, 1_000_000);
+        let owed = ORDERS.owed(&frames(said), 0, 1_000_000);
         let ms = |us: u64| us as f64 * 1e-3;
-        let all = quiet.iter();
+        let all = owed.quiet.iter();
         (
             all.map(|it| (ms(it.from_us), ms(it.until_us.min(2_000_000))))
                 .collect(),
-            silenced,
+            owed.is_silenced,
         )
     }
 
@@ -171,6 +203,22 @@ mod tests {
         assert_eq!(quiet(&again), (paused, true));
         let started = [&stopped[..], &[(650, 7, Request::Start)]].concat();
         assert_eq!(quiet(&started), quiet(&stopped));
+    }
+
+    #[test]
+    fn an_electrode_check_may_come_with_each_arming_anew() {
+        const STOP: Request = Request::Stop;
+        let checks = |said: &[(u64, u16, Request)]| ORDERS.owed(&frames(said), 0, 9_000_000).checks;
+        assert_eq!(checks(&[]), 0);
+        let armed = [(10, 7, ARM), (11, 7, ARM), (12, 9, ARM)];
+        assert_eq!(checks(&armed), 1, "armed already, and a stranger's");
+        let again = [&armed[..], &[(20, 0, STOP), (21, 7, ARM), (40, 7, ARM)]].concat();
+        assert_eq!(checks(&again), 2);
+        let later = [&again[..], &[(1_030, 7, STOP), (1_040, 7, ARM)]].concat();
+        assert_eq!(checks(&later), 2, "more than a second after the first");
+        // Silence ends what plays, and it may be armed again.
+        let silent = [(10, 7, ARM), (40, 7, Request::Start), (500, 7, ARM)];
+        assert_eq!(checks(&silent), 2);
     }
 
     #[test]

@@ -334,7 +334,7 @@ impl<B: Replays> Draws for Sensor<B> {
         let session = &script.file.session;
         let orders = Orders::of(session, script.said.writes(), B::LINE_US);
         let mut truth = script.truth();
-        truth.quiet = orders.quiet(script.said.writes(), moment_us, end_us).0;
+        truth.quiet = orders.owed(script.said.writes(), moment_us, end_us).quiet;
         let (mut fate, verdict) = judged(&mut bench, moment_us, truth);
         fate.bare = script.bare(&verdict);
         let changed = first_difference(&script.whole, &bench.recorder.trace, moment_us, end_us);

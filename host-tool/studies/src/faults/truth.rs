@@ -9,6 +9,13 @@ use host_core::session::Session;
 /// second that follows.
 const CHECK_PULSES: usize = 8;
 
+/// So many electrode checks may come within a second, of which the declarations have one.
+pub(super) fn allow_checks(truth: &mut Truth, checks: usize) {
+    for channel in &mut truth.channels {
+        channel.pulses_per_s += CHECK_PULSES * checks.saturating_sub(1);
+    }
+}
+
 /// The declarations of `session` taken for true, at these electrodes.
 #[must_use]
 pub fn declared_truth(session: &Session, loads: &[Load; CHANNELS]) -> Truth {
