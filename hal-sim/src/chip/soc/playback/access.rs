@@ -4,7 +4,7 @@ use super::requests::Requests;
 use super::{MEMORY, PERIPHERAL, Playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::cpu::bus::{Modelled, Read};
+use crate::chip::cpu::bus::{Modelled, Read, refuse};
 use crate::chip::soc::Ram;
 use crate::chip::soc::dma::{NEVER, STREAMS, tim1_events};
 use crate::chip::soc::matrix::{Bridge, Master, Slave};
@@ -186,6 +186,10 @@ impl Playback {
             return Ok(());
         }
         let tim1 = &self.timers[0];
+        refuse(
+            tim1.is_centre_aligned() && tim1.is_running(),
+            "requests of a centre-aligned TIM1",
+        )?;
         let due = std::array::from_fn(|event| match event {
             _ if enabled >> event & 1 == 0 => NEVER,
             0 => tim1.next_update(),

@@ -225,6 +225,11 @@ impl Timer {
         self.dier >> 8 & 0x1F
     }
 
+    /// CMS: it counts up and down (RM0090 17.4.1).
+    pub const fn is_centre_aligned(&self) -> bool {
+        self.cr1 & bit::CMS != 0
+    }
+
     /// CCDS: channels ask for DMA at updates, not at matches.
     pub const fn asks_at_updates(&self) -> bool {
         self.cr2 & bit::CCDS != 0

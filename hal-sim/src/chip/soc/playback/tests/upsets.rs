@@ -3,10 +3,12 @@
 use super::scene::*;
 use super::tape::playing;
 use crate::chip::Cycle;
+use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::Modelled;
 use crate::chip::soc::dma::{offset as dma, stream_offset};
 use crate::chip::soc::gpio::offset as gpio;
 use crate::chip::soc::playback::{Block, Pace};
+use crate::chip::soc::timer::offset as tim;
 
 const US: Cycle = 168;
 const PLAY_B: usize = STREAMS[0];
@@ -143,6 +145,20 @@ fn a_stream_that_copies_does_so_at_once_and_ends() {
     assert!((11..LENGTH).all(|slot| scene.word(TAPE_B + 4 * slot) == ISOLATED_B));
     assert_eq!(scene.flags()[0] >> 16 & 0x20, 0x20, "TCIF2");
     assert_b_stands(&mut scene, first + 14 * US);
+}
+
+/// When it would ask nobody models: not even until somebody looks at its counter.
+#[test]
+fn a_centre_aligned_timer_asks_for_nothing_that_is_known() {
+    let (mut scene, first) = playing(Pace::Lazy);
+    scene.sleep(first + 10 * US + 100);
+    let (at, ram) = (scene.at, &mut scene.ram);
+    for mode in 1..4 {
+        let (block, value) = (Block::Timer(1), mode << 5 | 0b101);
+        let mut playback = scene.playback.clone();
+        let wait = playback.write(block, tim::CR1, Size::Word, value, at, ram);
+        assert!(wait.is_err(), "CMS {mode}");
+    }
 }
 
 #[test]
