@@ -167,6 +167,28 @@ impl World {
         }
     }
 
+    /// The same world around `device`, a fork of its own, which goes on alone from here;
+    /// nothing where its wearer cannot.
+    #[must_use]
+    pub fn fork(&self, device: Box<dyn Device>) -> Option<Self> {
+        Some(Self {
+            device,
+            body: self.body.fork()?,
+            recorder: self.recorder.clone(),
+            sensors: self.sensors,
+            wire: self.wire.clone(),
+            outputs: self.outputs,
+            joint_adc: self.joint_adc,
+            broken_joint: self.broken_joint.clone(),
+            is_sensed: self.is_sensed,
+            triggers: self.triggers.clone(),
+            release_us: self.release_us,
+            now_us: self.now_us,
+            is_used: self.is_used,
+            loads: self.loads,
+        })
+    }
+
     /// Virtual time, µs; device time is its lower 32 bits.
     #[must_use]
     pub const fn now_us(&self) -> u64 {

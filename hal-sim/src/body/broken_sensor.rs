@@ -45,11 +45,28 @@ impl BrokenSensor {
         }
     }
 
+    /// One that never breaks, and remembers all that it read.
+    #[must_use]
+    pub const fn whole() -> Self {
+        Self::new(SensorFault::Delayed(u64::MAX), u64::MAX)
+    }
+
+    /// A [`Self::whole`] one as it was before `at_us`, which breaks at `from_us`, not before.
+    #[must_use]
+    pub fn breaking(&self, at_us: u64, fault: SensorFault, from_us: u64) -> Self {
+        let mut broken = Self::new(fault, from_us);
+        let earlier = self.earlier.iter().take_while(|it| it.0 < at_us);
+        for &(t_us, deg) in earlier {
+            broken.read(t_us, deg);
+        }
+        broken
+    }
+
     /// What it says at `t_us` where it would say `deg`.
     pub fn read(&mut self, t_us: u64, deg: f64) -> f64 {
         if let SensorFault::Delayed(by_us) = self.fault {
             self.earlier.push_back((t_us, deg));
-            while (self.earlier.get(1)).is_some_and(|(at, _)| at + by_us <= t_us) {
+            while (self.earlier.get(1)).is_some_and(|it| it.0.saturating_add(by_us) <= t_us) {
                 self.earlier.pop_front();
             }
         }
@@ -106,6 +123,18 @@ mod tests {
             assert_eq!([a, b, c], [0.0, 1.0, 2.0], "{fault:?}");
             assert_eq!(broken, said, "{fault:?}");
         }
+    }
+
+    #[test]
+    fn what_a_whole_one_read_is_what_another_read_before_it_broke() {
+        let mut whole = BrokenSensor::whole();
+        let read = |sensor: &mut BrokenSensor, ms: u64| sensor.read(ms * 1_000, ms as f64);
+        assert!((0..7).all(|ms| read(&mut whole, ms) == ms as f64));
+        assert_eq!(whole.said_deg(), None);
+        let fault = SensorFault::Delayed(2_000);
+        let mut broken = whole.breaking(3_000, fault, 4_000);
+        let said = [3, 4, 5].map(|ms| read(&mut broken, ms));
+        assert_eq!(said, [3.0, 2.0, 3.0]);
     }
 
     #[test]

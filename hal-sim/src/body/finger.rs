@@ -178,6 +178,10 @@ impl Body for Finger {
 
     /// Joint and sensor move in whole steps: between them the values of the last
     /// one hold.
+    fn fork(&self) -> Option<Box<dyn Body>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.tick;
         while (self.tick + 1) * u64::from(self.spec.step_us) <= to_us {

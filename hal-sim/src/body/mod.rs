@@ -72,6 +72,11 @@ pub trait Body: Send {
     /// The result depends on the pulses only, not on how often this is called.
     /// Returns whether anything moved: if not, all that can be sensed is as before.
     fn advance(&mut self, to_us: u64) -> bool;
+    /// A wearer like this one, who goes on alone from here; nothing of one who is not made
+    /// for that.
+    fn fork(&self) -> Option<Box<dyn Body>> {
+        None
+    }
     /// A trial begins for a wearer who goes on as they are: what a person does by the
     /// clock counts from here, tiredness and posture stay.
     fn begin(&mut self) {}

@@ -22,6 +22,10 @@ impl Still {
 impl Body for Still {
     fn pulse(&mut self, _pulse: &Pulse) {}
 
+    fn fork(&self) -> Option<Box<dyn Body>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn advance(&mut self, _to_us: u64) -> bool {
         false
     }

@@ -213,6 +213,10 @@ impl Body for Arm {
 
     /// Everything moves in whole milliseconds: between them the values of the last one
     /// hold.
+    fn fork(&self) -> Option<Box<dyn Body>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.tick;
         while (self.tick + 1) * TICK_US <= to_us {
