@@ -36,8 +36,6 @@ pub(super) struct Bench<D> {
     session: u16,
     seq: u16,
     draft: Draft,
-    /// Of a frame that is not whole yet.
-    half: Vec<u8>,
     heard: Heard,
 }
 
@@ -71,6 +69,8 @@ impl DeviceClock {
 /// What the device said.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Heard {
+    /// Of a frame that is not whole yet.
+    half: Vec<u8>,
     /// The first fault since it was greeted.
     pub fault: Option<FaultRecord>,
     /// Why it stopped first, and when.
@@ -84,23 +84,22 @@ pub(super) struct Heard {
 }
 
 impl<D> Bench<D> {
-    /// The same with another device in its place.
-    pub fn with_device<E>(self, change: impl FnOnce(D) -> E) -> Bench<E> {
+    /// The same with `device` in its place.
+    pub fn with<E>(&self, device: E) -> Bench<E> {
         Bench {
-            device: change(self.device),
-            recorder: self.recorder,
+            device,
+            recorder: self.recorder.clone(),
             sensors: self.sensors,
             clock: self.clock,
             speaks: self.speaks,
-            wanted: self.wanted,
+            wanted: self.wanted.clone(),
             said_us: self.said_us,
             now_us: self.now_us,
             due_us: self.due_us,
             session: self.session,
             seq: self.seq,
-            draft: self.draft,
-            half: self.half,
-            heard: self.heard,
+            draft: self.draft.clone(),
+            heard: self.heard.clone(),
         }
     }
 }
@@ -121,9 +120,13 @@ impl<D: Device> Bench<D> {
             session: BROADCAST,
             seq: 0,
             draft: Draft::default(),
-            half: Vec::new(),
             heard: Heard::default(),
         }
+    }
+
+    /// The same, that was heard to say this before.
+    pub fn that_said(self, heard: Heard) -> Self {
+        Self { heard, ..self }
     }
 
     /// A device whose time is `now_us`, greeted.
@@ -179,7 +182,7 @@ impl<D: Device> Bench<D> {
     pub fn speaks_like(&self, other: &Self) -> bool {
         (self.speaks, self.said_us, self.due_us) == (other.speaks, other.said_us, other.due_us)
             && (self.session, self.seq, self.now_us) == (other.session, other.seq, other.now_us)
-            && (&self.wanted, &self.half) == (&other.wanted, &other.half)
+            && (&self.wanted, &self.heard.half) == (&other.wanted, &other.heard.half)
     }
 
     /// Device time, which is the world's.
@@ -259,24 +262,25 @@ impl<D: Device> Bench<D> {
         let to = Micros::new(to_us as u32);
         let done = self.device.advance(to, &self.sensors, &mut self.recorder);
         self.now_us = to_us;
-        self.listen();
+        self.heard.listen(&mut self.recorder);
         done
     }
+}
 
-    fn listen(&mut self) {
-        for (_, bytes) in self.recorder.bytes.drain(..) {
+impl Heard {
+    /// Hears what was recorded.
+    pub fn listen(&mut self, recorder: &mut Recorder) {
+        for (_, bytes) in recorder.bytes.drain(..) {
             self.half.extend(bytes);
         }
         while let Some(end) = self.half.iter().position(|&byte| byte == 0) {
             let frame: Vec<u8> = self.half.drain(..=end).collect();
             if let Some(Ok(message)) = Decoder::default().take(&mut &*frame) {
-                self.heard.hear(message);
+                self.hear(message);
             }
         }
     }
-}
 
-impl Heard {
     fn hear(&mut self, message: &[u8]) {
         match postcard::from_bytes(message) {
             Ok(Response::Hello(hello)) => {

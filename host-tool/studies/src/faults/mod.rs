@@ -7,6 +7,7 @@
 //! In: a class, a seed, an image. Out: [`Case`]s and what they come to ([`Outcome`]).
 
 mod bench;
+mod broken_angle;
 mod case;
 mod cpu;
 mod cut_off;
@@ -35,6 +36,7 @@ mod streams;
 mod supply;
 mod table;
 mod truth;
+mod worn;
 
 pub use case::{Case, Ended, Fate};
 pub use declaration::{Class, Declaration};

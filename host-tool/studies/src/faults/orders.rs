@@ -133,6 +133,19 @@ const fn counts(request: &Request) -> bool {
     )
 }
 
+/// Whether stimulation may begin anew with what is said: after a fault, by none but these.
+pub(super) fn begins(said: &[Write]) -> bool {
+    let is = |write: &Write| {
+        request(&write.bytes).is_some_and(|asked| {
+            matches!(
+                asked.request,
+                Request::Hello { .. } | Request::Arm { .. } | Request::Start | Request::Acknowledge
+            )
+        })
+    };
+    said.iter().any(is)
+}
+
 /// The frames of `passed` that are to the byte one of those `sent`, and how many are not.
 pub(super) fn broken_frames(passed: &Stream, sent: &[&[u8]]) -> (Vec<Write>, usize) {
     let sent: std::collections::HashSet<&[u8]> = sent.iter().copied().collect();

@@ -19,12 +19,11 @@ use hal_sim::world::Recorder;
 use host_core::run::{SessionFile, power_on, run, simulated};
 use host_core::session::Session;
 use std::collections::VecDeque;
-use std::convert::Infallible;
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// From one kept board to the next, µs.
-const KEPT_US: u64 = 50_000;
+pub(super) const KEPT_US: u64 = 50_000;
 /// Played after the host's last word, µs.
 const AFTER_US: u64 = 250_000;
 /// From look to look whether the bus has carried what was written, µs.
@@ -32,9 +31,6 @@ const LOOK_US: u64 = 250;
 
 /// Where the boards of scripts come from.
 pub(super) trait Replays: Boards<Board: 'static> {
-    /// What is kept of a board to fork it.
-    type Kept: Send + Sync;
-
     /// Longest from when the bus has carried a write to when the device has read it, µs.
     const LINE_US: u64;
     /// Work on one frame delays nothing else, so that runs can be compared to the
@@ -48,16 +44,12 @@ pub(super) trait Replays: Boards<Board: 'static> {
         sensors: Sensors,
     ) -> Result<Bench<Self::Board>, FaultsError>;
 
-    /// What forks it, where that is quicker than to play it anew.
-    fn keep(bench: &Bench<Self::Board>) -> Option<Self::Kept>;
-
-    /// The board that was kept.
-    fn fork(kept: &Self::Kept) -> Bench<Self::Board>;
+    /// Another one that goes on by itself from here, where that is quicker than to play it
+    /// anew.
+    fn fork(board: &Self::Board) -> Option<Self::Board>;
 }
 
 impl Replays for Image {
-    type Kept = Bench<Board<()>>;
-
     /// A packet is worked on before the next is taken; and a frame of the bus.
     const LINE_US: u64 = 1_500;
     const IS_EXACT: bool = false;
@@ -69,18 +61,12 @@ impl Replays for Image {
         Ok(Bench::of(board, Recorder::default(), now_us, sensors))
     }
 
-    fn keep(bench: &Bench<Board<()>>) -> Option<Bench<Board<()>>> {
-        Some(bench.clone())
-    }
-
-    fn fork(kept: &Bench<Board<()>>) -> Bench<Board<()>> {
-        kept.clone()
+    fn fork(board: &Board<()>) -> Option<Board<()>> {
+        Some(board.clone())
     }
 }
 
 impl Replays for Native {
-    type Kept = Infallible;
-
     const LINE_US: u64 = 0;
     const IS_EXACT: bool = true;
 
@@ -89,12 +75,8 @@ impl Replays for Native {
         Ok(Bench::of(device, Recorder::default(), 0, sensors))
     }
 
-    fn keep(_: &Bench<Lockstep>) -> Option<Infallible> {
+    fn fork(_: &Lockstep) -> Option<Lockstep> {
         None
-    }
-
-    fn fork(kept: &Infallible) -> Bench<Lockstep> {
-        match *kept {}
     }
 }
 
@@ -113,7 +95,7 @@ pub(super) struct Script<B: Replays> {
     pub stop: (usize, u64),
     sensors: Sensors,
     /// Each with its time.
-    kept: Vec<(u64, B::Kept)>,
+    kept: Vec<(u64, Mutex<Bench<B::Board>>)>,
 }
 
 /// Says what it hears, and passes it on.
@@ -190,10 +172,7 @@ impl<B: Replays> Script<B> {
             whole: Trace::default(),
             always: Vec::new(),
             sensors,
-            kept: B::keep(&bench)
-                .into_iter()
-                .map(|it| (first_us, it))
-                .collect(),
+            kept: kept::<B>(&bench).into_iter().collect(),
         })
     }
 
@@ -207,7 +186,7 @@ impl<B: Replays> Script<B> {
         for write in self.said.writes() {
             if write.t_us >= next_us {
                 bench.run_to(write.t_us).map_err(never_runs)?;
-                kept.extend(B::keep(&bench).map(|it| (write.t_us, it)));
+                kept.extend(self::kept::<B>(&bench));
                 next_us = write.t_us + KEPT_US;
             }
             bench
@@ -266,8 +245,12 @@ impl<B: Replays> Script<B> {
     /// A board at the last kept moment up to `to_us`, all said before.
     pub fn board(&self, boards: &B, to_us: u64) -> Result<Bench<B::Board>, FaultsError> {
         let after = self.kept.partition_point(|kept| kept.0 <= to_us);
-        match self.kept[..after].last() {
-            Some((_, kept)) => Ok(B::fork(kept)),
+        let fork = self.kept[..after].last().and_then(|(_, kept)| {
+            let kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+            fork::<B>(&kept)
+        });
+        match fork {
+            Some(fork) => Ok(fork),
             None => boards.booted(&self.file.session, self.sensors),
         }
     }
@@ -288,6 +271,15 @@ impl<B: Replays> Script<B> {
         let done = say(bench, stream, out, end_us, &mut passed);
         (Stream::new(passed), done)
     }
+}
+
+fn fork<B: Replays>(bench: &Bench<B::Board>) -> Option<Bench<B::Board>> {
+    B::fork(&bench.device).map(|device| bench.with(device))
+}
+
+/// A fork with its time, to be forked again.
+fn kept<B: Replays>(bench: &Bench<B::Board>) -> Option<(u64, Mutex<Bench<B::Board>>)> {
+    fork::<B>(bench).map(|fork| (fork.now_us(), Mutex::new(fork)))
 }
 
 fn say<D: Simulated>(

@@ -1,6 +1,6 @@
 //! The simulators: how a board of each is had, broken, and looked into.
 
-use super::bench::Bench;
+use super::bench::{Bench, Heard};
 use super::case::Fate;
 use super::error::FaultsError;
 use firmware::lockstep::{Lockstep, Sensors};
@@ -11,13 +11,16 @@ use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::image::Image;
 use hal_sim::lockstep::Device;
 use hal_sim::native::native;
-use hal_sim::trace::Levels;
 use hal_sim::trace::judge::{self, Pump, Quiet, Truth, Verdict};
+use hal_sim::trace::{Levels, Trace};
 use host_core::run::power_on;
 use host_core::session::Session;
 
 /// Isolated from a fault on after two windows, µs.
 pub(super) const TWO_WINDOWS_US: u64 = 500;
+/// Outputs that a fault isolated stay so if they were this long, µs: the host has spoken
+/// eight times, the judge's pulses are over, and a chip that was reset has booted.
+const FOR_GOOD_US: u64 = 40_000;
 /// The first backup register, in which the device keeps its last fault: "FX" and number.
 const KEPT_FAULT: u32 = 0x4000_2850;
 const MAGIC: u32 = 0x4658;
@@ -165,6 +168,20 @@ impl Boards for Native {
     fn kinds<'k>(&self, _: &'k [String], native: &'k [String]) -> &'k [String] {
         native
     }
+}
+
+/// Whether a fault was told, or the chip was reset, and the outputs have been isolated since.
+pub(super) fn is_isolated_for_good(
+    heard: &Heard,
+    reset_us: Option<u64>,
+    trace: &Trace,
+    now_us: u64,
+) -> bool {
+    let found = heard.fault.is_some() || reset_us.is_some();
+    let last = trace.levels.last();
+    let since_us = last.filter(|it| it.1 == Levels::ISOLATED).map(|it| it.0);
+    let since_us = since_us.map(|us| us.max(reset_us.unwrap_or(0)));
+    found && since_us.is_some_and(|us| us + FOR_GOOD_US <= now_us)
 }
 
 /// What the device found of what was broken at `moment_us`, and what the judge says of all

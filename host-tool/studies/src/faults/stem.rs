@@ -4,7 +4,9 @@ use super::bench::Bench;
 use super::case::{Ended, Fate};
 use super::declaration::{Declaration, Timing};
 use super::error::{FaultsError, never_runs};
-use super::simulated::{Boards, Simulated, TWO_WINDOWS_US, judged, judged_to};
+use super::simulated::{
+    Boards, Simulated, TWO_WINDOWS_US, is_isolated_for_good, judged, judged_to,
+};
 use super::truth::declared_truth;
 use firmware::lockstep::Sensors;
 use hal_sim::body::{CHANNELS, Load};
@@ -13,8 +15,8 @@ use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::cpu::Observer;
 use hal_sim::chip::image::Image;
 use hal_sim::random::Random;
+use hal_sim::trace::Trace;
 use hal_sim::trace::judge::{Pump, Quiet, Rule, Truth, Verdict};
-use hal_sim::trace::{Levels, Trace};
 use std::io;
 use std::ops::Range;
 
@@ -24,9 +26,6 @@ pub(super) type Chip = Bench<Board<()>>;
 /// From one kept fork to the next, µs: from there forks begin, and there those that go on
 /// are looked at.
 const KEPT_US: u64 = 20_000;
-/// Outputs that a fault isolated stay so if they were this long, µs: the host has spoken
-/// eight times, the judge's pulses are over, and a chip that was reset has booted.
-const FOR_GOOD_US: u64 = 40_000;
 /// Every electrode of the scene, Ω: the load that its voltage stages declare.
 const LOAD_OHM: u32 = 2_000;
 /// A board that nothing broke, kept at moments from which forks begin and at which they
@@ -132,10 +131,10 @@ impl Stem {
         cycles: &[Cycle],
         at: &mut dyn FnMut(&mut Board<O>),
     ) -> Result<Bench<Board<O>>, FaultsError> {
-        let begin = self.kept.first().cloned();
+        let begin = self.kept.first();
         let begin = begin.ok_or_else(|| FaultsError::NeverStimulates("nothing kept".into()))?;
         let end_us = begin.now_us() + self.timing.window_us + self.timing.runs_us;
-        let mut bench = begin.with_device(|board| board.observed(observer));
+        let mut bench = begin.with(begin.device.clone().observed(observer));
         let origin = bench.device.around.origin();
         for &cycle in cycles {
             let us = cycle.saturating_sub(origin) / CYCLES_PER_US;
@@ -197,7 +196,8 @@ impl Stem {
             if stem.now_us() >= silent_us || fork.run_to(stem.now_us()).is_err() {
                 break;
             }
-            if is_isolated_for_good(&fork) {
+            let (reset_us, trace) = (fork.device.reset_us(), &fork.recorder.trace);
+            if is_isolated_for_good(fork.heard(), reset_us, trace, fork.now_us()) {
                 return self.fate(fork, moment_us, Ended::Isolated, Ok(()));
             }
             if fork.speaks_like(stem) && fork.device.unlike(&stem.device).is_none() {
@@ -270,15 +270,6 @@ impl Stem {
         let shown_to_us = fate.isolated_us.map_or(to_us, |us| to_us.min(from_us + us));
         fate.shown_us = changed.and(longest_difference(&self.whole, trace, from_us, shown_to_us));
     }
-}
-
-/// Whether a fault was told, or the chip was reset, and the outputs have been isolated since.
-fn is_isolated_for_good(fork: &Chip) -> bool {
-    let found = fork.heard().fault.is_some() || fork.device.reset_us().is_some();
-    let last = fork.recorder.trace.levels.last();
-    let since_us = last.filter(|it| it.1 == Levels::ISOLATED).map(|it| it.0);
-    let reset_us = fork.device.reset_us().unwrap_or(0);
-    found && since_us.is_some_and(|us| us.max(reset_us) + FOR_GOOD_US <= fork.now_us())
 }
 
 impl Chip {

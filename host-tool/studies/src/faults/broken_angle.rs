@@ -1,0 +1,132 @@
+//! A measured angle that is wrong, late or missing: what comes in its place.
+
+use super::measured::Measured;
+use hal_sim::body::{BrokenSensor, SensorFault};
+use hal_sim::random::Random;
+
+/// A measurement is asked for again this long after it was found wrong, or missing, at
+/// least: two ticks of the control, and the next reading of 50 a second, µs.
+pub(super) const SOON_US: u64 = 22_000;
+/// The board reads its converter this often, µs.
+const TICK_US: u64 = 1_000;
+
+/// One angle of a scene, and how it breaks.
+pub(super) struct BrokenAngle<'k> {
+    kind: &'k str,
+    pub angle: Measured,
+    /// The other one, where two are swapped.
+    other: Option<u8>,
+    pub fault: Option<SensorFault>,
+    /// How old what comes is, as it says, µs; nothing where nothing comes.
+    late_us: Option<u64>,
+    pub moment_us: u64,
+}
+
+impl<'k> BrokenAngle<'k> {
+    /// How `angle`, one of `angles`, breaks at `moment_us`.
+    pub fn draw(
+        (kind, moment_us): (&'k str, u64),
+        angle: Measured,
+        angles: &[Measured],
+        random: &mut Random,
+    ) -> Self {
+        let mut drawn = Self {
+            kind,
+            angle,
+            other: None,
+            fault: None,
+            late_us: Some(0),
+            moment_us,
+        };
+        drawn.break_it(angles, random);
+        drawn
+    }
+
+    fn break_it(&mut self, angles: &[Measured], random: &mut Random) {
+        let off = random.log_between(5.0, 200.0) * [-1.0, 1.0][random.below(2) as usize];
+        let age_us = random.log_between(5e3, 4e5) as u64;
+        let far = 1e6_f64.copysign(off);
+        let fault = match self.kind {
+            "stuck" => SensorFault::Stuck,
+            // One reading: of a host the first, of a converter those of a tick.
+            "outlier" if self.angle.is_converted() => SensorFault::Outlier(off, TICK_US),
+            "outlier" => SensorFault::Outlier(off, 0),
+            "step" => SensorFault::Step(off),
+            "drift" => SensorFault::Drift(off),
+            "code" => SensorFault::Says(far),
+            "delayed" => SensorFault::Delayed(age_us),
+            // A converter's reading has no time, and a wire that is off reads the least.
+            "late" if self.angle.is_converted() => SensorFault::Delayed(age_us),
+            "stopped" if self.angle.is_converted() => SensorFault::Says(-1e6),
+            "late" => {
+                self.late_us = Some(age_us);
+                return;
+            }
+            "stopped" => {
+                self.late_us = None;
+                return;
+            }
+            _ => {
+                let others = angles.iter().filter(|it| it.index != self.angle.index);
+                let others: Vec<u8> = others.map(|it| it.index).collect();
+                if others.is_empty() {
+                    SensorFault::Reversed(self.angle.middle_deg())
+                } else {
+                    self.other = Some(others[random.below(others.len() as u64) as usize]);
+                    return;
+                }
+            }
+        };
+        self.fault = Some(fault);
+    }
+
+    /// The measurement that comes in place of this one, and how late; nothing where none
+    /// does.
+    pub fn remade(
+        &self,
+        t_us: u64,
+        joint: u8,
+        deg: f64,
+        broken: &mut BrokenSensor,
+    ) -> Option<(u64, u8, f64)> {
+        let is_broken = t_us >= self.moment_us;
+        if let Some(other) = self.other.filter(|_| is_broken) {
+            let swapped = match joint {
+                own if own == self.angle.index => other,
+                own if own == other => self.angle.index,
+                own => own,
+            };
+            return Some((0, swapped, deg));
+        }
+        if joint != self.angle.index {
+            return Some((0, joint, deg));
+        }
+        match self.fault {
+            Some(_) => Some((0, joint, broken.read(t_us, deg))),
+            None if is_broken => Some((self.late_us?, joint, deg)),
+            None => Some((0, joint, deg)),
+        }
+    }
+
+    /// Whether the device owes to find it: by what was said from the moment on, °.
+    pub fn is_owed(&self, said: Option<[f64; 2]>) -> bool {
+        let late_us = self.late_us.unwrap_or(u64::MAX);
+        let is_late = late_us > self.angle.stale_us + SOON_US;
+        is_late || said.is_some_and(|said| self.angle.is_beyond(said))
+    }
+
+    pub fn in_words(&self, file: &str) -> String {
+        let Self { kind, angle, .. } = self;
+        let mut text = format!("{kind}: {file}, angle {}", angle.index);
+        if let Some(fault) = self.fault {
+            text += &format!(", {fault:.2?}");
+        }
+        if let Some(other) = self.other {
+            text += &format!(" with {other}");
+        }
+        match self.late_us {
+            Some(0) | None => text,
+            Some(us) => format!("{text}, {us} us"),
+        }
+    }
+}

@@ -1,0 +1,309 @@
+//! A scene said to a board with its wearer, who is measured anew, and forks of both.
+
+use super::bench::{Bench, Heard};
+use super::broken_angle::{BrokenAngle, SOON_US};
+use super::case::Ended;
+use super::error::{FaultsError, never_runs};
+use super::orders::begins;
+use super::script::{KEPT_US, Replays, Script, request};
+use super::simulated::{Simulated, is_isolated_for_good};
+use firmware::link::{Request, ToDevice, encode};
+use firmware::units::Micros;
+use hal_sim::body::{BrokenSensor, SensorFault};
+use hal_sim::wire::faults::Faults;
+use hal_sim::wire::stream::Write;
+use hal_sim::world::World;
+use host_core::run::{SessionFile, body_of, fit};
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// A scene, what its sensors read where nothing breaks, and moments to fork it.
+pub(super) struct Scene<B: Replays> {
+    pub script: Script<B>,
+    /// By angle, where the host measures.
+    read: BTreeMap<u8, BrokenSensor>,
+    /// Where the board does.
+    converted: BrokenSensor,
+    /// Each with its time and the write that is said next.
+    kept: Vec<(u64, usize, Mutex<Worn<B>>)>,
+    /// Every case is played from the begin and to the end.
+    to_the_end: bool,
+}
+
+/// A board with its wearer, and what it said.
+struct Worn<B: Replays> {
+    device: Arc<Mutex<B::Board>>,
+    world: World,
+    heard: Heard,
+}
+
+/// A case that was played.
+pub(super) struct Played<D> {
+    pub bench: Bench<D>,
+    /// The least and the greatest that was said of the broken angle, early enough to be
+    /// found while it is heeded, °.
+    pub said: Option<[f64; 2]>,
+    /// Why it ended, or what the simulator does not model.
+    pub done: io::Result<Ended>,
+}
+
+impl<B: Replays> Scene<B> {
+    /// Plays the scene with its own host, then as that was said, and keeps forks.
+    ///
+    /// # Errors
+    /// As of [`Script::record`] and [`Script::accept`].
+    pub fn record(boards: &B, file: &SessionFile, to_the_end: bool) -> Result<Self, FaultsError> {
+        let script = Script::record(boards, file)?;
+        let mut worn = Worn::booted(boards, &script)?;
+        let mut scene = Self {
+            script,
+            read: BTreeMap::new(),
+            converted: BrokenSensor::whole(),
+            kept: Vec::new(),
+            to_the_end,
+        };
+        worn.world.broken_joint = Some(BrokenSensor::whole());
+        let mut next_us = 0;
+        for (next, write) in scene.script.said.writes().iter().enumerate() {
+            worn.run_to(write.t_us).map_err(never_runs)?;
+            if write.t_us >= next_us
+                && !to_the_end
+                && let Some(fork) = worn.fork()
+            {
+                scene.kept.push((write.t_us, next, Mutex::new(fork)));
+                next_us = write.t_us + KEPT_US;
+            }
+            let late = worn.say(&scene.script, write, &mut |t_us, joint, deg| {
+                let sensor = scene.read.entry(joint);
+                let sensor = sensor.or_insert_with(BrokenSensor::whole);
+                Some((0, joint, sensor.read(t_us, deg)))
+            });
+            late.map_err(never_runs)?;
+        }
+        worn.run_to(scene.script.end_us()).map_err(never_runs)?;
+        scene.converted = worn.world.broken_joint.take().unwrap_or(scene.converted);
+        scene.script.accept(worn.into_bench()?)?;
+        Ok(scene)
+    }
+
+    /// Plays it with one angle broken: until the outputs are isolated for good, or to the
+    /// end.
+    ///
+    /// # Errors
+    /// There is no board, and nothing was broken yet.
+    pub fn play(
+        &self,
+        boards: &B,
+        drawn: &BrokenAngle<'_>,
+    ) -> Result<Played<B::Board>, FaultsError> {
+        let (mut worn, next, begin_us) = self.fork(boards, drawn.moment_us)?;
+        let read = match drawn.angle.is_converted() {
+            true => Some(&self.converted),
+            false => self.read.get(&drawn.angle.index),
+        };
+        let (fault, whole) = (
+            drawn.fault.unwrap_or(SensorFault::Stuck),
+            BrokenSensor::whole(),
+        );
+        let read = read.unwrap_or(&whole);
+        let mut broken = read.breaking(begin_us, fault, drawn.moment_us);
+        worn.world.broken_joint = drawn.angle.is_converted().then(|| broken.clone());
+        let (said, done) = match worn.play(self, next, drawn, &mut broken) {
+            Ok((said, ended)) => (said, Ok(ended)),
+            Err(lost) => (None, Err(lost)),
+        };
+        let bench = worn.into_bench()?;
+        Ok(Played { bench, said, done })
+    }
+
+    /// A board with its wearer at the last kept moment up to `to_us`, what it is told next,
+    /// and when that is.
+    fn fork(&self, boards: &B, to_us: u64) -> Result<(Worn<B>, usize, u64), FaultsError> {
+        let after = self.kept.partition_point(|kept| kept.0 <= to_us);
+        if let Some((t_us, next, kept)) = self.kept[..after].last()
+            && let Some(worn) = locked(kept).fork()
+        {
+            return Ok((worn, *next, *t_us));
+        }
+        let worn = Worn::booted(boards, &self.script)?;
+        Ok((worn, 0, self.script.first_us()))
+    }
+}
+
+impl<B: Replays> Worn<B> {
+    /// Nobody has spoken to it.
+    fn booted(boards: &B, script: &Script<B>) -> Result<Self, FaultsError> {
+        let (session, boot_us) = (&script.file.session, script.first_us());
+        let Bench {
+            device,
+            recorder,
+            sensors,
+            ..
+        } = script.board(boards, boot_us)?;
+        let device = Arc::new(Mutex::new(device));
+        let body = body_of(session, 0).map_err(|e| FaultsError::NeverStimulates(e.to_string()))?;
+        let boot = Micros::new(boot_us as u32); // far from wrapping
+        let shared = Box::new(Arc::clone(&device));
+        let mut world = World::new(shared, body, boot, Faults::default(), 0);
+        (world.recorder, world.sensors) = (recorder, sensors);
+        fit(&mut world, session);
+        let heard = Heard::default();
+        Ok(Self {
+            device,
+            world,
+            heard,
+        })
+    }
+
+    /// Both go on from here by themselves; nothing where that is not quicker, or the wearer
+    /// cannot.
+    fn fork(&self) -> Option<Self> {
+        let device = Arc::new(Mutex::new(B::fork(&locked(&self.device))?));
+        Some(Self {
+            world: self.world.fork(Box::new(Arc::clone(&device)))?,
+            device,
+            heard: self.heard.clone(),
+        })
+    }
+
+    /// The board without its wearer.
+    fn into_bench(self) -> Result<Bench<B::Board>, FaultsError> {
+        let Self {
+            device,
+            mut world,
+            heard,
+        } = self;
+        let recorder = std::mem::take(&mut world.recorder);
+        let (now_us, sensors) = (world.now_us(), world.sensors);
+        drop(world);
+        let device = Arc::into_inner(device).ok_or_else(|| never_runs("its world keeps it"))?;
+        let device = device.into_inner().unwrap_or_else(PoisonError::into_inner);
+        Ok(Bench::of(device, recorder, now_us, sensors).that_said(heard))
+    }
+
+    fn run_to(&mut self, to_us: u64) -> io::Result<()> {
+        let done = self.world.run_until(to_us);
+        self.heard.listen(&mut self.world.recorder);
+        done
+    }
+
+    /// Says the script of `scene` from `next` on. Back comes what was said of the broken angle, as in
+    /// [`Played`], and why it ended.
+    fn play(
+        &mut self,
+        scene: &Scene<B>,
+        next: usize,
+        drawn: &BrokenAngle<'_>,
+        broken: &mut BrokenSensor,
+    ) -> io::Result<(Option<[f64; 2]>, Ended)> {
+        let script = &scene.script;
+        let (mut said, heeded_us) = (None, heeded_us(script));
+        let mut late: Vec<(u64, Vec<u8>)> = Vec::new();
+        for (next, write) in script.said.writes().iter().enumerate().skip(next) {
+            while let Some(first) = late.first().map(|it| it.0).filter(|at| *at <= write.t_us) {
+                self.run_to(first)?;
+                self.world.send(&late.remove(0).1);
+            }
+            self.run_to(write.t_us)?;
+            let is_known = !scene.to_the_end && self.is_isolated_for_good();
+            if is_known && !begins(&script.said.writes()[next..]) {
+                return Ok((said, Ended::Isolated));
+            }
+            if write.t_us + SOON_US < heeded_us {
+                said = (self.world.broken_joint.as_ref().unwrap_or(broken)).said_deg();
+            }
+            late.extend(self.say(script, write, &mut |t_us, joint, deg| {
+                drawn.remade(t_us, joint, deg, broken)
+            })?);
+        }
+        self.run_to(script.end_us())?;
+        Ok((said, Ended::Played))
+    }
+
+    /// Says one write, an angle in it as `read` makes it of the time, its number and what it
+    /// is now: how late it comes, which it is and what; not at all. What comes late is given
+    /// back.
+    fn say(
+        &mut self,
+        script: &Script<B>,
+        write: &Write,
+        read: &mut dyn FnMut(u64, u8, f64) -> Option<(u64, u8, f64)>,
+    ) -> io::Result<Option<(u64, Vec<u8>)>> {
+        let asked = request(&write.bytes);
+        let measured = asked.and_then(|asked| measurement(&self.world, script, asked));
+        let Some((asked, joint, deg)) = measured else {
+            self.world.send(&write.bytes);
+            return Ok(None);
+        };
+        let Some((late_us, joint, deg)) = read(write.t_us, joint, deg) else {
+            return Ok(None);
+        };
+        let frame = measurement_frame(&asked, joint, deg)?;
+        if late_us > 0 {
+            return Ok(Some((write.t_us + late_us, frame)));
+        }
+        self.world.send(&frame);
+        Ok(None)
+    }
+
+    fn is_isolated_for_good(&self) -> bool {
+        let (reset_us, now_us) = (locked(&self.device).reset_us(), self.world.now_us());
+        is_isolated_for_good(&self.heard, reset_us, &self.world.recorder.trace, now_us)
+    }
+}
+
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Until when the device heeds an angle that is beyond belief: while it stimulates, of a
+/// lift while an object is held.
+fn heeded_us<B: Replays>(script: &Script<B>) -> u64 {
+    let is_held = |write: &Write| match request(&write.bytes)?.request {
+        Request::Held { held } => held.then_some(write.t_us),
+        _ => None,
+    };
+    let held_us = script.said.writes().iter().filter_map(is_held).next_back();
+    held_us.unwrap_or(script.stop.1)
+}
+
+/// A measurement among what is said, with the angle as the wearer has it now.
+fn measurement<B: Replays>(
+    world: &World,
+    script: &Script<B>,
+    asked: ToDevice,
+) -> Option<(ToDevice, u8, f64)> {
+    let Request::Measurement {
+        joint, centideg, ..
+    } = asked.request
+    else {
+        return None;
+    };
+    let body = &world.body;
+    let deg = match (body.posture_deg(), &script.file.session.joint) {
+        (Some(angles), _) => *angles.get(usize::from(joint))?,
+        (None, Some(_)) => body.sensed_deg(),
+        (None, None) => f64::from(centideg) * 1e-2, // a lift's angles are the script's
+    };
+    Some((asked, joint, deg))
+}
+
+fn measurement_frame(asked: &ToDevice, joint: u8, deg: f64) -> io::Result<Vec<u8>> {
+    let Request::Measurement { at, .. } = asked.request else {
+        return Err(io::Error::other("no measurement"));
+    };
+    let centideg = (deg * 100.0).round() as i16; // saturates
+    let request = Request::Measurement {
+        joint,
+        centideg,
+        at,
+    };
+    let asked = ToDevice {
+        request,
+        session: asked.session,
+        seq: asked.seq,
+    };
+    let frame = encode(&asked).ok_or_else(|| io::Error::other("a request that fits no frame"))?;
+    Ok(frame.to_vec())
+}
