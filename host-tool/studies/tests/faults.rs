@@ -5,6 +5,8 @@ use host_core::run::chip_image;
 use studies::faults::{Campaign, Case, Class, Declaration, Ended, Fate, Outcome, csv};
 
 const SEED: u64 = 1_000;
+/// Of `sensor`: some are found, some are not.
+const FORKED: std::ops::Range<u64> = 4..10;
 
 /// A class on the chip simulator.
 fn on_chip(class: Class) -> Campaign {
@@ -204,6 +206,50 @@ fn angles_beyond_belief_are_found_and_none_is_severe() {
     for (campaign, count) in [(native(Class::Sensor), 60), (on_chip(Class::Sensor), 2)] {
         let outcome = played(Class::Sensor, &campaign, count);
         assert_eq!((outcome.found, outcome.stopped), (outcome.to_find, 0));
+    }
+}
+
+/// A case that begins with a kept fork and ends when its outputs are isolated for good is
+/// one that is played from the boot to the last word.
+#[test]
+fn a_forked_scene_has_the_fate_of_one_that_is_played_from_its_begin() {
+    let mut declaration = Declaration::of(Class::Sensor).unwrap();
+    let image = chip_image(None).unwrap();
+    let forked = Campaign::on_chip(SEED, &declaration, &image).unwrap();
+    declaration.to_the_end = true;
+    let whole = Campaign::on_chip(SEED, &declaration, &image).unwrap();
+    let mut seen = Vec::new();
+    for index in FORKED {
+        let [forked, whole] = [&forked, &whole].map(|it| it.case(index).unwrap());
+        seen.push(forked.fate.ended);
+        let ended = Ended::Played;
+        let known = Fate {
+            ended,
+            ..forked.fate.clone()
+        };
+        assert_eq!(known, whole.fate, "{index}: {}", forked.what);
+    }
+    assert!(
+        seen.contains(&Ended::Isolated) && seen.contains(&Ended::Played),
+        "{seen:?}"
+    );
+}
+
+/// Over-current is pulled for any time from 1 us on, and found at once.
+#[test]
+fn over_current_is_found_and_isolated_within_two_windows() {
+    for (campaign, cases) in [
+        (on_chip(Class::Electrode), 200..206),
+        (native(Class::Electrode), 1_500..1_540),
+    ] {
+        for index in cases {
+            let case = campaign.case(index).unwrap();
+            let fate = &case.fate;
+            assert!(case.what.starts_with("over-current: "), "{case:?}");
+            assert_eq!((fate.must_find, fate.found), (true, true), "{case:?}");
+            assert!(fate.isolated_us.is_some_and(|us| us <= 500), "{case:?}");
+            assert!(fate.severe.is_empty(), "{case:?}");
+        }
     }
 }
 

@@ -165,6 +165,19 @@ pub(super) struct Written {
     /// Of those, what the native simulator can play.
     #[serde(default)]
     pub native_kinds: Vec<String>,
+    /// What joined them later, without another draw of what was played before.
+    #[serde(default)]
+    pub later: Option<Later>,
+}
+
+/// A kind that all cases from a number on are.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Later {
+    pub kind: String,
+    /// The number on the chip, and natively.
+    pub from: u64,
+    pub native_from: u64,
 }
 
 /// Memory of one kind, in which a declared number of bits is flipped.

@@ -1,4 +1,5 @@
-//! An electrode that opens, shorts, peels, loses a phase or its reading.
+//! An electrode that opens, shorts, peels, loses a phase or its reading; a comparator that
+//! says over-current.
 
 use super::Draws;
 use super::bench::{Bench, HOST_US};
@@ -6,13 +7,14 @@ use super::case::{Case, Fate};
 use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::kinds::Kinds;
-use super::simulated::{Boards, Simulated, judged};
+use super::simulated::{Boards, Simulated, TWO_WINDOWS_US, judged};
 use super::truth::declared_truth;
 use firmware::link::Request;
 use firmware::lockstep::Sensors;
+use firmware::safety::Fault;
 use firmware::units::Amplitude;
 use hal_sim::body::{CHANNELS, Load};
-use hal_sim::trace::judge::{Line, Stuck, Truth};
+use hal_sim::trace::judge::{Line, Quiet, Stuck, Truth};
 use hal_sim::trace::{Levels, State};
 use host_core::session::{Session, Unit};
 
@@ -24,6 +26,11 @@ const PEELS: (f64, f64, u64) = (1_000.0, 25_000.0, 10_000_000);
 const COMPLIANCE_V: f64 = 120.0;
 /// Played on after a fault was told, µs.
 const AFTER_US: u64 = 50_000;
+
+/// The comparators' line pulled.
+const OVER_CURRENT: &str = "over-current";
+/// For how long it is, µs.
+const PULLED_US: (f64, f64) = (1.0, 1e5);
 
 /// What breaks.
 pub(super) struct Electrode<B> {
@@ -44,6 +51,8 @@ struct Drawn<'k> {
     /// The anodic line is lost, not the cathodic.
     anodic: bool,
     warm_us: u64,
+    /// How long the comparators' line is pulled.
+    pulled_us: u64,
 }
 
 impl<B: Boards> Electrode<B> {
@@ -78,6 +87,7 @@ impl<B: Boards> Electrode<B> {
             short_ohm: random.between(20.0, 80.0) as u32,
             anodic: random.below(2) == 1,
             warm_us: timing.warm_us + random.below(timing.window_us.max(1)),
+            pulled_us: random.log_between(PULLED_US.0, PULLED_US.1) as u64,
         })
     }
 
@@ -113,6 +123,15 @@ impl<B: Boards> Electrode<B> {
                     high: false,
                     from_us: begin_us,
                 });
+            }
+            OVER_CURRENT => {
+                truth.quiet.push(Quiet {
+                    from_us: begin_us + TWO_WINDOWS_US,
+                    until_us: u64::MAX,
+                });
+                bench.sensors.over_current = true;
+                bench.run_to(begin_us + drawn.pulled_us)?;
+                bench.sensors.over_current = false;
             }
             _ => bench.device.deafen(),
         }
@@ -151,6 +170,9 @@ impl Drawn<'_> {
             ", nothing shows it"
         };
         let (kind, number, ohm) = (self.kind, self.channel + 1, self.ohm);
+        if kind == OVER_CURRENT {
+            return format!("{kind}: for {} us", self.pulled_us);
+        }
         format!("{kind}: channel {number}, {amplitude:.2} {unit}, {ohm} ohm{hidden}")
     }
 }
@@ -194,6 +216,9 @@ impl<B: Boards> Draws for Electrode<B> {
             .iter()
             .map(ToString::to_string)
             .collect();
+        if drawn.kind == OVER_CURRENT {
+            fate.found = fate.fault == Some(Fault::OverCurrent);
+        }
         fate.must_find = drawn.shows() || fate.found;
         Ok(Case {
             index,

@@ -8,6 +8,8 @@ use hal_sim::random::{Random, word};
 /// Kinds that the boards of a campaign can have, and where their draws begin.
 pub(super) struct Kinds {
     names: Vec<String>,
+    /// What all cases from a number on are.
+    later: Option<(u64, String)>,
     seed: u64,
 }
 
@@ -15,9 +17,11 @@ impl Kinds {
     /// `stream` tells the draws of one class from another's.
     pub fn of(declaration: &Declaration, boards: &impl Boards, seed: u64, stream: u64) -> Self {
         let of = &declaration.of;
-        let names = boards.kinds(&of.kinds, &of.native_kinds).to_vec();
+        let names = boards.own(&*of.kinds, &*of.native_kinds).to_vec();
+        let later = of.later.as_ref();
+        let later = later.map(|it| (*boards.own(&it.from, &it.native_from), it.kind.clone()));
         let seed = word(seed, stream);
-        Self { names, seed }
+        Self { names, later, seed }
     }
 
     /// The kind of case `index`, and what else it is to draw from.
@@ -27,7 +31,8 @@ impl Kinds {
     pub fn draw(&self, index: u64) -> Result<(&str, Random), FaultsError> {
         let mut random = Random::new(word(self.seed, index));
         let kind = random.below(self.names.len().max(1) as u64) as usize;
-        match self.names.get(kind) {
+        let later = self.later.as_ref().filter(|(from, _)| *from <= index);
+        match later.map(|(_, kind)| kind).or(self.names.get(kind)) {
             Some(kind) => Ok((kind, random)),
             None => Err(FaultsError::Declaration("no kinds".into())),
         }
@@ -35,6 +40,9 @@ impl Kinds {
 
     /// All of them, told apart by commas.
     pub fn in_words(&self) -> String {
-        self.names.join(", ")
+        let later = self.later.iter();
+        let later = later.map(|(from, kind)| format!("{kind} from case {from} on"));
+        let all: Vec<_> = self.names.iter().cloned().chain(later).collect();
+        all.join(", ")
     }
 }

@@ -125,8 +125,8 @@ pub(super) trait Boards: Sync + Send {
         prepare: &dyn Fn(&mut Board<()>),
     ) -> Result<Bench<Self::Board>, FaultsError>;
 
-    /// Of what may be drawn, what it can play: all, or what is native.
-    fn kinds<'k>(&self, all: &'k [String], native: &'k [String]) -> &'k [String];
+    /// Of what a declaration says for the chip and natively, its own.
+    fn own<'k, T: ?Sized>(&self, chip: &'k T, native: &'k T) -> &'k T;
 }
 
 impl Boards for Image {
@@ -145,8 +145,8 @@ impl Boards for Image {
         Bench::greeted(board, now_us, sensors)
     }
 
-    fn kinds<'k>(&self, all: &'k [String], _: &'k [String]) -> &'k [String] {
-        all
+    fn own<'k, T: ?Sized>(&self, chip: &'k T, _: &'k T) -> &'k T {
+        chip
     }
 }
 
@@ -165,7 +165,7 @@ impl Boards for Native {
         Bench::greeted(native(Micros::new(0)), 0, sensors)
     }
 
-    fn kinds<'k>(&self, _: &'k [String], native: &'k [String]) -> &'k [String] {
+    fn own<'k, T: ?Sized>(&self, _: &'k T, native: &'k T) -> &'k T {
         native
     }
 }
