@@ -42,16 +42,17 @@ pub struct Fate {
     /// The device must find it: it changes an edge, a declaration is false, an electrode
     /// broke in a way that something shows.
     pub must_find: bool,
-    /// The device found it: it told a fault, was reset, or refused by the right name.
+    /// The device found it: it told a fault, keeps one for the next host, was reset, or
+    /// refused by the right name.
     pub found: bool,
     /// How long after it the first edge or code differs from what would have been, µs.
     pub changed_us: Option<u64>,
     /// For how long at a stretch a line was another, up to when the outputs were isolated,
     /// µs; of flips of the tape.
     pub shown_us: Option<u64>,
-    /// The fault that the device told, or kept through a reset.
+    /// The fault that the device told, or keeps.
     pub fault: Option<Fault>,
-    /// When the device says that it found it, µs after it; nothing where only a reset tells.
+    /// When the device says that it found it, µs after it; nothing where it told nobody.
     pub told_us: Option<u64>,
     /// The chip was reset.
     pub reset: bool,

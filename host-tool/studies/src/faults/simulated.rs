@@ -219,8 +219,9 @@ pub(super) fn judged_to<D: Simulated>(
     if let Some(at_us) = bench.device.reset_us() {
         fate.reset = true;
         quiet(at_us);
-        fate.fault = fate.fault.or_else(|| bench.device.kept_fault());
     }
+    // Who lost its host tells the next.
+    fate.fault = fate.fault.or_else(|| bench.device.kept_fault());
     fate.found = fate.fault.is_some() || fate.reset;
     let trace = &bench.recorder.trace;
     if let (true, Some((at, Levels::ISOLATED))) = (fate.found, trace.levels.last()) {
