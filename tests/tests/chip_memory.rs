@@ -19,6 +19,17 @@ fn accesses(instruction: u16, address: u32) {
     bench.recovers_after(ResetCause::Software, Fault::Access);
 }
 
+/// A pulse is under way; the thread goes on with its stack at `address`, until the core
+/// stacks there: a window later at most.
+fn stacks(address: u32, fault: Fault) {
+    println!("stack at {address:#010x}");
+    let (mut bench, at) = Bench::in_a_pulse();
+    let pc = bench.board.cpu.registers.r[15];
+    bench.send_thread_to(pc, [(13, address)]);
+    bench.expect_isolated(at, 260);
+    bench.recovers_after(ResetCause::Software, fault);
+}
+
 /// A pulse is under way; the thread goes on at `address`, where `code` lies.
 fn goes_to(address: u32) {
     println!("to {address:#010x}");
@@ -53,12 +64,15 @@ fn data_and_registers_cannot_be_executed() {
 
 #[test]
 fn what_is_not_the_programs_cannot_be_reached() {
-    // A null pointer (there the flash shows itself once more), CCM, the loader in ROM, behind
-    // SRAM2, a bit-band alias, behind AHB1, external memory.
+    // A null pointer (there the flash shows itself once more), CCM, the loader in ROM, SRAM2
+    // beyond the tape and at its end, behind SRAM2, a bit-band alias, behind AHB1, external
+    // memory.
     for address in [
         0,
         0x1000_0000,
         0x1FFF_0000,
+        0x2001_D000,
+        0x2001_FFFC,
         0x2002_0000,
         0x2200_0000,
         0x4008_0000,
@@ -66,5 +80,21 @@ fn what_is_not_the_programs_cannot_be_reached() {
     ] {
         accesses(LOAD, address);
         accesses(STORE, address);
+    }
+}
+
+#[test]
+fn the_tape_is_written_by_its_painter_alone() {
+    // Its first word, one of port C, the last of its 4 KiB.
+    for address in [0x2001_C000, 0x2001_C800, 0x2001_CFFC] {
+        accesses(STORE, address);
+    }
+}
+
+#[test]
+fn a_lost_stack_is_not_played() {
+    // On the tape, right above it, and further beyond.
+    for address in [0x2001_C400, 0x2001_C810, 0x2001_D000, 0x2001_D370, 0x2001_FF00] {
+        stacks(address, Fault::StackGuard);
     }
 }

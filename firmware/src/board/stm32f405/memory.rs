@@ -19,14 +19,18 @@ const READ_ONLY: u32 = 0b110 << 24;
 const FLASH: u32 = 0b10 << 16;
 const RAM: u32 = 0b1 << 19 | 0b11 << 16;
 const DEVICE: u32 = 0b01 << 16;
+/// SRD: the region leaves its last eighth to others.
+const LAST_EIGHTH_OFF: u32 = 1 << 15;
 const ENABLE: u32 = 1;
 
 /// Base, log2 of the bytes, and what MPU_RASR says beside (RM0090 section 2.3).
-const REGIONS: [(u32, u32, u32); 5] = [
+const REGIONS: [(u32, u32, u32); 6] = [
     // Code, constants and the stage table, 1 MiB.
     (0x0800_0000, 20, READ_ONLY | FLASH),
-    // SRAM1 and SRAM2, 128 KiB.
-    (0x2000_0000, 17, READ_WRITE | NO_EXECUTE | RAM),
+    // SRAM1, 112 KiB: seven eighths of 128.
+    (0x2000_0000, 17, READ_WRITE | NO_EXECUTE | RAM | LAST_EIGHTH_OFF),
+    // The tape: the other 12 KiB of SRAM2 are nobody's (memory.x).
+    TAPE,
     // APB1, APB2, and of AHB1 what lies below OTG_HS, 256 KiB.
     (0x4000_0000, 18, READ_WRITE | NO_EXECUTE | DEVICE),
     // OTG_FS, 256 KiB.
@@ -34,6 +38,10 @@ const REGIONS: [(u32, u32, u32); 5] = [
     // The chip's number (section 39.1), which system memory surrounds.
     (0x1FFF_7A00, 5, READ_ONLY | NO_EXECUTE | FLASH),
 ];
+
+/// Nobody writes here but [`writable_tape`]'s: a lost pointer or stack would be played.
+const TAPE: (u32, u32, u32) = (0x2001_C000, 12, READ_ONLY | NO_EXECUTE | RAM);
+const TAPE_REGION: u32 = 2;
 
 /// Bytes of the stack guard, as log2.
 const GUARD: u32 = 5;
@@ -45,16 +53,54 @@ pub fn protect(mpu: &mut MPU) {
     let regions = REGIONS.into_iter().chain([guard]);
     for (number, (base, log2_bytes, attributes)) in (0..).zip(regions) {
         // SAFETY: the regions allow what the program does: no reference points above the
-        // statics except the stack, whose use of the guard is what must fault.
+        // statics except the stack, whose use of the guard is what must fault, and to the tape.
         unsafe {
             mpu.rnr.write(number);
             mpu.rbar.write(base);
-            mpu.rasr.write(attributes | (log2_bytes - 1) << 1 | ENABLE);
+            mpu.rasr.write(attributes | size(log2_bytes));
         }
     }
     // PRIVDEFENA = 0.
     // SAFETY: as above.
     unsafe { mpu.ctrl.write(ENABLE) };
+    dsb();
+    isb();
+}
+
+/// SIZE of MPU_RASR, and that the region is in force.
+const fn size(log2_bytes: u32) -> u32 {
+    (log2_bytes - 1) << 1 | ENABLE // 5 to 20
+}
+
+/// The tape can be written as long as this lives.
+pub struct WritableTape(());
+
+/// Lets the tape be written.
+///
+/// # Safety
+/// The caller must not be preempted by another that asks, and [`protect`] must have been.
+pub unsafe fn writable_tape() -> WritableTape {
+    // SAFETY: the caller's promise.
+    unsafe { set_tape(READ_WRITE) };
+    WritableTape(())
+}
+
+impl Drop for WritableTape {
+    fn drop(&mut self) {
+        // SAFETY: as it was before.
+        unsafe { set_tape(READ_ONLY) };
+    }
+}
+
+/// # Safety
+/// As of [`writable_tape`].
+unsafe fn set_tape(access: u32) {
+    let (_, log2_bytes, _) = TAPE;
+    // SAFETY: registers of this core, which the caller has alone.
+    unsafe {
+        (*MPU::PTR).rnr.write(TAPE_REGION);
+        (*MPU::PTR).rasr.write(access | NO_EXECUTE | RAM | size(log2_bytes));
+    }
     dsb();
     isb();
 }

@@ -12,7 +12,6 @@ use super::timebase::Instant;
 use super::watchdog::{self, Owner};
 use super::{Urgency, dac, emergency, overdue, pins, record, registers, timebase, usb_clock};
 use crate::device::{Pulser, PulserMail, REFILL_OFFSET_US, WINDOWS_PER_TICK};
-use crate::pulse::tape::paint;
 use crate::pulse::{Levels, Sample, WINDOW_US, WindowPlan};
 use crate::safety::{Fault, FaultRecord, Inputs, Reading, State};
 use crate::units::{Micros, us};
@@ -274,8 +273,7 @@ impl Refill {
         }
         if let Some(tape) = &mut self.tape {
             // SAFETY: `playing` plays, or nearly so, and it is checked below.
-            paint(&self.plan, &mut unsafe { tape.window(playing.other()) });
-            tape::publish();
+            unsafe { tape.paint(&self.plan, playing.other()) };
             tape.check(start, playing)?;
         } else if drives(&self.plan) {
             // SAFETY: there is no tape, and nothing preempts this interrupt.

@@ -16,7 +16,7 @@
 use super::pac::dma::{St, vals};
 use super::pac::{DMA2, GPIOB, GPIOC, RCC, TIM1};
 use super::timebase::Instant;
-use super::{pace, pins, timebase};
+use super::{memory, pace, pins, timebase};
 use crate::pulse::WindowPlan;
 use crate::pulse::tape::{ISOLATED_B, ISOLATED_C, SLOTS, Window, paint};
 use crate::safety::Fault;
@@ -143,8 +143,7 @@ impl Tape {
             offset: None,
         };
         // SAFETY: all four streams are off: nothing plays.
-        paint(plan, &mut unsafe { tape.window(Half::First) });
-        publish();
+        unsafe { tape.paint(plan, Half::First) };
         let memory = MEMORY.0.get();
         // SAFETY: `memory` points to a static; only addresses are taken.
         let (b, c, isolated_b, isolated_c) = unsafe {
@@ -225,25 +224,30 @@ impl Tape {
         }
     }
 
-    /// The window `half`, to paint on.
+    /// Paints `plan` on the window `half`.
     ///
     /// # Safety
     /// `look` must just have said that the other half is playing, and `check` must be
     /// asked after painting; or no stream may run.
-    pub unsafe fn window(&mut self, half: Half) -> Window<'_> {
+    pub unsafe fn paint(&mut self, plan: &WindowPlan, half: Half) {
         publish();
+        let first = half.first_slot();
         let memory = MEMORY.0.get();
         // SAFETY: the streams are in the other half, by the caller's check,
         // and stay there for the rest of its 250 µs; all of this half has been
-        // erased and none of it fetched. `&mut self` keeps it to one window.
-        unsafe {
-            let b = (&raw mut (*memory).b).cast::<u32>().add(half.first_slot());
-            let c = (&raw mut (*memory).c).cast::<u32>().add(half.first_slot());
-            Window {
+        // erased and none of it fetched. `&mut self` keeps it to one window, and
+        // nothing preempts the refill.
+        let (_writable, mut window) = unsafe {
+            let b = (&raw mut (*memory).b).cast::<u32>().add(first);
+            let c = (&raw mut (*memory).c).cast::<u32>().add(first);
+            let window = Window {
                 b: &mut *b.cast(),
                 c: &mut *c.cast(),
-            }
-        }
+            };
+            (memory::writable_tape(), window)
+        };
+        paint(plan, &mut window);
+        publish();
     }
 }
 
@@ -258,7 +262,7 @@ fn played(now: Micros, start: Micros, half: Half) -> Result<u16, Fault> {
 }
 
 /// Orders the CPU's accesses to the tape with DMA2's, both ways.
-pub fn publish() {
+fn publish() {
     compiler_fence(Ordering::SeqCst);
     cortex_m::asm::dmb();
 }
@@ -303,6 +307,7 @@ fn erase_all() {
     // SAFETY: all four streams are off and no `Tape` exists, so nothing else
     // touches the memory. Every word is written: none is read before.
     unsafe {
+        let _writable = memory::writable_tape();
         (*memory).b.fill(ISOLATED_B);
         (*memory).c.fill(ISOLATED_C);
         (&raw mut (*memory).isolated_b).write_volatile(ISOLATED_B);
