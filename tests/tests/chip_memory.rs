@@ -94,7 +94,13 @@ fn the_tape_is_written_by_its_painter_alone() {
 #[test]
 fn a_lost_stack_is_not_played() {
     // On the tape, right above it, and further beyond.
-    for address in [0x2001_C400, 0x2001_C810, 0x2001_D000, 0x2001_D370, 0x2001_FF00] {
+    for address in [
+        0x2001_C400,
+        0x2001_C810,
+        0x2001_D000,
+        0x2001_D370,
+        0x2001_FF00,
+    ] {
         stacks(address, Fault::StackGuard);
     }
 }

@@ -28,7 +28,11 @@ const REGIONS: [(u32, u32, u32); 6] = [
     // Code, constants and the stage table, 1 MiB.
     (0x0800_0000, 20, READ_ONLY | FLASH),
     // SRAM1, 112 KiB: seven eighths of 128.
-    (0x2000_0000, 17, READ_WRITE | NO_EXECUTE | RAM | LAST_EIGHTH_OFF),
+    (
+        0x2000_0000,
+        17,
+        READ_WRITE | NO_EXECUTE | RAM | LAST_EIGHTH_OFF,
+    ),
     // The tape: the other 12 KiB of SRAM2 are nobody's (memory.x).
     TAPE,
     // APB1, APB2, and of AHB1 what lies below OTG_HS, 256 KiB.
@@ -99,7 +103,9 @@ unsafe fn set_tape(access: u32) {
     // SAFETY: registers of this core, which the caller has alone.
     unsafe {
         (*MPU::PTR).rnr.write(TAPE_REGION);
-        (*MPU::PTR).rasr.write(access | NO_EXECUTE | RAM | size(log2_bytes));
+        (*MPU::PTR)
+            .rasr
+            .write(access | NO_EXECUTE | RAM | size(log2_bytes));
     }
     dsb();
     isb();

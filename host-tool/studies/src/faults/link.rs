@@ -7,9 +7,9 @@ use super::case::{Case, Fate};
 use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::kinds::Kinds;
-use super::orders::{Orders, broken_frames};
+use super::orders::{Orders, begins, broken_frames};
 use super::script::{Replays, Script, name, request};
-use super::simulated::judged;
+use super::simulated::{FOR_GOOD_US, judged};
 use super::stem::first_difference;
 use super::truth::allow_checks;
 use firmware::link::{Code, Request, ToDevice, encode};
@@ -17,6 +17,7 @@ use hal_sim::lockstep::Device;
 use hal_sim::random::Random;
 use hal_sim::trace::State;
 use hal_sim::wire::stream::{Stream, Write};
+use host_core::session::{Channel, Session};
 use rayon::prelude::*;
 
 /// Of the streams that this class draws from.
@@ -25,8 +26,8 @@ const STREAM: u64 = 0x114C;
 const PACKET: (usize, u64) = (64, 19);
 /// Played after the latest moment at which silence has ended everything, µs.
 const AFTER_US: u64 = 60_000;
-/// Played on after all that is broken, and what a silence takes: ten periods of 40 ms, µs.
-const GOES_ON_US: u64 = 400_000;
+/// Played on after all that is broken: so many of the scene's longest periods.
+const PERIODS: u64 = 10;
 /// Until bytes that were written before the cable was pulled are there, µs.
 const ON_THE_WAY_US: u64 = 1_500;
 
@@ -103,11 +104,21 @@ impl<B: Replays> Link<B> {
         let orders = Orders::of(session, script.said.writes(), B::LINE_US);
         let last = stream.writes().last().map_or(0, |write| write.t_us);
         let end_us = last.max(*moment_us) + orders.silence_us() + AFTER_US;
-        let end_us = end_us.min(drawn.over_us(script) + orders.silence_us() + GOES_ON_US);
-        let mut bench = script.board(&self.boards, *moment_us)?;
-        let (passed, played) = script.say(&mut bench, stream, *out, end_us);
+        let over_us = drawn.over_us(script);
+        let end_us = end_us.min(over_us + PERIODS * longest_period_us(session));
         let sent = script.said.writes().iter().map(|write| &*write.bytes);
         let sent: Vec<&[u8]> = sent.chain(drawn.written.iter().map(|it| &**it)).collect();
+        let is_over = |bench: &Bench<B::Board>, passed: &[Write], left: &[Write]| {
+            let whole = || broken_frames(&Stream::new(passed.to_vec()), &sent).0;
+            let now_us = bench.now_us();
+            now_us >= over_us + FOR_GOOD_US
+                && is_isolated_for(bench, FOR_GOOD_US)
+                && !begins(left)
+                && orders.ended(&whole(), now_us - FOR_GOOD_US)
+        };
+        let mut bench = script.board(&self.boards, *moment_us)?;
+        let (passed, played) = script.say(&mut bench, stream, *out, end_us, &is_over);
+        let end_us = bench.now_us();
         let (whole, broken) = broken_frames(&passed, &sent);
         let mut truth = script.truth();
         let owed = orders.owed(&whole, *moment_us, end_us);
@@ -135,7 +146,8 @@ impl<B: Replays> Link<B> {
         end_us: u64,
     ) -> Result<bool, FaultsError> {
         let mut other = script.board(&self.boards, 0)?;
-        let (_, played) = script.say(&mut other, &Stream::new(whole.to_vec()), None, end_us);
+        let whole = Stream::new(whole.to_vec());
+        let (_, played) = script.say(&mut other, &whole, None, end_us, &|_, _, _| false);
         let differs = || {
             let traces = (&bench.recorder.trace, &other.recorder.trace);
             first_difference(traces.0, traces.1, 0, end_us).is_some()
@@ -160,7 +172,7 @@ impl Drawn {
         if is_owed {
             fate.found = is_told && is_ended;
         }
-        if silenced && is_isolated(bench) {
+        if silenced && is_isolated_for(bench, 0) {
             let last = bench.recorder.trace.levels.last();
             fate.isolated_us = last.map(|(at, _)| at.saturating_sub(self.moment_us));
         }
@@ -341,9 +353,23 @@ fn is_of_a_frame(code: u16) -> bool {
     (Code::BadCrc as u16..=Code::UnknownMessage as u16).contains(&code)
 }
 
-fn is_isolated<D>(bench: &Bench<D>) -> bool {
+/// The longest distance of bursts that the session plays, µs.
+fn longest_period_us(session: &Session) -> u64 {
+    let of_channel = |channel: &Channel| {
+        let force = channel.force.as_ref();
+        let slowest_us = force.and_then(|force| force.max_period_us);
+        channel.spec.train.period_us.max(slowest_us.unwrap_or(0))
+    };
+    let longest = session.channels.iter().map(of_channel).max();
+    longest.unwrap_or(0).into()
+}
+
+/// All channels are isolated, and have been for so long.
+fn is_isolated_for<D: Device>(bench: &Bench<D>, for_us: u64) -> bool {
     let last = bench.recorder.trace.levels.last();
-    last.is_none_or(|(_, levels)| (0..10).all(|c| levels.state(c) == State::Isolated))
+    last.is_none_or(|(at, levels)| {
+        at + for_us <= bench.now_us() && (0..10).all(|c| levels.state(c) == State::Isolated)
+    })
 }
 
 impl<B: Replays> Draws for Link<B> {

@@ -52,6 +52,14 @@ impl Orders {
         self.timeout_us + self.fall_us + TWO_WINDOWS_US + self.line_us
     }
 
+    /// Whether by the whole frames that came nothing may be driven from `from_us` on, until
+    /// it is armed anew.
+    pub fn ended(&self, whole: &[Write], from_us: u64) -> bool {
+        let quiet = self.owed(whole, 0, from_us).quiet;
+        let last = quiet.last().filter(|last| last.until_us == u64::MAX);
+        last.is_some_and(|last| last.from_us <= from_us)
+    }
+
     /// What up to `end_us` is owed by the whole frames that came, and whether silence ends
     /// anything from `moment_us` on.
     pub fn owed(&self, whole: &[Write], moment_us: u64, end_us: u64) -> Owed {

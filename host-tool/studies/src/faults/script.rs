@@ -28,6 +28,8 @@ pub(super) const KEPT_US: u64 = 50_000;
 const AFTER_US: u64 = 250_000;
 /// From look to look whether the bus has carried what was written, µs.
 const LOOK_US: u64 = 250;
+/// From question to question whether it is over, µs.
+const ASKED_US: u64 = 20_000;
 
 /// Where the boards of scripts come from.
 pub(super) trait Replays: Boards<Board: 'static> {
@@ -255,8 +257,9 @@ impl<B: Replays> Script<B> {
         }
     }
 
-    /// Says `stream` to it from where it is, up to `end_us`, the cable out meanwhile.
-    /// Back comes what the device took, and when.
+    /// Says `stream` to it from where it is, the cable out meanwhile, up to `end_us` or to
+    /// when `is_over` says so of the board, what it took and what is left to say. Back
+    /// comes what the device took, and when.
     ///
     /// # Errors
     /// The device is gone: the simulator does not model what it did.
@@ -266,12 +269,16 @@ impl<B: Replays> Script<B> {
         stream: &Stream,
         out: Option<(u64, u64)>,
         end_us: u64,
+        is_over: &IsOver<'_, B::Board>,
     ) -> (Stream, io::Result<()>) {
         let mut passed = Vec::new();
-        let done = say(bench, stream, out, end_us, &mut passed);
+        let done = say(bench, stream, out, (end_us, is_over), &mut passed);
         (Stream::new(passed), done)
     }
 }
+
+/// Of a board, the writes that it took, and those that are left.
+pub(super) type IsOver<'a, D> = dyn Fn(&Bench<D>, &[Write], &[Write]) -> bool + 'a;
 
 fn fork<B: Replays>(bench: &Bench<B::Board>) -> Option<Bench<B::Board>> {
     B::fork(&bench.device).map(|device| bench.with(device))
@@ -286,14 +293,17 @@ fn say<D: Simulated>(
     bench: &mut Bench<D>,
     stream: &Stream,
     out: Option<(u64, u64)>,
-    end_us: u64,
+    (end_us, is_over): (u64, &IsOver<'_, D>),
     passed: &mut Vec<Write>,
 ) -> io::Result<()> {
     let begin_us = bench.now_us();
+    let mut asked_us = begin_us;
     let (out_us, in_us) = out.unwrap_or((u64::MAX, u64::MAX));
     let mut cable = [(out_us, false), (in_us, true)].into_iter().peekable();
     let mut waiting = VecDeque::new();
-    for write in stream.writes() {
+    let writes = stream.writes();
+    let said = writes.partition_point(|write| write.t_us < end_us);
+    for (at, write) in writes[..said].iter().enumerate() {
         if write.t_us < begin_us {
             passed.push(write.clone()); // before the fork
             continue;
@@ -304,6 +314,12 @@ fn say<D: Simulated>(
             bench.device.plug(is_in);
         }
         carry(bench, &mut waiting, passed, write.t_us)?;
+        if waiting.is_empty() && write.t_us >= asked_us + ASKED_US {
+            asked_us = write.t_us;
+            if is_over(bench, passed, &writes[at..]) {
+                return Ok(());
+            }
+        }
         let is_lost = (out_us..in_us).contains(&write.t_us) || !bench.device.is_connected();
         if !is_lost {
             bench.receive(write.t_us, &write.bytes)?;

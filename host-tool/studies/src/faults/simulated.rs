@@ -20,7 +20,7 @@ use host_core::session::Session;
 pub(super) const TWO_WINDOWS_US: u64 = 500;
 /// Outputs that a fault isolated stay so if they were this long, µs: the host has spoken
 /// eight times, the judge's pulses are over, and a chip that was reset has booted.
-const FOR_GOOD_US: u64 = 40_000;
+pub(super) const FOR_GOOD_US: u64 = 40_000;
 /// The first backup register, in which the device keeps its last fault: "FX" and number.
 const KEPT_FAULT: u32 = 0x4000_2850;
 const MAGIC: u32 = 0x4658;
