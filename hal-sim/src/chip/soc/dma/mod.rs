@@ -31,6 +31,8 @@ pub struct Dma {
     streams: [Stream; STREAMS],
     /// LISR, HISR.
     flags: [u32; 2],
+    /// Streams of which an interrupt is enabled.
+    asking: u8,
 }
 
 impl Dma {
@@ -40,6 +42,7 @@ impl Dma {
             number,
             streams: std::array::from_fn(|_| Stream::new()),
             flags: [0; 2],
+            asking: 0,
         }
     }
 
@@ -66,6 +69,18 @@ impl Dma {
     #[inline]
     pub fn raise(&mut self, index: usize, flag: u32) {
         self.flags[index / 4] |= flag << SHIFTS[index % 4];
+    }
+
+    /// Streams that ask for an interrupt: a flag is up whose enable is set (RM0090 10.4).
+    #[inline]
+    pub fn interrupts(&self) -> u8 {
+        if self.asking == 0 {
+            return 0;
+        }
+        (0..STREAMS).fold(0, |bits, n| {
+            let up = self.flags[n / 4] >> SHIFTS[n % 4];
+            bits | u8::from(up & self.streams[n].flags_enabled() != 0) << n
+        })
     }
 
     /// The one of `candidates` (bits) that the arbiter of a port chooses: the

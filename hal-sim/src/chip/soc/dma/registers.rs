@@ -26,8 +26,6 @@ const STRIDE: u32 = 0x18;
 const FCR_SETTINGS: u32 = 0b111;
 /// FCR: direct mode disable.
 const DMDIS: u32 = 1 << 2;
-/// FCR: FIFO error interrupt, whose line nobody enables.
-const FEIE: u32 = 1 << 7;
 
 /// Offset of `register` of `stream`.
 pub const fn stream_offset(stream: usize, register: u32) -> u32 {
@@ -87,14 +85,17 @@ impl Dma {
             offset::PAR if writable => stream.par = value,
             offset::M0AR if writable => stream.m0ar = value,
             offset::M1AR if value == 0 => (),
-            offset::FCR if value & !(FCR_SETTINGS | 0b111 << 3) != 0 => {
-                return Err(Unmodelled("a DMA interrupt"));
-            }
-            offset::FCR if writable => stream.fcr = value & FCR_SETTINGS,
+            offset::FCR if writable => stream.fcr = value & (FCR_SETTINGS | bit::FEIE),
             offset::NDTR => (), // ignored while enabled
             _ => return Err(Unmodelled("a DMA register, or one in use")),
         }
+        self.note_interrupts(index);
         Ok(())
+    }
+
+    fn note_interrupts(&mut self, index: usize) {
+        let asks = self.streams[index].flags_enabled() != 0;
+        self.asking = self.asking & !(1 << index) | u8::from(asks) << index;
     }
 
     /// Turns `bits` of CR, PAR or M0AR of a stream that is on, which no write could. `false`
@@ -119,9 +120,10 @@ impl Dma {
             offset::M0AR => stream.upset_m0ar(bits),
             offset::CR if bits & (bit::EN | bit::INTERRUPTS) == 0 => stream.upset_cr(bits, at)?,
             // The threshold is FIFO mode's (RM0090 10.5.10).
-            offset::FCR if bits & !(FCR_SETTINGS & !DMDIS | FEIE) == 0 => stream.fcr ^= bits,
+            offset::FCR if bits & !(FCR_SETTINGS & !DMDIS | bit::FEIE) == 0 => stream.fcr ^= bits,
             _ => return Ok(false),
         }
+        self.note_interrupts(index);
         Ok(true)
     }
 
@@ -129,14 +131,14 @@ impl Dma {
         let enable = value & bit::EN != 0;
         let stream = &mut self.streams[index];
         if stream.is_enabled() {
-            // The rest is write-protected. Nobody is interrupted: no image enables a line of
-            // DMA2, and none is wired.
+            // The rest is write-protected.
             stream.cr = stream.cr & !bit::INTERRUPTS | value & bit::INTERRUPTS;
             stream.stopping |= !enable;
+            self.note_interrupts(index);
             return Ok(());
         }
-        refuse(value & bit::INTERRUPTS != 0, "a DMA interrupt")?;
         stream.cr = value & 0x0FEF_FFFE;
+        self.note_interrupts(index);
         if !enable {
             return Ok(());
         }

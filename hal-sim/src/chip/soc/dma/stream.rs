@@ -18,6 +18,7 @@ pub(crate) mod bit {
     pub const PINCOS: u32 = 1 << 15; // CR: ... by a word, whatever PSIZE is
     pub const DBM: u32 = 1 << 18; // CR: double buffer
     pub const CT: u32 = 1 << 19; // CR: of which the second is in use
+    pub const FEIE: u32 = 1 << 7; // FCR: FIFO error interrupt
     pub const FEIF: u32 = 1; // FIFO error
     pub const HTIF: u32 = 1 << 4; // Half transfer
     pub const TCIF: u32 = 1 << 5; // Transfer complete
@@ -26,7 +27,8 @@ pub(crate) mod bit {
 /// CR but CHSEL, PL, CIRC, DIR 0: words both sides, memory increments, and
 /// nothing else set.
 const WORDS: u32 = 0b10 << 13 | 0b10 << 11 | 1 << 10;
-const FREE: u32 = 0x7 << 25 | 0b11 << 16 | bit::CIRC | bit::MEMORY_TO_PERIPHERAL | bit::EN;
+const FREE: u32 =
+    0x7 << 25 | 0b11 << 16 | bit::CIRC | bit::MEMORY_TO_PERIPHERAL | bit::INTERRUPTS | bit::EN;
 
 /// Two buffers, and the second in use.
 const BOTH: u32 = bit::DBM | bit::CT;
@@ -293,6 +295,16 @@ impl Stream {
         self.asked = NEVER;
         self.due = if self.plays() { done } else { NEVER };
         Ok(())
+    }
+
+    /// Flags that interrupt: CR's enables lie one bit before theirs (RM0090 10.5.1, 10.5.5).
+    pub(super) const fn flags_enabled(&self) -> u32 {
+        let fifo = if self.fcr & bit::FEIE != 0 {
+            bit::FEIF
+        } else {
+            0
+        };
+        (self.cr & bit::INTERRUPTS) << 1 | fifo
     }
 
     /// Turns `bits` of PAR while it is on: the next item goes or comes from there.

@@ -141,5 +141,24 @@ fn what_nobody_models_is_refused_when_enabled() {
     );
     let mut one = Dma::new(1);
     assert!(write(&mut one, 0, offset::CR, bit::EN).is_err());
-    assert!(write(&mut one, 0, offset::CR, 1 << 4).is_err(), "TCIE");
+}
+
+#[test]
+fn a_flag_whose_enable_is_set_asks_for_an_interrupt() {
+    let mut dma = ready();
+    write(&mut dma, 5, offset::CR, PLAYING | bit::EN).unwrap();
+    dma.raise(5, bit::TCIF);
+    dma.raise(5, bit::FEIF);
+    assert_eq!(dma.interrupts(), 0, "no enable is set");
+    let asked = |enables: u32| {
+        let mut dma = dma.clone();
+        let cr = read(&dma, stream_offset(5, offset::CR));
+        write(&mut dma, 5, offset::CR, cr | enables).unwrap();
+        dma.interrupts()
+    };
+    // DMEIE, TEIE, HTIE, TCIE.
+    assert_eq!([1, 2, 3, 4].map(|n| asked(1 << n)), [0, 0, 0, 1 << 5]);
+    let fcr = stream_offset(5, offset::FCR);
+    assert!(dma.upset(fcr, bit::FEIE, 0).unwrap());
+    assert_eq!(dma.interrupts(), 1 << 5, "FEIE");
 }

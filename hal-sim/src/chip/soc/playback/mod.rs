@@ -196,7 +196,7 @@ impl Playback {
         }
     }
 
-    /// Interrupt lines of the timers, line n in bit n % 32 of word n / 32
+    /// Interrupt lines of the timers and of DMA2, line n in bit n % 32 of word n / 32
     /// (RM0090 table 61).
     pub fn lines(&self) -> [u32; LINE_WORDS] {
         let [tim1, tim2, tim3, tim4, tim5] = &self.timers;
@@ -204,7 +204,10 @@ impl Playback {
         let [update, compare] = tim1.interrupt_parts().map(u32::from);
         let word_0 =
             update << 25 | compare << 27 | line(tim2, 28) | line(tim3, 29) | line(tim4, 30);
-        [word_0, line(tim5, 50), 0]
+        let dma2 = u32::from(self.dma[1].interrupts());
+        // Streams 0 to 4 are lines 56 to 60, 5 to 7 are 68 to 70.
+        let word_1 = line(tim5, 50) | (dma2 & 0x1F) << 24;
+        [word_0, word_1, dma2 >> 5 << 4]
     }
 
     /// Cycles at which TIM2's TRGO (OC3REF) rose since the last drain: the
