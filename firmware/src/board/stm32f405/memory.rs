@@ -24,7 +24,7 @@ const LAST_EIGHTH_OFF: u32 = 1 << 15;
 const ENABLE: u32 = 1;
 
 /// Base, log2 of the bytes, and what MPU_RASR says beside (RM0090 section 2.3).
-const REGIONS: [(u32, u32, u32); 6] = [
+const REGIONS: [(u32, u32, u32); 5] = [
     // Code, constants and the stage table, 1 MiB.
     (0x0800_0000, 20, READ_ONLY | FLASH),
     // SRAM1, 112 KiB: seven eighths of 128.
@@ -33,8 +33,6 @@ const REGIONS: [(u32, u32, u32); 6] = [
         17,
         READ_WRITE | NO_EXECUTE | RAM | LAST_EIGHTH_OFF,
     ),
-    // The tape: the other 12 KiB of SRAM2 are nobody's (memory.x).
-    TAPE,
     // APB1, APB2, and of AHB1 what lies below OTG_HS, 256 KiB.
     (0x4000_0000, 18, READ_WRITE | NO_EXECUTE | DEVICE),
     // OTG_FS, 256 KiB.
@@ -43,9 +41,9 @@ const REGIONS: [(u32, u32, u32); 6] = [
     (0x1FFF_7A00, 5, READ_ONLY | NO_EXECUTE | FLASH),
 ];
 
-/// Nobody writes here but [`writable_tape`]'s: a lost pointer or stack would be played.
+/// The tape (memory.x); the other 12 KiB of SRAM2 are nobody's. Only who has
+/// [`writable_tape`] writes here: what a lost pointer or stack wrote would be played.
 const TAPE: (u32, u32, u32) = (0x2001_C000, 12, READ_ONLY | NO_EXECUTE | RAM);
-const TAPE_REGION: u32 = 2;
 
 /// Bytes of the stack guard, as log2.
 const GUARD: u32 = 5;
@@ -54,7 +52,7 @@ const GUARD: u32 = 5;
 /// the 32 bytes above the statics, where an overflowing stack arrives first.
 pub fn protect(mpu: &mut MPU) {
     let guard = (guard(), GUARD, NO_EXECUTE);
-    let regions = REGIONS.into_iter().chain([guard]);
+    let regions = REGIONS.into_iter().chain([TAPE, guard]);
     for (number, (base, log2_bytes, attributes)) in (0..).zip(regions) {
         // SAFETY: the regions allow what the program does: no reference points above the
         // statics except the stack, whose use of the guard is what must fault, and to the tape.
@@ -64,9 +62,12 @@ pub fn protect(mpu: &mut MPU) {
             mpu.rasr.write(attributes | size(log2_bytes));
         }
     }
-    // PRIVDEFENA = 0.
+    // The tape's stays selected. PRIVDEFENA = 0.
     // SAFETY: as above.
-    unsafe { mpu.ctrl.write(ENABLE) };
+    unsafe {
+        mpu.rnr.write(REGIONS.len() as u32); // 5
+        mpu.ctrl.write(ENABLE);
+    }
     dsb();
     isb();
 }
@@ -86,12 +87,13 @@ pub struct WritableTape(());
 pub unsafe fn writable_tape() -> WritableTape {
     // SAFETY: the caller's promise.
     unsafe { set_tape(READ_WRITE) };
+    dsb(); // no store goes before
     WritableTape(())
 }
 
 impl Drop for WritableTape {
     fn drop(&mut self) {
-        // SAFETY: as it was before.
+        // SAFETY: as it was before; in force at the interrupt's end at the latest.
         unsafe { set_tape(READ_ONLY) };
     }
 }
@@ -100,15 +102,9 @@ impl Drop for WritableTape {
 /// As of [`writable_tape`].
 unsafe fn set_tape(access: u32) {
     let (_, log2_bytes, _) = TAPE;
-    // SAFETY: registers of this core, which the caller has alone.
-    unsafe {
-        (*MPU::PTR).rnr.write(TAPE_REGION);
-        (*MPU::PTR)
-            .rasr
-            .write(access | NO_EXECUTE | RAM | size(log2_bytes));
-    }
-    dsb();
-    isb();
+    let attributes = access | NO_EXECUTE | RAM | size(log2_bytes);
+    // SAFETY: a register of this core, of the region that `protect` left selected.
+    unsafe { (*MPU::PTR).rasr.write(attributes) };
 }
 
 /// Takes them out of force, for what writes flash and runs from RAM.

@@ -3,13 +3,7 @@
 use super::{Owner, Profile};
 use crate::chip::Cycle;
 use crate::chip::board::{Board, CYCLES_PER_US, Margins, Phases};
-use crate::chip::cpu::Size;
 use crate::chip::cpu::system::Latency;
-
-/// MPU registers (Arm ARM B3.5): the number of the region, its base, its
-/// attributes and size.
-const MPU_RBAR: u32 = 0xE000_ED9C;
-const MPU_RASR: u32 = 0xE000_EDA0;
 
 /// One exception.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,7 +102,7 @@ pub struct Summary {
 impl Summary {
     /// Of `board`, as it is now.
     pub fn of(board: &mut Board<Profile>) -> Self {
-        let limit = stack_limit(board);
+        let limit = board.cpu.system.denied().map(|guard| guard.end as u32);
         let profile = &board.observer;
         let owners = Owner::ALL.map(|owner| profile.owner(owner));
         let latencies: Vec<_> = board.cpu.system.latencies.entered().collect();
@@ -155,15 +149,4 @@ impl Summary {
         let waits = self.lines.iter().map(|line| line.latency.worst);
         waits.max().unwrap_or(0)
     }
-}
-
-/// The end of the MPU's region that was set last, the stack guard, if it is on and denies
-/// all access.
-fn stack_limit(board: &mut Board<Profile>) -> Option<u32> {
-    let at = board.cpu.cycle;
-    let mut read = |address| board.cpu.system.read(address, Size::Word, at).ok();
-    let (base, attributes) = (read(MPU_RBAR)? & !0x1F, read(MPU_RASR)?);
-    let bytes = 2u32.checked_shl(attributes >> 1 & 0x1F)?;
-    let denies = attributes & 1 == 1 && attributes >> 24 & 7 == 0;
-    denies.then(|| base.saturating_add(bytes))
 }

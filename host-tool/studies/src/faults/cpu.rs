@@ -10,7 +10,7 @@ use super::registers::bit_of;
 use super::stem::{Chip, Stem};
 use hal_sim::chip::board::Board;
 use hal_sim::chip::cpu::bus::Unmodelled;
-use hal_sim::chip::cpu::{Open, Size, Stop};
+use hal_sim::chip::cpu::{Open, Stop};
 use hal_sim::chip::image::Image;
 use hal_sim::random::Random;
 
@@ -27,8 +27,6 @@ const PERIPHERALS: (u64, u64) = (0x4000_0000, 0x8_0000);
 const ALL: (u64, u64) = (0, 1 << 32);
 /// N, Z, C, V, Q, GE.
 const FLAGS: [u32; 9] = [31, 30, 29, 28, 27, 19, 18, 17, 16];
-/// MPU_RBAR: where the guard's region begins; its bytes.
-const GUARD: (u32, u32) = (0xE000_ED9C, 32);
 /// A recursion takes at most this, bytes.
 const DEEPEST: u64 = 0x1_0000;
 
@@ -156,12 +154,12 @@ impl Draws for Core {
 
 /// The stack pointer is where the guard's region ends.
 fn to_guard(board: &mut Board<()>) -> Result<String, FaultsError> {
-    let (register, bytes) = GUARD;
-    let cpu = &mut board.cpu;
-    let base = cpu.system.read(register, Size::Word, cpu.cycle);
-    let base = base.map_err(|Unmodelled(what)| never_runs(what))? & !(bytes - 1);
-    cpu.registers.r[13] = base + bytes;
-    Ok(format!("{:#010x}", base + bytes))
+    let guard = board.cpu.system.denied();
+    let end = guard
+        .ok_or_else(|| never_runs("no guard of the stack"))?
+        .end as u32;
+    board.cpu.registers.r[13] = end;
+    Ok(format!("{end:#010x}"))
 }
 
 /// Masks and CONTROL.

@@ -28,6 +28,7 @@ use super::semihosting::Semihosting;
 use super::{Fault, Registers};
 use crate::chip::Cycle;
 use nvic::{Nvic, bit};
+use std::ops::Range;
 
 /// State of the private peripherals and of exceptions.
 #[derive(Clone, Debug, Default)]
@@ -91,6 +92,11 @@ impl System {
     /// Whether MPU and memory map let code at `address` be executed.
     pub fn may_execute(&self, address: u32, privileged: bool) -> bool {
         self.mpu.may_execute(address, privileged)
+    }
+
+    /// As [`mpu::Mpu::denied`].
+    pub fn denied(&self) -> Option<Range<u64>> {
+        self.mpu.denied()
     }
 
     /// Whether unprivileged code may write the private register at `address`

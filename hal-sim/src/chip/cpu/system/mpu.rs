@@ -1,5 +1,7 @@
 //! Memory protection (Arm ARM B3.5): eight regions over the default map.
 
+use std::ops::Range;
+
 const REGIONS: usize = 8;
 const ENABLE: u32 = 1;
 const HFNMIENA: u32 = 1 << 1;
@@ -89,6 +91,10 @@ pub struct Mpu {
     /// What privileged data may access without looking up, highest first.
     open: [Open; OPEN],
     is_on: bool,
+    /// What was in force before, to go back to without looking up.
+    before: Option<([Region; REGIONS], u32, [Open; OPEN])>,
+    /// What `open` is of.
+    prepared: ([Region; REGIONS], u32),
 }
 
 /// As many stretches of memory as an access asks before it looks up.
@@ -151,10 +157,31 @@ impl Mpu {
     fn prepare(&mut self) {
         self.is_on =
             self.control & ENABLE != 0 && (!self.negative_priority || self.control & HFNMIENA != 0);
-        self.open = [Open::default(); OPEN];
-        if self.is_on {
-            self.open_stretches();
+        if !self.is_on || self.prepared == (self.regions, self.control) {
+            return;
         }
+        let (regions, control) = self.prepared;
+        let last = Some((regions, control, self.open));
+        match std::mem::replace(&mut self.before, last) {
+            Some((regions, control, open))
+                if (regions, control) == (self.regions, self.control) =>
+            {
+                self.open = open;
+            }
+            _ => self.open_stretches(),
+        }
+        self.prepared = (self.regions, self.control);
+    }
+
+    /// Where the region that goes before all others denies all access; none if no region
+    /// does.
+    pub fn denied(&self) -> Option<Range<u64>> {
+        let is_denied = |region: &&Region| {
+            let denies = !region.allows(Use::Read, true) && !region.allows(Use::Write, true);
+            region.is_enabled() && denies
+        };
+        let region = self.regions.iter().rev().find(is_denied)?;
+        Some(region.first()..region.end())
     }
 
     /// Between two neighbouring bounds of regions all addresses have one answer. The
@@ -165,6 +192,7 @@ impl Mpu {
             let (first, eighth) = (region.first(), (region.end() - region.first()) / 8);
             bounds.extend((0..=8).map(|n| first + n * eighth));
         }
+        self.open = [Open::default(); OPEN];
         bounds.sort_unstable();
         bounds.dedup();
         let mut open: Vec<Open> = Vec::new();
