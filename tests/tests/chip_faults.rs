@@ -410,8 +410,9 @@ fn a_stack_that_overflows_meets_its_guard() {
     }
     let at = bench.now();
     let cpu = &mut bench.board.cpu;
-    let guard = cpu.system.read(0xE000_ED9C, Size::Word, cpu.cycle).unwrap() & !31;
-    cpu.registers.r[13] = guard + 32;
+    let guard = cpu.system.denied().unwrap();
+    assert!(guard.end - guard.start == 32 && (0x2000_0000..0x2001_C000).contains(&guard.start));
+    cpu.registers.r[13] = guard.end as u32;
     bench.expect_isolated(at, 5);
     bench.recovers_after(ResetCause::Software, Fault::StackGuard);
 }

@@ -201,6 +201,32 @@ fn nothing_comes_of_what_is_broken_on_the_link() {
     }
 }
 
+/// A broken link's case that ends once nothing can begin has the fate of one that is played
+/// for as long as any; what changed first may come later than its end.
+#[test]
+fn a_link_that_ends_early_has_the_fate_of_one_that_is_played_on() {
+    let early = Declaration::of(Class::Link).unwrap();
+    let mut long = Declaration::of(Class::Link).unwrap();
+    long.to_the_end = true;
+    let image = chip_image(None).unwrap();
+    let chip = [&early, &long].map(|it| Campaign::on_chip(SEED, it, &image).unwrap());
+    let native = [&early, &long].map(|it| Campaign::native(SEED, it).unwrap());
+    // On the chip a cable, a flood, pauses, and one that ends as any.
+    let (on_chip, natively) = (vec![0, 21, 24, 38, 49, 50], (0..100).collect());
+    for ([early, long], indices) in [(&chip, on_chip), (&native, natively)] {
+        let mut seen = 0;
+        for index in indices {
+            let [mut early, mut long] = [early, long].map(|it| it.case(index).unwrap());
+            seen += u32::from(early.fate.ended == Ended::Isolated);
+            for fate in [&mut early.fate, &mut long.fate] {
+                (fate.ended, fate.changed_us) = (Ended::Played, None);
+            }
+            assert_eq!(early.fate, long.fate, "{index}: {}", early.what);
+        }
+        assert!(seen > 2, "{seen}");
+    }
+}
+
 #[test]
 fn angles_beyond_belief_are_found_and_none_is_severe() {
     for (campaign, count) in [(native(Class::Sensor), 60), (on_chip(Class::Sensor), 2)] {

@@ -4,8 +4,10 @@
 //!
 //! Vectors and the private bus (NVIC, SCB, DBGMCU) keep the default map; so does
 //! `HardFault`, which runs without the MPU (HFNMIENA = 0) and so has a stack for its few
-//! words.
+//! words; one that is lost on the tape has them on the lines for the microsecond until it
+//! isolates.
 
+use core::sync::atomic::{Ordering, compiler_fence};
 use cortex_m::asm::{dsb, isb};
 use cortex_m::peripheral::MPU;
 
@@ -87,12 +89,14 @@ pub struct WritableTape(());
 pub unsafe fn writable_tape() -> WritableTape {
     // SAFETY: the caller's promise.
     unsafe { set_tape(READ_WRITE) };
-    dsb(); // no store goes before
+    dsb();
+    isb();
     WritableTape(())
 }
 
 impl Drop for WritableTape {
     fn drop(&mut self) {
+        compiler_fence(Ordering::SeqCst);
         // SAFETY: as it was before; in force at the interrupt's end at the latest.
         unsafe { set_tape(READ_ONLY) };
     }

@@ -9,7 +9,7 @@ use super::error::FaultsError;
 use super::kinds::Kinds;
 use super::orders::{Orders, begins, broken_frames};
 use super::script::{Replays, Script, name, request};
-use super::simulated::{FOR_GOOD_US, judged};
+use super::simulated::{FOR_GOOD_US, Simulated, judged};
 use super::stem::first_difference;
 use super::truth::allow_checks;
 use firmware::link::{Code, Request, ToDevice, encode};
@@ -26,8 +26,10 @@ const STREAM: u64 = 0x114C;
 const PACKET: (usize, u64) = (64, 19);
 /// Played after the latest moment at which silence has ended everything, µs.
 const AFTER_US: u64 = 60_000;
-/// Played on after all that is broken: so many of the scene's longest periods.
+/// Played on once all is as it was and it stimulates: so many of the scene's longest periods.
 const PERIODS: u64 = 10;
+/// Amplitudes that rise are above nothing after this, µs.
+const RISE_US: u64 = 20_000;
 /// Until bytes that were written before the cable was pulled are there, µs.
 const ON_THE_WAY_US: u64 = 1_500;
 
@@ -36,6 +38,8 @@ pub(super) struct Link<B: Replays> {
     boards: B,
     scripts: Vec<Script<B>>,
     kinds: Kinds,
+    /// Every case is played for as long as any.
+    to_the_end: bool,
 }
 
 /// One of them, drawn.
@@ -66,6 +70,7 @@ impl<B: Replays> Link<B> {
             boards,
             scripts,
             kinds,
+            to_the_end: declaration.to_the_end,
         })
     }
 
@@ -103,18 +108,25 @@ impl<B: Replays> Link<B> {
         let session = &script.file.session;
         let orders = Orders::of(session, script.said.writes(), B::LINE_US);
         let last = stream.writes().last().map_or(0, |write| write.t_us);
-        let end_us = last.max(*moment_us) + orders.silence_us() + AFTER_US;
-        let over_us = drawn.over_us(script);
-        let end_us = end_us.min(over_us + PERIODS * longest_period_us(session));
+        let period_us = longest_period_us(session);
+        let silent_us = orders.silence_us() + AFTER_US;
+        let again_us = drawn.again_us(script);
+        let begun_us = again_us.max(script.start.1);
+        let end_us = last.max(*moment_us) + silent_us;
+        let end_us = end_us.min(begun_us + silent_us.max(PERIODS * period_us));
         let sent = script.said.writes().iter().map(|write| &*write.bytes);
         let sent: Vec<&[u8]> = sent.chain(drawn.written.iter().map(|it| &**it)).collect();
+        // What should not stimulate and does shows itself within two periods.
+        let for_us = FOR_GOOD_US.max(2 * period_us + RISE_US);
         let is_over = |bench: &Bench<B::Board>, passed: &[Write], left: &[Write]| {
             let whole = || broken_frames(&Stream::new(passed.to_vec()), &sent).0;
             let now_us = bench.now_us();
-            now_us >= over_us + FOR_GOOD_US
-                && is_isolated_for(bench, FOR_GOOD_US)
+            !self.to_the_end
+                && now_us >= again_us + for_us
+                && bench.device.is_connected()
+                && is_isolated_for(bench, for_us)
                 && !begins(left)
-                && orders.ended(&whole(), now_us - FOR_GOOD_US)
+                && orders.ended(&whole(), now_us - for_us)
         };
         let mut bench = script.board(&self.boards, *moment_us)?;
         let (passed, played) = script.say(&mut bench, stream, *out, end_us, &is_over);
@@ -126,7 +138,10 @@ impl<B: Replays> Link<B> {
         truth.quiet = owed.quiet;
         let (mut fate, verdict) = judged(&mut bench, *moment_us, truth);
         fate.bare = script.bare(&verdict);
-        fate.stopped = played.err().map(|e| e.to_string());
+        match played {
+            Ok(ended) => fate.ended = ended,
+            Err(lost) => fate.stopped = Some(lost.to_string()),
+        }
         let trace = &bench.recorder.trace;
         let changed = first_difference(&script.whole, trace, *moment_us, end_us);
         fate.changed_us = changed.map(|at| at - moment_us);
@@ -178,14 +193,17 @@ impl Drawn {
         }
     }
 
-    /// From when on everything is said as in the script again, µs.
-    fn over_us<B: Replays>(&self, script: &Script<B>) -> u64 {
+    /// From when on everything is said, and heard, as in the script again, µs.
+    fn again_us<B: Replays>(&self, script: &Script<B>) -> u64 {
         let (said, whole) = (self.stream.writes(), script.said.writes());
         let pairs = said.iter().rev().zip(whole.iter().rev());
         let same = pairs.take_while(|(one, other)| one == other).count();
         let again = said.get(said.len() - same).or(said.last());
         let in_us = self.out.map_or(0, |(_, in_us)| in_us);
-        let in_us = if in_us == u64::MAX { 0 } else { in_us };
+        let in_us = match in_us {
+            0 | u64::MAX => 0, // never out, or for good
+            in_us => in_us + B::CONNECTS_US,
+        };
         again
             .map_or(0, |write| write.t_us)
             .max(self.moment_us)

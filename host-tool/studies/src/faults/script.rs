@@ -1,6 +1,7 @@
 //! What the host of a scene says, recorded once, and said again to a board made anew.
 
 use super::bench::Bench;
+use super::case::Ended;
 use super::error::{FaultsError, never_runs};
 use super::simulated::{Boards, Native, Simulated, judged};
 use super::truth::declared_truth;
@@ -35,6 +36,8 @@ const ASKED_US: u64 = 20_000;
 pub(super) trait Replays: Boards<Board: 'static> {
     /// Longest from when the bus has carried a write to when the device has read it, µs.
     const LINE_US: u64;
+    /// From when its cable is in again to when its host speaks to it, at most, µs.
+    const CONNECTS_US: u64;
     /// Work on one frame delays nothing else, so that runs can be compared to the
     /// microsecond.
     const IS_EXACT: bool;
@@ -54,6 +57,8 @@ pub(super) trait Replays: Boards<Board: 'static> {
 impl Replays for Image {
     /// A packet is worked on before the next is taken; and a frame of the bus.
     const LINE_US: u64 = 1_500;
+    /// Debounce, reset and recovery (USB 2.0 7.1.7), and what a host asks first.
+    const CONNECTS_US: u64 = 200_000;
     const IS_EXACT: bool = false;
 
     fn booted(&self, session: &Session, sensors: Sensors) -> Result<Bench<Board<()>>, FaultsError> {
@@ -70,6 +75,7 @@ impl Replays for Image {
 
 impl Replays for Native {
     const LINE_US: u64 = 0;
+    const CONNECTS_US: u64 = 0;
     const IS_EXACT: bool = true;
 
     fn booted(&self, _: &Session, sensors: Sensors) -> Result<Bench<Lockstep>, FaultsError> {
@@ -259,7 +265,7 @@ impl<B: Replays> Script<B> {
 
     /// Says `stream` to it from where it is, the cable out meanwhile, up to `end_us` or to
     /// when `is_over` says so of the board, what it took and what is left to say. Back
-    /// comes what the device took, and when.
+    /// comes what the device took, and when, and which of the two ended it.
     ///
     /// # Errors
     /// The device is gone: the simulator does not model what it did.
@@ -270,7 +276,7 @@ impl<B: Replays> Script<B> {
         out: Option<(u64, u64)>,
         end_us: u64,
         is_over: &IsOver<'_, B::Board>,
-    ) -> (Stream, io::Result<()>) {
+    ) -> (Stream, io::Result<Ended>) {
         let mut passed = Vec::new();
         let done = say(bench, stream, out, (end_us, is_over), &mut passed);
         (Stream::new(passed), done)
@@ -295,7 +301,7 @@ fn say<D: Simulated>(
     out: Option<(u64, u64)>,
     (end_us, is_over): (u64, &IsOver<'_, D>),
     passed: &mut Vec<Write>,
-) -> io::Result<()> {
+) -> io::Result<Ended> {
     let begin_us = bench.now_us();
     let mut asked_us = begin_us;
     let (out_us, in_us) = out.unwrap_or((u64::MAX, u64::MAX));
@@ -317,7 +323,7 @@ fn say<D: Simulated>(
         if waiting.is_empty() && write.t_us >= asked_us + ASKED_US {
             asked_us = write.t_us;
             if is_over(bench, passed, &writes[at..]) {
-                return Ok(());
+                return Ok(Ended::Isolated);
             }
         }
         let is_lost = (out_us..in_us).contains(&write.t_us) || !bench.device.is_connected();
@@ -331,7 +337,8 @@ fn say<D: Simulated>(
         waiting.clear();
         bench.device.plug(is_in);
     }
-    carry(bench, &mut waiting, passed, end_us)
+    carry(bench, &mut waiting, passed, end_us)?;
+    Ok(Ended::Played)
 }
 
 /// Time goes on to `to_us`. Of the writes that wait for the bus those that the device has
