@@ -7,29 +7,22 @@ use super::case::{Case, Fate};
 use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::kinds::Kinds;
-use super::orders::{Orders, begins, broken_frames};
+use super::orders::{Orders, broken_frames};
+use super::played_on::{PlayedOn, is_isolated_for};
 use super::script::{Replays, Script, name, request};
-use super::simulated::{FOR_GOOD_US, Simulated, judged};
+use super::simulated::judged;
 use super::stem::first_difference;
 use super::truth::allow_checks;
 use firmware::link::{Code, Request, ToDevice, encode};
 use hal_sim::lockstep::Device;
 use hal_sim::random::Random;
-use hal_sim::trace::State;
 use hal_sim::wire::stream::{Stream, Write};
-use host_core::session::{Channel, Session};
 use rayon::prelude::*;
 
 /// Of the streams that this class draws from.
 const STREAM: u64 = 0x114C;
 /// Bytes of a full packet, and how many of those a full-speed frame of 1 ms carries.
 const PACKET: (usize, u64) = (64, 19);
-/// Played after the latest moment at which silence has ended everything, µs.
-const AFTER_US: u64 = 60_000;
-/// Played on once all is as it was and it stimulates: so many of the scene's longest periods.
-const PERIODS: u64 = 10;
-/// Amplitudes that rise are above nothing after this, µs.
-const RISE_US: u64 = 20_000;
 /// Until bytes that were written before the cable was pulled are there, µs.
 const ON_THE_WAY_US: u64 = 1_500;
 
@@ -108,28 +101,15 @@ impl<B: Replays> Link<B> {
         let session = &script.file.session;
         let orders = Orders::of(session, script.said.writes(), B::LINE_US);
         let last = stream.writes().last().map_or(0, |write| write.t_us);
-        let period_us = longest_period_us(session);
-        let silent_us = orders.silence_us() + AFTER_US;
-        let again_us = drawn.again_us(script);
-        let begun_us = again_us.max(script.start.1);
-        let end_us = last.max(*moment_us) + silent_us;
-        let end_us = end_us.min(begun_us + silent_us.max(PERIODS * period_us));
         let sent = script.said.writes().iter().map(|write| &*write.bytes);
         let sent: Vec<&[u8]> = sent.chain(drawn.written.iter().map(|it| &**it)).collect();
-        // What should not stimulate and does shows itself within two periods.
-        let for_us = FOR_GOOD_US.max(2 * period_us + RISE_US);
+        let moments = [*moment_us, drawn.again_us(script), last];
+        let on = PlayedOn::of(script, &orders, &sent, moments);
         let is_over = |bench: &Bench<B::Board>, passed: &[Write], left: &[Write]| {
-            let whole = || broken_frames(&Stream::new(passed.to_vec()), &sent).0;
-            let now_us = bench.now_us();
-            !self.to_the_end
-                && now_us >= again_us + for_us
-                && bench.device.is_connected()
-                && is_isolated_for(bench, for_us)
-                && !begins(left)
-                && orders.ended(&whole(), now_us - for_us)
+            !self.to_the_end && on.is_over(bench, passed, left)
         };
         let mut bench = script.board(&self.boards, *moment_us)?;
-        let (passed, played) = script.say(&mut bench, stream, *out, end_us, &is_over);
+        let (passed, played) = script.say(&mut bench, stream, *out, on.end_us, &is_over);
         let end_us = bench.now_us();
         let (whole, broken) = broken_frames(&passed, &sent);
         let mut truth = script.truth();
@@ -369,25 +349,6 @@ fn pick<'a, T>(random: &mut Random, all: &'a [T]) -> Result<&'a T, FaultsError> 
 /// Whether a refusal is of a frame, not of what it asks.
 fn is_of_a_frame(code: u16) -> bool {
     (Code::BadCrc as u16..=Code::UnknownMessage as u16).contains(&code)
-}
-
-/// The longest distance of bursts that the session plays, µs.
-fn longest_period_us(session: &Session) -> u64 {
-    let of_channel = |channel: &Channel| {
-        let force = channel.force.as_ref();
-        let slowest_us = force.and_then(|force| force.max_period_us);
-        channel.spec.train.period_us.max(slowest_us.unwrap_or(0))
-    };
-    let longest = session.channels.iter().map(of_channel).max();
-    longest.unwrap_or(0).into()
-}
-
-/// All channels are isolated, and have been for so long.
-fn is_isolated_for<D: Device>(bench: &Bench<D>, for_us: u64) -> bool {
-    let last = bench.recorder.trace.levels.last();
-    last.is_none_or(|(at, levels)| {
-        at + for_us <= bench.now_us() && (0..10).all(|c| levels.state(c) == State::Isolated)
-    })
 }
 
 impl<B: Replays> Draws for Link<B> {

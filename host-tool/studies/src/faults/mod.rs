@@ -25,6 +25,7 @@ mod measured;
 mod orders;
 mod outcome;
 mod pairs;
+mod played_on;
 mod published;
 mod registers;
 mod script;

@@ -1,0 +1,89 @@
+//! How long a case of a broken link is played on.
+
+use super::bench::Bench;
+use super::orders::{Orders, begins, broken_frames};
+use super::script::{Replays, Script};
+use super::simulated::{FOR_GOOD_US, Simulated};
+use hal_sim::lockstep::Device;
+use hal_sim::trace::State;
+use hal_sim::wire::stream::{Stream, Write};
+use host_core::session::{Channel, Session};
+
+/// Played after the latest moment at which silence has ended everything, µs.
+const AFTER_US: u64 = 60_000;
+/// Played on once all is as it was and it stimulates: so many of the scene's longest periods.
+const PERIODS: u64 = 10;
+/// Amplitudes that rise are above nothing after this, µs.
+const RISE_US: u64 = 20_000;
+
+/// When a case ends.
+pub(super) struct PlayedOn<'a> {
+    orders: &'a Orders,
+    /// Frames that its host may have sent.
+    sent: &'a [&'a [u8]],
+    /// All is said and heard as in the script again, µs.
+    again_us: u64,
+    /// Where nothing may stimulate and something does, it shows itself within this, µs.
+    shown_us: u64,
+    /// The case is over by now, µs.
+    pub end_us: u64,
+}
+
+impl<'a> PlayedOn<'a> {
+    /// Of a script that is broken at the first of the moments, and said and heard as it
+    /// should be from the second on; its host's last word is at the third, µs.
+    pub fn of<B: Replays>(
+        script: &Script<B>,
+        orders: &'a Orders,
+        sent: &'a [&'a [u8]],
+        [moment_us, again_us, last_us]: [u64; 3],
+    ) -> Self {
+        let period_us = longest_period_us(&script.file.session);
+        let silent_us = orders.silence_us() + AFTER_US;
+        let begun_us = again_us.max(script.start.1);
+        let end_us = begun_us + silent_us.max(PERIODS * period_us);
+        Self {
+            orders,
+            sent,
+            again_us,
+            shown_us: FOR_GOOD_US.max(2 * period_us + RISE_US),
+            end_us: end_us.min(last_us.max(moment_us) + silent_us),
+        }
+    }
+
+    /// Whether it may end sooner: by the writes that `bench` took nothing may be driven, and
+    /// was not for as long as it takes to show itself, and none that is left begins anything.
+    pub fn is_over<D: Simulated>(
+        &self,
+        bench: &Bench<D>,
+        passed: &[Write],
+        left: &[Write],
+    ) -> bool {
+        let (now_us, shown_us) = (bench.now_us(), self.shown_us);
+        let whole = || broken_frames(&Stream::new(passed.to_vec()), self.sent).0;
+        now_us >= self.again_us + shown_us
+            && bench.device.is_connected()
+            && is_isolated_for(bench, shown_us)
+            && !begins(left)
+            && self.orders.ended(&whole(), now_us - shown_us)
+    }
+}
+
+/// The longest distance of bursts that the session plays, µs.
+fn longest_period_us(session: &Session) -> u64 {
+    let of_channel = |channel: &Channel| {
+        let force = channel.force.as_ref();
+        let slowest_us = force.and_then(|force| force.max_period_us);
+        channel.spec.train.period_us.max(slowest_us.unwrap_or(0))
+    };
+    let longest = session.channels.iter().map(of_channel).max();
+    longest.unwrap_or(0).into()
+}
+
+/// All channels are isolated, and have been for so long.
+pub(super) fn is_isolated_for<D: Device>(bench: &Bench<D>, for_us: u64) -> bool {
+    let last = bench.recorder.trace.levels.last();
+    last.is_none_or(|(at, levels)| {
+        at + for_us <= bench.now_us() && (0..10).all(|c| levels.state(c) == State::Isolated)
+    })
+}
