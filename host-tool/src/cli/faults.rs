@@ -36,8 +36,8 @@ pub struct FaultsArgs {
     /// Decides what breaks when; default: the declaration's
     #[arg(long)]
     seed: Option<u64>,
-    /// Play this case alone, from 0
-    #[arg(long, conflicts_with = "count")]
+    /// Play this case alone, from 0; only to look at, into no folder
+    #[arg(long, conflicts_with_all = ["count", "out"])]
     only: Option<u64>,
     /// Folder for result.json, result.html, faults.csv and faults.jsonl: absent, empty, or
     /// with the first cases of the same campaign
@@ -211,6 +211,10 @@ impl Played {
         }
         let (outcome, notes) = (Outcome::of(class, &cases), campaign.notes());
         let mut result = outcome.result(&declaration, (&device, seed), &notes);
+        if let Some(index) = args.only {
+            let alone = format!("faults --class {class} --device {device} --only {index}");
+            result.declared.command = Some(alone);
+        }
         let is_whole = args.only.is_some() || cases.len() as u64 == count;
         let done = format!("{} of {count} cases, the first ones", cases.len());
         if !is_whole {
@@ -268,8 +272,8 @@ fn play(
 
 /// How fast it went, by the clock of this machine, whatever else it did.
 fn in_words(played: u64, begun: Instant) -> String {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let rate = played as f64 / begun.elapsed().as_secs_f64().max(1e-3) / cores as f64;
+    let cores = rayon::current_num_threads() as f64;
+    let rate = played as f64 / begun.elapsed().as_secs_f64().max(1e-3) / cores;
     format!("Played {played} cases, {rate:.2} a second and core.")
 }
 

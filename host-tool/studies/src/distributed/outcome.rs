@@ -62,6 +62,7 @@ impl Study {
                 sha256: BTreeMap::from(sha256),
                 source: declared.source.clone(),
                 draws: self.draws,
+                drawn: None,
                 as_declared: (self.seed, self.draws) == (declared.seed, declared.draws),
             },
             conditions: Vec::new(),

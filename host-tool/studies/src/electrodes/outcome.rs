@@ -279,6 +279,7 @@ pub fn outcome(study: &Study, all: &[Missed], told: Told) -> Outcome {
             sha256: [("electrodes.toml".to_owned(), sha256(DECLARED.as_bytes()))].into(),
             source: study.source.clone(),
             draws: told.draws,
+            drawn: None,
             as_declared: (told.seed, told.draws) == (study.seed, study.draws),
         },
         conditions: Vec::new(),

@@ -345,6 +345,7 @@ pub fn outcome(study: &Study, all: &[Replication], told: Told) -> Result<Outcome
             sha256: [("study.toml".to_owned(), sha256(DECLARED.as_bytes()))].into(),
             source: study.source.clone(),
             draws: told.draws,
+            drawn: None,
             as_declared,
         },
         conditions: Vec::new(),

@@ -36,6 +36,7 @@ impl Outcome {
                 sha256: declaration.sha256.clone(),
                 source: "docs/faults.md".to_owned(),
                 draws: self.drawn,
+                drawn: Some("cases".to_owned()),
                 as_declared: (seed, self.drawn) == (declaration.seed(), declaration.count()),
             },
             conditions: Vec::new(),

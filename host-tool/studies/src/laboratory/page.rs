@@ -136,12 +136,16 @@ fn shown<'a, 'r>(rows: &'r Rows<'a>) -> impl Iterator<Item = (&'a Shown, &'a Tri
 
 /// Where the numbers come from, in one line.
 fn facts(outcome: &Outcome) -> String {
-    let drawn = match outcome.declared.draws {
-        0 => "no wearer drawn".to_owned(),
-        1 => "1 wearer drawn".to_owned(),
-        draws => format!("{draws} wearers drawn"),
+    let drawn = match (outcome.declared.draws, &outcome.declared.drawn) {
+        (draws, Some(what)) => format!("{draws} {what} drawn"),
+        (0, None) => "no wearer drawn".to_owned(),
+        (1, None) => "1 wearer drawn".to_owned(),
+        (draws, None) => format!("{draws} wearers drawn"),
     };
     let who = match outcome.simulated {
+        Some(true) if outcome.declared.drawn.is_some() => {
+            " · <b>Simulated: a model of chip and stages; no board and no person.</b>"
+        }
         Some(true) => " · <b>Simulated wearers: no evidence about people.</b>",
         Some(false) => "",
         None => " · <b>No device answered: simulated or not is unknown.</b>",
@@ -176,11 +180,12 @@ fn declared(outcome: &Outcome) -> String {
     let device = outcome.declared.device.as_deref();
     let device = device.filter(|it| *it != "native");
     let device = device.map_or_else(String::new, |it| format!(" --device {it}"));
+    let drawn = outcome.declared.drawn.as_deref().unwrap_or("wearers");
     let own = match outcome.declared.as_declared {
-        true => "Seed and number of wearers are the declaration's own.",
-        false => {
-            "Seed, wearer or number of wearers differ from the declaration's: explored, not declared."
-        }
+        true => format!("Seed and number of {drawn} are the declaration's own."),
+        false => format!(
+            "Seed, wearer or number of {drawn} differ from the declaration's: explored, not declared."
+        ),
     };
     let shown = quoted(name);
     let command = escape(&match (&outcome.declared.command, draws) {

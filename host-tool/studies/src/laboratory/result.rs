@@ -78,6 +78,9 @@ pub struct Declared {
     /// Wearers drawn, at each point of a grid; 0 where the trials of the record are
     /// all there is.
     pub draws: u64,
+    /// What was drawn, in the plural, where it is not wearers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drawn: Option<String>,
     /// Whether seed, draws and wearer are the declaration's own.
     pub as_declared: bool,
 }
@@ -264,6 +267,7 @@ impl Outcome {
                 sha256: experiment.hashes.iter().cloned().collect(),
                 source: declaration.source.clone(),
                 draws,
+                drawn: None,
                 as_declared: experiment.worn.is_none()
                     && (seed, draws) == (declaration.seed, declaration.draws),
             },

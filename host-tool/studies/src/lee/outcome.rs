@@ -61,6 +61,7 @@ impl Study {
                 sha256: [("lee.toml".to_owned(), sha256(DECLARED.as_bytes()))].into(),
                 source: self.declared.source.clone(),
                 draws: self.draws,
+                drawn: None,
                 as_declared: self.is_as_declared(),
             },
             conditions: Vec::new(),

@@ -75,6 +75,7 @@ pub fn outcome(
             sha256: [("study.toml".to_owned(), sha256(DECLARED.as_bytes()))].into(),
             source: study.source.clone(),
             draws: told.draws,
+            drawn: None,
             as_declared: (told.seed, told.draws) == (study.seed, study.studies),
         },
         conditions: Vec::new(),

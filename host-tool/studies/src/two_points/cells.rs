@@ -197,6 +197,7 @@ impl Drawing for Cells {
                 sha256: self.hashes(),
                 source: population.source.clone(),
                 draws,
+                drawn: None,
                 as_declared: (seed, draws) == (population.seed, population.draws),
             },
             conditions: Vec::new(),

@@ -61,8 +61,9 @@ pub(super) fn rows_table(outcome: &Outcome) -> String {
             row.n
         )
     });
-    let (range, count) = match outcome.declared.draws {
-        0 => ("5 to 95 % of rounds", "Rounds"),
+    let (range, count) = match (outcome.declared.draws, &outcome.declared.drawn) {
+        (_, Some(_)) => ("5 to 95 %", "Drawn"),
+        (0, None) => ("5 to 95 % of rounds", "Rounds"),
         _ => ("5 to 95 % of wearers", "Wearers"),
     };
     let heads = ["Quantity", "Unit", "Paper", "Ours", range, count];

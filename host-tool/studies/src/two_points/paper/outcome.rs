@@ -69,6 +69,7 @@ impl Study {
                     .collect(),
                 source: self.source().to_owned(),
                 draws: self.draws,
+                drawn: None,
                 as_declared: self.as_declared,
             },
             conditions: Vec::new(),
