@@ -103,6 +103,7 @@ fn what_a_broken_chip_puts_out_is_judged_alike() {
             soc.write(STREAM_2, Size::Word, on & !1, cycle).unwrap();
         }),
         ("interrupts masked", |it| {
+            it.leave_critical_section();
             it.board.cpu.registers.primask = true
         }),
         (LINE, |it| {
