@@ -60,6 +60,9 @@ impl Board<Points> {
                 }
                 0x20 => soc.ram.read(address, Size::Byte),
                 0x10 => soc.ccm.read(address, Size::Byte),
+                // FSMC's: no memory hangs there, and a debugger that asks for all of it
+                // would wait for a gigabyte of zeros.
+                0x60..=0x9F => None,
                 0xE0 if address >> 20 == 0xE00 => {
                     let system = system.get_or_insert_with(|| self.cpu.system.clone());
                     let value = system.read(word, Size::Word, at).ok();

@@ -124,6 +124,8 @@ fn memory_and_registers_are_read_and_written() {
     assert_eq!(gdb.exchange("Me000ed10,4:04000000"), "OK");
     assert_eq!(gdb.exchange("me000ed10,4"), "04000000");
     assert_eq!(gdb.exchange("m40000024,4"), "00000000");
+    // No gigabyte of zeros where no memory hangs.
+    assert!(gdb.exchange("m60000000,40000000").starts_with('E'));
     assert!(gdb.exchange(&format!("M{CODE:x},2:0000")).starts_with('E'));
     let all = gdb.exchange("g");
     let changed = format!("efbeadde{}", &all[8..]);
