@@ -44,6 +44,7 @@ mod typed;
 pub use demo::overview;
 
 use anyhow::Context;
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use host_core::choice::{self, ChoiceError};
 use host_core::record::Ending;
@@ -194,7 +195,10 @@ fn print_line(line: &str) -> anyhow::Result<()> {
 /// Parses the command line and runs it. Exit code 0: done, 1: failed, 2: wrong
 /// use, 130, 143 and 129: ended by SIGINT, SIGTERM and SIGHUP.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return misread(&error),
+    };
     let output = Output { json: cli.json };
     #[cfg(unix)]
     if let Err(error) = interrupt::outgrow() {
@@ -235,16 +239,31 @@ pub fn main() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            if output.json
-                && let Err(lost) = print_line(&failure(&error).to_string())
-            {
-                complain(&lost);
-            }
-            complain(&error);
-            ExitCode::from(exit_code(&error))
-        }
+        Err(error) => failed(&error, output),
     }
+}
+
+/// Tells people and machines why, and gives what to exit with.
+fn failed(error: &anyhow::Error, output: Output) -> ExitCode {
+    if output.json
+        && let Err(lost) = print_line(&failure(error).to_string())
+    {
+        complain(&lost);
+    }
+    complain(error);
+    ExitCode::from(exit_code(error))
+}
+
+/// What could not be read as a command, or asked for help.
+fn misread(error: &clap::Error) -> ExitCode {
+    let is_help = error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+    if is_help || !error.use_stderr() {
+        error.exit()
+    }
+    let text = error.render().to_string();
+    let why = text.strip_prefix("error: ").unwrap_or(&text).trim_end();
+    let json = std::env::args_os().any(|it| it == "--json");
+    failed(&WrongUse(why.to_owned()).into(), Output { json })
 }
 
 /// Says where the record of a run that failed lies, and what it says of itself.
