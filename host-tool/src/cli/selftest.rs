@@ -43,7 +43,7 @@ pub struct Selftest {
     bench: BenchOptions,
 }
 
-/// The bounds for a direct amplitude over USB, µs.
+/// What is asked of a direct amplitude over USB, µs.
 const CHIP_BOUNDS_US: (u64, u64) = (700, 2_000);
 
 /// # Errors

@@ -122,7 +122,7 @@ impl RandomFingerSpec {
     /// independently; no draw is rejected.
     ///
     /// Two points: what they pull is assumed, as a range ([`TWO_POINTS_NM`]).
-    /// From the issue: each muscle's gain ±50 %, delay 0 to 60 ms, fatigue down to
+    /// Declared before it was run: each muscle's gain ±50 %, delay 0 to 60 ms, fatigue down to
     /// 50 % (a floor in 50…100 %, and earlier work that has used up some of the
     /// way there), each point's recruitment curve moved by −5…+20 % of its volts.
     /// Assumed, since no paper says: dry friction up to 3 % of one flexor point's
@@ -168,7 +168,7 @@ impl RandomFingerSpec {
     /// [`Self::drawn`] with another strength and delay, disturbed between 10 and
     /// 30 s. All of it is drawn evenly and independently; no draw is rejected.
     ///
-    /// From the issue: strength 0.5 to 2.8 times the nominal wearer's (all three
+    /// Declared before it was run: strength 0.5 to 2.8 times the nominal wearer's (all three
     /// muscles; each ±15 % about it, assumed), delay 0 to 100 ms, an object taken
     /// and dropped, a knock. Assumed: the object weighs up to 60 g and hangs 40 mm
     /// from the joint (±0.024 N·m, as the hand is turned), is taken at 11 to 14 s and

@@ -31,7 +31,7 @@ impl Course {
     }
 }
 
-/// One goal of the issue, and what was measured.
+/// One goal, and what was measured.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Goal {
     /// What.

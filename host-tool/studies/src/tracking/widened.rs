@@ -148,7 +148,7 @@ pub fn text(campaign: &Campaign) -> String {
     out
 }
 
-/// How the device's default does against what the issue asks.
+/// How the device's default does against what is asked.
 fn verdict(campaign: &Campaign, points: Points) -> String {
     let Some(shipped) = campaign.shipped() else {
         return String::new();
