@@ -302,6 +302,18 @@ impl Around {
         Ok(())
     }
 
+    /// [`Soc::upset`]: where that is of a clock, world time goes by it from then on, and not
+    /// from the next step, which is the end of a sleep.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn upset(&mut self, address: u32, bits: u32, at: Cycle) -> Result<(), Denied> {
+        self.advance(at)?;
+        self.soc.upset(address, bits, at)?;
+        self.follow_clock(at);
+        Ok(())
+    }
+
     fn follow_clock(&mut self, at: Cycle) {
         if self.hz != self.soc.hz() {
             self.hz = self.soc.hz();
