@@ -3,6 +3,7 @@
 use super::map::{self, Unit};
 use super::matrix::{Bridge, Slave};
 use super::rcc::Cause;
+use super::unheeded::Unheeded;
 use super::watch::First;
 use super::{Peripheral, Soc, exti, playback};
 use crate::chip::Cycle;
@@ -54,7 +55,11 @@ impl Bus for Soc {
                 Ok(Read { value, wait })
             }
             0x08 if address < 0x0810_0000 => self.flash.read(address, size, at),
-            0x40..=0xA0 | 0xE0 => self.read_register(address, size, at),
+            0x40..=0xA0 | 0xE0 => {
+                let Read { value, wait } = self.read_register(address, size, at)?;
+                let value = self.unheeded.shown(address, value);
+                Ok(Read { value, wait })
+            }
             0x10 => {
                 let value = self.ccm.read(address, size).ok_or(NOTHING)?;
                 Ok(Read { value, wait: 0 })
@@ -77,7 +82,10 @@ impl Bus for Soc {
                 self.ram.write(address, size, value).ok_or(NOTHING)?;
                 Ok(wait)
             }
-            0x40..=0xA0 | 0xE0 => self.write_register(address, size, value, at),
+            0x40..=0xA0 | 0xE0 => {
+                self.unheeded.written(address);
+                self.write_register(address, size, value, at)
+            }
             0x10 => {
                 self.ccm.write(address, size, value).ok_or(NOTHING)?;
                 Ok(0)
@@ -245,6 +253,12 @@ impl Soc {
         }
         self.reschedule_at(at);
         Ok(())
+    }
+
+    /// The register at `address` shows `bits` of it the other way from now on, until it is
+    /// written; its block does not heed them.
+    pub fn show(&mut self, address: u32, bits: u32) {
+        self.unheeded = Unheeded::of(address, bits);
     }
 
     #[inline]

@@ -30,6 +30,7 @@ mod tests;
 mod tim11;
 pub mod timer;
 pub mod uid;
+mod unheeded;
 pub mod usart;
 pub mod watch;
 mod wires;
@@ -56,6 +57,7 @@ use rcc::{Cause, HSI_HZ, Rcc};
 use spi::Spi;
 use tim11::Tim11;
 use uid::Signature;
+use unheeded::Unheeded;
 use usart::Usart;
 
 /// The board's crystal, Hz.
@@ -97,6 +99,7 @@ pub struct Soc {
     crc: Crc,
     syscfg: Syscfg,
     dbgmcu: Dbgmcu,
+    unheeded: Unheeded,
     /// Accesses that no block answered, its clock being off: on silicon nobody
     /// would know.
     pub unclocked: u64,
@@ -140,6 +143,7 @@ impl Soc {
             crc: Crc::default(),
             syscfg: Syscfg::default(),
             dbgmcu: Dbgmcu::default(),
+            unheeded: Unheeded::default(),
             signature: Signature::default(),
             unclocked: 0,
             watch: None,
@@ -170,6 +174,7 @@ impl Soc {
         self.iwdg.reset();
         self.crc = Crc::default();
         self.syscfg = Syscfg::default();
+        self.unheeded = Unheeded::default();
         self.shares = [false; 2];
         self.reschedule_at(at);
         Ok(())
@@ -202,6 +207,7 @@ impl Soc {
             ("CRC", self.crc == other.crc),
             ("SYSCFG", self.syscfg == other.syscfg),
             ("DBGMCU", self.dbgmcu == other.dbgmcu),
+            ("registers", self.unheeded == other.unheeded),
             ("reset", (self.reset, self.pvd) == (other.reset, other.pvd)),
             ("shares", self.shares == other.shares),
             ("flash", self.flash == other.flash),

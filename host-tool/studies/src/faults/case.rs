@@ -69,6 +69,9 @@ pub struct Fate {
     pub latched: bool,
     /// Why the simulator could not go on: what it does not model.
     pub stopped: Option<String>,
+    /// What broke is not modelled, and its end is assumed: whatever came, it is not known to
+    /// be harmless.
+    pub assumed: bool,
     /// Why it was not played to the end.
     pub ended: Ended,
 }
@@ -128,6 +131,6 @@ impl Fate {
     /// Whether it is known that nothing came of it.
     #[must_use]
     pub fn is_harmless(&self) -> bool {
-        !self.changed() && !self.must_find && self.stopped.is_none()
+        !self.changed() && !self.must_find && self.stopped.is_none() && !self.assumed
     }
 }

@@ -6,6 +6,7 @@
 //! (`hal_sim::trace::judge`, which shares nothing with `firmware`), the command (`cli`).
 //! In: a class, a seed, an image. Out: [`Case`]s and what they come to ([`Outcome`]).
 
+mod assumed;
 mod bench;
 mod broken_angle;
 mod case;

@@ -1,6 +1,8 @@
 //! One bit of a register that decides edges turns by itself.
 
 use super::Draws;
+use super::assumed;
+use super::bench::DeviceClock;
 use super::case::{Case, Fate};
 use super::declaration::{Declaration, Register};
 use super::error::FaultsError;
@@ -61,25 +63,35 @@ impl Draws for Registers {
         let Some((register, bit)) = bit_of(&self.registers, drawn) else {
             return Err(FaultsError::Declaration("no register's bits".into()));
         };
+        let (mut kind, mut drawn) = (
+            block(&register.name),
+            format!("{} bit {bit}", register.name),
+        );
         let mut fork = self.stem.fork(moment_us)?;
         let cycle = fork.device.cpu.cycle;
-        let soc = &mut fork.device.around.soc;
-        let fate = match soc.upset(register.address, 1 << bit, cycle) {
-            Ok(()) => self.stem.follow(fork, moment_us),
-            Err(denied) => Fate {
-                stopped: Some(match denied {
-                    Denied::Unmodelled(Unmodelled(what)) => format!("not modelled: {what}"),
-                    Denied::Error => "no register answers".to_owned(),
-                }),
-                ..Fate::default()
-            },
+        let around = &mut fork.device.around;
+        let hz = f64::from(around.soc.hz());
+        let fate = match around.upset(register.address, 1 << bit, cycle) {
+            Ok(()) => {
+                fork.clock = DeviceClock {
+                    from_us: moment_us,
+                    stood_us: 0,
+                    rate: f64::from(around.soc.hz()) / hz,
+                };
+                self.stem.follow(fork, moment_us)
+            }
+            Err(Denied::Error) => Fate::stopped("no register answers"),
+            Err(Denied::Unmodelled(Unmodelled(what))) => {
+                let mut fork = self.stem.fork(moment_us)?; // whatever became of the other
+                let end = assumed::strike(&mut fork, (register, 1 << bit), &mut random)?;
+                (kind, drawn) = (assumed::KIND, format!("{drawn}, {end} ({what})"));
+                Fate {
+                    assumed: true,
+                    ..self.stem.follow(fork, moment_us)
+                }
+            }
         };
-        Ok(Case {
-            index,
-            moment_us,
-            what: format!("{}: {} bit {bit}", block(&register.name), register.name),
-            fate,
-        })
+        Ok(Case::of(kind, &drawn, (index, moment_us), fate))
     }
 
     fn notes(&self) -> Vec<String> {

@@ -145,8 +145,7 @@ fn clock(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Strin
     let number = kind.as_bytes().get(3).map_or(0, |digit| digit - b'0');
     let cycle = board.cpu.cycle;
     if kind.ends_with("stands") {
-        let done = board.around.soc.misclock(number, Clocking::Stands, cycle);
-        done.map_err(unmodelled)?;
+        misclocked(board, number)?;
         return Ok("no edge arrives".to_owned());
     }
     if number == 1 && random.below(2) == 0 {
@@ -165,6 +164,13 @@ fn clock(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Strin
     let done = board.around.soc.misclock(number, clocking, cycle);
     done.map_err(unmodelled)?;
     Ok(format!("one edge of {every} arrives"))
+}
+
+/// No edge of its clock arrives at timer `number` any more.
+pub(super) fn misclocked(board: &mut Board<()>, number: u8) -> Result<(), FaultsError> {
+    let cycle = board.cpu.cycle;
+    let done = board.around.soc.misclock(number, Clocking::Stands, cycle);
+    done.map_err(unmodelled)
 }
 
 /// The next refill's request goes by unheard.

@@ -107,13 +107,8 @@ fn strike(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Stru
             Ok((format!("{factor:.4} of 168 MHz"), 0, factor))
         }
         "PLL unlocked" => {
-            let (us, steps) = UNLOCKS;
-            for step in 1..=steps {
-                set_pll(board, 6.0_f64.powf(-f64::from(step) / f64::from(steps)))?;
-                let now_us = board.around.us_of(board.cpu.cycle);
-                wait_us(board, now_us + us / u64::from(steps))?;
-            }
-            Ok(("168 to 28 MHz".to_owned(), 0, 1.0 / 6.0))
+            let rate = unlocks(board)?;
+            Ok(("168 to 28 MHz".to_owned(), 0, rate))
         }
         "supply falls" => Ok((falls(board, random)?, 0, 1.0)),
         "supply dips" => {
@@ -127,6 +122,17 @@ fn strike(kind: &str, board: &mut Board<()>, random: &mut Random) -> Result<Stru
         }
         _ => halts(kind, board, random),
     }
+}
+
+/// The PLL falls to where it runs by itself; gives which part of its clock that is.
+pub(super) fn unlocks(board: &mut Board<()>) -> Result<f64, BoardError> {
+    let (us, steps) = UNLOCKS;
+    for step in 1..=steps {
+        set_pll(board, 6.0_f64.powf(-f64::from(step) / f64::from(steps)))?;
+        let now_us = board.around.us_of(board.cpu.cycle);
+        wait_us(board, now_us + us / u64::from(steps))?;
+    }
+    Ok(1.0 / 6.0)
 }
 
 /// Lets world time come to `us`.

@@ -1,0 +1,60 @@
+//! Codes that the simulator does not model, most of which manuals reserve or forbid: what a
+//! chip does with one nobody knows. Its end is assumed, one of two that are drawn: the block
+//! goes on as if the bit were not there, or stands; the register shows it either way.
+
+use super::bench::DeviceClock;
+use super::declaration::Register;
+use super::error::FaultsError;
+use super::stem::Chip;
+use super::streams::{misclocked, switch_off};
+use super::supply::unlocks;
+use hal_sim::chip::board::Loss;
+use hal_sim::random::Random;
+
+/// How cases with such an end are told apart from those that are modelled.
+pub(super) const KIND: &str = "assumed";
+
+/// Turns `bits` of `register`; gives the end that was drawn.
+pub(super) fn strike(
+    fork: &mut Chip,
+    (register, bits): (&Register, u32),
+    random: &mut Random,
+) -> Result<&'static str, FaultsError> {
+    let stands = random.below(2) == 1 && stand(fork, &register.name)?;
+    fork.device.around.soc.show(register.address, bits);
+    Ok(if stands {
+        "its block stands"
+    } else {
+        "not heeded"
+    })
+}
+
+/// Whether it is known how the block of `register` stands; then it does.
+fn stand(fork: &mut Chip, register: &str) -> Result<bool, FaultsError> {
+    let from_us = fork.device_us();
+    let board = &mut fork.device;
+    match register.split_once('_').map_or(register, |it| it.0) {
+        "TIM1" => misclocked(board, 1)?,
+        "TIM2" => misclocked(board, 2)?,
+        "DMA2" => {
+            let number = register.bytes().nth("DMA2_S".len());
+            let stream = number.filter(u8::is_ascii_digit).map(|it| it - b'0');
+            let Some(stream) = stream else {
+                return Ok(false);
+            };
+            switch_off(board, stream.into())?;
+        }
+        "RCC" => {
+            let rate = unlocks(board)?;
+            fork.clock = DeviceClock {
+                from_us,
+                stood_us: 0,
+                rate,
+            };
+        }
+        "SPI3" => board.around.loss = Loss::of(u32::MAX, None, None),
+        "ADC1" => board.around.soc.adc.unheard = u8::MAX,
+        _ => return Ok(false),
+    }
+    Ok(true)
+}
