@@ -36,28 +36,34 @@ pub(super) fn shares_table(outcome: &Outcome) -> String {
     let heads = [
         &["Claim"],
         place,
-        &["Paper", "Holds in", "Interval", "Cases"],
+        &["Paper", "Holds in", "95 % interval", "Cases"],
     ]
     .concat();
     table(&heads, rows.collect())
 }
 
-/// Rows *paper | ours | interval*.
+/// Rows *paper | ours | interval*; without paper or interval where no row has one.
 pub(super) fn rows_table(outcome: &Outcome) -> String {
-    let printed = |value: Option<f64>| value.map_or_else(|| "—".to_owned(), digits);
-    let rows = outcome.rows.iter().map(|row| {
+    let all = &outcome.rows;
+    let has_paper = all.iter().any(|row| row.paper.is_some());
+    let has_range = all.iter().any(|row| row.low.is_some());
+    let rows = all.iter().map(|row| {
+        let paper = has_paper.then(|| printed(row.paper, &row.unit));
         let range = row.low.zip(row.high);
         let range = range.map_or_else(
             || "—".to_owned(),
             |(low, high)| format!("{} to {}", digits(low), digits(high)),
         );
+        let cells = [Some(escape(&row.unit)), paper];
+        let ours = [
+            Some(printed(row.ours, &row.unit)),
+            has_range.then_some(range),
+        ];
+        let cells = cells.into_iter().chain(ours).flatten();
+        let cells: String = cells.map(|cell| format!("<td>{cell}</td>")).collect();
         format!(
-            "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td><td>{range}</td>\
-             <td>{}</td></tr>\n",
+            "<tr><th scope=\"row\">{}</th>{cells}<td>{}</td></tr>\n",
             escape(&row.quantity),
-            escape(&row.unit),
-            printed(row.paper),
-            printed(row.ours),
             row.n
         )
     });
@@ -66,8 +72,19 @@ pub(super) fn rows_table(outcome: &Outcome) -> String {
         (0, None) => ("5 to 95 % of rounds", "Rounds"),
         _ => ("5 to 95 % of wearers", "Wearers"),
     };
-    let heads = ["Quantity", "Unit", "Paper", "Ours", range, count];
-    table(&heads, rows.collect())
+    let heads = [("Paper", has_paper), ("Ours", true), (range, has_range)];
+    let heads = heads.into_iter().filter(|it| it.1).map(|it| it.0);
+    let heads: Vec<&str> = ["Quantity", "Unit"].into_iter().chain(heads).collect();
+    table(&[&heads[..], &[count]].concat(), rows.collect())
+}
+
+/// A value in its unit: cases are whole.
+fn printed(value: Option<f64>, unit: &str) -> String {
+    match value {
+        None => "—".to_owned(),
+        Some(cases) if unit == "cases" => format!("{cases:.0}"),
+        Some(value) => digits(value),
+    }
 }
 
 pub(super) fn table(heads: &[&str], rows: String) -> String {
