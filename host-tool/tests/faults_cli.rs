@@ -2,6 +2,7 @@
 
 use crate::program::{flexor, folder, ran, repeats, said};
 use serde_json::Value;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 #[test]
@@ -35,6 +36,7 @@ fn declarations_on_the_native_simulator_are_told_and_written() {
     }
     let rows = std::fs::read_to_string(folder.join("one/faults.csv")).unwrap();
     assert_eq!(rows.lines().count(), 13);
+    columns_are_documented(rows.lines().next().unwrap());
     repeats(&folder, "one");
     // What is there stays.
     std::fs::create_dir(folder.join("other")).unwrap();
@@ -42,6 +44,17 @@ fn declarations_on_the_native_simulator_are_told_and_written() {
     let (exit, _, error) = ran(&folder, &[&few[..], &["--out", "other"]].concat());
     assert_eq!(exit, Some(1));
     assert!(error.contains("E590"), "{error}");
+}
+
+/// docs/faults.md has each in code, in the paragraph on the file.
+fn columns_are_documented(head: &str) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let text = std::fs::read_to_string(root.join("docs/faults.md")).unwrap();
+    let (_, text) = text.split_once("`faults.csv` has").unwrap();
+    let (text, _) = text.split_once("\n\n").unwrap();
+    for column in head.split(',') {
+        assert!(text.contains(&format!("`{column}`")), "{column}");
+    }
 }
 
 /// What was interrupted goes on, to the same bytes as what was not.
@@ -67,6 +80,15 @@ fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
         let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
         assert!(read("whole") == read("parts"), "{file}");
     }
+    // Fewer would leave cases out of the table that were played.
+    let journal = std::fs::read(folder.join("parts/faults.jsonl")).unwrap();
+    let (exit, _, error) = ran(&folder, &few("5", "parts"));
+    assert_eq!(exit, Some(1));
+    assert!(error.contains("E792 parts has 12 cases"), "{error}");
+    assert_eq!(
+        std::fs::read(folder.join("parts/faults.jsonl")).unwrap(),
+        journal
+    );
     let other = [&asked[..], &["--seed", "1001", "--out", "parts"]].concat();
     let (exit, _, error) = ran(&folder, &other);
     assert_eq!(exit, Some(1));
@@ -109,6 +131,11 @@ fn what_cannot_be_played_is_refused_by_name() {
             &["--class", "flips", "--count", "0"],
             2,
             "E518 --count is 0",
+        ),
+        (
+            &["--class", "flips", "--only", "1000000"],
+            2,
+            "E518 --only is 1000000, allowed is 0 to 999999",
         ),
         (
             &["--class", "flips", "--device", "qemu"],

@@ -121,6 +121,9 @@ impl FaultsArgs {
         if let Some(count) = self.count.filter(|count| !(1..=MOST).contains(count)) {
             return wrong(format!("--count is {count}, allowed is 1 to {MOST}"));
         }
+        if let Some(only) = self.only.filter(|only| *only >= MOST) {
+            return wrong(format!("--only is {only}, allowed is 0 to {}", MOST - 1));
+        }
         if self.only.is_some() && self.class == Asked::All {
             return wrong("--only needs a class: allowed with --class all is --count".to_owned());
         }
@@ -181,7 +184,9 @@ impl Played {
     ) -> anyhow::Result<Self> {
         let declaration = Declaration::of(class)?;
         let seed = args.seed.unwrap_or(declaration.seed());
-        let count = args.count.unwrap_or(declaration.count());
+        let count = args
+            .count
+            .unwrap_or_else(|| declaration.count(image.is_none()));
         let campaign = match image {
             None => Campaign::native(seed, &declaration)?,
             Some(image) => Campaign::on_chip(seed, &declaration, image)?,
@@ -194,6 +199,10 @@ impl Played {
             Some(dir) => Kept::open(dir, &identity).map(|(kept, cases)| (Some(kept), cases))?,
             None => (None, Vec::new()),
         };
+        if let Some(dir) = folder.as_ref().filter(|_| cases.len() as u64 > count) {
+            let (dir, has) = (dir.display().to_string(), cases.len() as u64);
+            return Err(FaultsError::FewerThanPlayed { dir, has, count }.into());
+        }
         let (mut speed, mut lost) = (None, None);
         if let Some(index) = args.only {
             cases = vec![campaign.case(index)?];
@@ -266,7 +275,6 @@ fn play(
         lost = kept.as_mut().and_then(|it| it.journal.add(some).err());
         Ok(go_on(part) && lost.is_none())
     })?;
-    cases.truncate(usize::try_from(count).unwrap_or(usize::MAX));
     Ok(lost)
 }
 

@@ -22,8 +22,8 @@ pub enum RecordError {
     },
     /// The folder for a new record holds something.
     #[error(
-        "E590 {0} is not empty: it holds {1}; choose another --out, or leave it out for a \
-         folder of its own; --overwrite replaces a record"
+        "E590 {0} is not empty: it holds {1}; choose another --out; where a command has \
+         --overwrite, that replaces a record"
     )]
     Taken(PathBuf, String),
     /// Another program writes the record in this folder.

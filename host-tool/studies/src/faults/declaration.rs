@@ -148,6 +148,8 @@ pub(super) struct Written {
     more_scenes: Vec<String>,
     seed: u64,
     count: u64,
+    /// The same natively, of classes that are played there.
+    native_count: Option<u64>,
     warm_ms: u64,
     window_ms: u64,
     runs_ms: u64,
@@ -273,10 +275,11 @@ impl Declaration {
         self.of.seed
     }
 
-    /// How many cases are judged.
+    /// How many cases are judged, on the chip or natively.
     #[must_use]
-    pub const fn count(&self) -> u64 {
-        self.of.count
+    pub fn count(&self, natively: bool) -> u64 {
+        let native = self.of.native_count.filter(|_| natively);
+        native.unwrap_or(self.of.count)
     }
 
     pub(super) const fn timing(&self) -> Timing {

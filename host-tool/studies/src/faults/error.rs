@@ -36,6 +36,19 @@ pub enum FaultsError {
         "E790 {0} has another campaign, which does not go on as this one: {1}; name another folder with --out"
     )]
     AnotherCampaign(String, String),
+    /// What was played is not thrown away, and a table of less would hide it.
+    #[error(
+        "E792 {dir} has {has} cases of this campaign, more than --count {count}: ask for \
+         {has} or more, or name another folder with --out"
+    )]
+    FewerThanPlayed {
+        /// The folder.
+        dir: String,
+        /// Cases in it.
+        has: u64,
+        /// What was asked for.
+        count: u64,
+    },
     /// The file of cases that were played.
     #[error(
         "E791 {0} keeps the cases that were played and cannot be used: {1}; take its folder away to begin anew"

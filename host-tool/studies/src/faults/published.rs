@@ -2,7 +2,7 @@
 
 use super::declaration::Declaration;
 use super::outcome::Outcome;
-use super::table::{SIMULATED, in_words};
+use super::table::{SEVERE, SIMULATED, in_words};
 use crate::laboratory::{self, Declared, Row, Share};
 
 impl Outcome {
@@ -15,11 +15,12 @@ impl Outcome {
         notes: &[String],
     ) -> laboratory::Outcome {
         let class = self.class;
-        let mut told = vec![SIMULATED.to_owned()];
+        let mut told = vec![SIMULATED.to_owned(), SEVERE.to_owned()];
         told.extend_from_slice(notes);
         told.extend(self.remarks());
         told.extend(self.listed.iter().map(in_words));
         let harmless = self.drawn - self.severe;
+        let count = declaration.count(device == "native");
         laboratory::Outcome {
             name: format!("faults-{class}"),
             title: format!("Faults: {class}"),
@@ -37,7 +38,7 @@ impl Outcome {
                 source: "docs/faults.md".to_owned(),
                 draws: self.drawn,
                 drawn: Some("cases".to_owned()),
-                as_declared: (seed, self.drawn) == (declaration.seed(), declaration.count()),
+                as_declared: (seed, self.drawn) == (declaration.seed(), count),
             },
             conditions: Vec::new(),
             rows: std::iter::once(self)

@@ -8,6 +8,12 @@ use super::outcome::{MOST_TRUNCATED_UC, Outcome};
 pub(super) const SIMULATED: &str =
     "Simulated: a model of the chip and of the stages; no board and no person.";
 
+/// What the word means, on every page.
+pub(super) const SEVERE: &str = "Severe, as judged at the electrodes: a commanded phase over 500 us or any over 650 us; \
+     current above the wearer's limit by more than 5 %; more than 1 uA of net direct current for \
+     a second; more pulses in a second than were checked; output past a deadline \
+     (docs/faults.md has them to the letter).";
+
 /// Columns of a class's or kind's name.
 const NAME: usize = 17;
 /// Columns of the table.
@@ -169,6 +175,7 @@ pub fn csv(class: Class, cases: &[Case]) -> Result<Vec<u8>, csv::Error> {
         "what",
         "must_find",
         "found",
+        "changed",
         "changed_us",
         "shown_us",
         "fault",
@@ -194,6 +201,7 @@ pub fn csv(class: Class, cases: &[Case]) -> Result<Vec<u8>, csv::Error> {
             &case.what,
             flag(fate.must_find),
             flag(fate.found),
+            flag(fate.changed()),
             &number(fate.changed_us),
             &number(fate.shown_us),
             &number(fault),
