@@ -24,6 +24,11 @@ impl Backup {
         self.words = [0; COUNT];
     }
 
+    /// RTC_BKPnR, as somebody reads it who is not on the bus; beyond the last 0.
+    pub fn word(&self, n: usize) -> u32 {
+        self.words.get(n).copied().unwrap_or(0)
+    }
+
     fn index(offset: u32) -> Modelled<usize> {
         let index = (offset.wrapping_sub(FIRST) / 4) as usize;
         if offset >= FIRST && index < COUNT {

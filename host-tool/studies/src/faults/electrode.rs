@@ -33,8 +33,10 @@ const OVER_CURRENT: &str = "over-current";
 const PULLED_US: (f64, f64) = (1.0, 1e5);
 
 /// What breaks.
-pub(super) struct Electrode<B> {
+pub(super) struct Electrode<B: Boards> {
     boards: B,
+    /// Nothing of its boot is drawn.
+    kept: B::Kept,
     declaration: Declaration,
     kinds: Kinds,
 }
@@ -59,8 +61,11 @@ impl<B: Boards> Electrode<B> {
     pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
         let kinds = Kinds::of(declaration, &boards, seed, STREAM);
         let declaration = declaration.clone();
+        let session = &declaration.scene.session;
+        let kept = boards.kept(session)?;
         Ok(Self {
             boards,
+            kept,
             declaration,
             kinds,
         })
@@ -200,7 +205,7 @@ impl<B: Boards> Draws for Electrode<B> {
             load_ohm: [drawn.ohm; CHANNELS],
             ..Sensors::default()
         };
-        let bench = self.boards.board(session, sensors, &|_| ())?;
+        let bench = self.boards.greeted(&self.kept, session, sensors)?;
         let wanted = wanted(session, &drawn);
         let mut bench = bench.stimulating(session, wanted, drawn.warm_us)?;
         let mut truth = declared_truth(session, &[Load::Ohms(drawn.ohm.into()); CHANNELS]);

@@ -6,7 +6,7 @@ use super::bench::DeviceClock;
 use super::case::{Case, Fate};
 use super::declaration::{Declaration, Register};
 use super::error::FaultsError;
-use super::stem::Stem;
+use super::stem::{Chip, Stem};
 use hal_sim::chip::cpu::bus::{Denied, Unmodelled};
 use hal_sim::chip::image::Image;
 use hal_sim::random::{Random, word};
@@ -55,6 +55,20 @@ fn block(name: &str) -> &str {
     name.rsplit_once('_').map_or(name, |(block, _)| block)
 }
 
+/// Turns `bits` of the register at `address`; the device's clock is the core's.
+fn upset(fork: &mut Chip, address: u32, bits: u32) -> Result<(), Denied> {
+    let from_us = fork.device_us();
+    let (cycle, around) = (fork.device.cpu.cycle, &mut fork.device.around);
+    let hz = f64::from(around.soc.hz());
+    around.upset(address, bits, cycle)?;
+    fork.clock = DeviceClock {
+        from_us,
+        stood_us: 0,
+        rate: f64::from(around.soc.hz()) / hz,
+    };
+    Ok(())
+}
+
 impl Draws for Registers {
     fn case(&self, index: u64) -> Result<Case, FaultsError> {
         let mut random = Random::new(word(word(self.seed, STREAM), index));
@@ -63,34 +77,33 @@ impl Draws for Registers {
         let Some((register, bit)) = bit_of(&self.registers, drawn) else {
             return Err(FaultsError::Declaration("no register's bits".into()));
         };
-        let (mut kind, mut drawn) = (
-            block(&register.name),
-            format!("{} bit {bit}", register.name),
-        );
+        let bits = 1 << bit;
         let mut fork = self.stem.fork(moment_us)?;
-        let cycle = fork.device.cpu.cycle;
-        let around = &mut fork.device.around;
-        let hz = f64::from(around.soc.hz());
-        let fate = match around.upset(register.address, 1 << bit, cycle) {
-            Ok(()) => {
-                fork.clock = DeviceClock {
-                    from_us: moment_us,
-                    stood_us: 0,
-                    rate: f64::from(around.soc.hz()) / hz,
-                };
-                self.stem.follow(fork, moment_us)
+        let (kind, end, fate) = match upset(&mut fork, register.address, bits) {
+            Ok(()) => (
+                block(&register.name),
+                String::new(),
+                self.stem.follow(fork, moment_us),
+            ),
+            Err(Denied::Error) => {
+                let why = format!("no register answers as {}", register.name);
+                return Err(FaultsError::Declaration(why));
             }
-            Err(Denied::Error) => Fate::stopped("no register answers"),
             Err(Denied::Unmodelled(Unmodelled(what))) => {
                 let mut fork = self.stem.fork(moment_us)?; // whatever became of the other
-                let end = assumed::strike(&mut fork, (register, 1 << bit), &mut random)?;
-                (kind, drawn) = (assumed::KIND, format!("{drawn}, {end} ({what})"));
-                Fate {
+                let struck = assumed::strike(&mut fork, (register, bits), &mut random);
+                let (end, fate) = match struck {
+                    Ok(end) => (end, self.stem.follow(fork, moment_us)),
+                    Err(why) => ("", Fate::stopped(why)),
+                };
+                let assumed = Fate {
                     assumed: true,
-                    ..self.stem.follow(fork, moment_us)
-                }
+                    ..fate
+                };
+                (assumed::KIND, format!(", {end} ({what})"), assumed)
             }
         };
+        let drawn = format!("{} bit {bit}{end}", register.name);
         Ok(Case::of(kind, &drawn, (index, moment_us), fate))
     }
 

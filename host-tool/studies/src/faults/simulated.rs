@@ -21,8 +21,10 @@ pub(super) const TWO_WINDOWS_US: u64 = 500;
 /// Outputs that a fault isolated stay so if they were this long, µs: the host has spoken
 /// eight times, the judge's pulses are over, and a chip that was reset has booted.
 pub(super) const FOR_GOOD_US: u64 = 40_000;
-/// The first backup register, in which the device keeps its last fault: "FX" and number.
-const KEPT_FAULT: u32 = 0x4000_2850;
+/// The backup register, and its address, in which the device keeps its last fault: "FX" and
+/// number.
+const KEPT_FAULT_WORD: usize = 0;
+const KEPT_FAULT: u32 = 0x4000_2850 + 4 * KEPT_FAULT_WORD as u32;
 const MAGIC: u32 = 0x4658;
 
 /// A device that can be broken and looked into.
@@ -41,6 +43,8 @@ pub(super) trait Simulated: Device {
     fn plug(&mut self, is_in: bool);
     /// What the host writes goes to the device.
     fn is_connected(&self) -> bool;
+    /// It keeps a fault, and has nobody to tell.
+    fn keeps_to_itself(&self) -> bool;
     /// Bytes that the host has written, and that the device has not yet taken.
     fn unsent(&self) -> usize;
 }
@@ -76,6 +80,11 @@ impl Simulated for Board<()> {
         self.around.host.is_open()
     }
 
+    fn keeps_to_itself(&self) -> bool {
+        let kept = self.around.soc.backup.word(KEPT_FAULT_WORD);
+        !self.is_connected() && kept >> 16 == MAGIC
+    }
+
     fn unsent(&self) -> usize {
         self.around.host.unsent()
     }
@@ -106,6 +115,10 @@ impl Simulated for Lockstep {
         true
     }
 
+    fn keeps_to_itself(&self) -> bool {
+        false
+    }
+
     fn unsent(&self) -> usize {
         0
     }
@@ -115,6 +128,8 @@ impl Simulated for Lockstep {
 pub(super) trait Boards: Sync + Send {
     /// What comes.
     type Board: Simulated;
+    /// One that is kept, where one can be.
+    type Kept: Send + Sync;
 
     /// A board with the stages of `session`, booted and greeted; a chip's is changed by
     /// `prepare` before its power comes on.
@@ -125,12 +140,24 @@ pub(super) trait Boards: Sync + Send {
         prepare: &dyn Fn(&mut Board<()>),
     ) -> Result<Bench<Self::Board>, FaultsError>;
 
+    /// Boots and greets one for [`Self::greeted`].
+    fn kept(&self, session: &Session) -> Result<Self::Kept, FaultsError>;
+
+    /// A board as [`Self::board`] gives it, unchanged: a fork of the kept one, if there is one.
+    fn greeted(
+        &self,
+        kept: &Self::Kept,
+        session: &Session,
+        sensors: Sensors,
+    ) -> Result<Bench<Self::Board>, FaultsError>;
+
     /// Of what a declaration says for the chip and natively, its own.
     fn own<'k, T: ?Sized>(&self, chip: &'k T, native: &'k T) -> &'k T;
 }
 
 impl Boards for Image {
     type Board = Board<()>;
+    type Kept = Bench<Board<()>>;
 
     fn board(
         &self,
@@ -145,6 +172,21 @@ impl Boards for Image {
         Bench::greeted(board, now_us, sensors)
     }
 
+    fn kept(&self, session: &Session) -> Result<Self::Kept, FaultsError> {
+        self.board(session, Sensors::default(), &|_| ())
+    }
+
+    fn greeted(
+        &self,
+        kept: &Self::Kept,
+        _: &Session,
+        sensors: Sensors,
+    ) -> Result<Bench<Board<()>>, FaultsError> {
+        let mut fork = kept.clone();
+        fork.sensors = sensors;
+        Ok(fork)
+    }
+
     fn own<'k, T: ?Sized>(&self, chip: &'k T, _: &'k T) -> &'k T {
         chip
     }
@@ -155,6 +197,7 @@ pub(super) struct Native;
 
 impl Boards for Native {
     type Board = Lockstep;
+    type Kept = ();
 
     fn board(
         &self,
@@ -165,19 +208,34 @@ impl Boards for Native {
         Bench::greeted(native(Micros::new(0)), 0, sensors)
     }
 
+    fn kept(&self, _: &Session) -> Result<(), FaultsError> {
+        Ok(())
+    }
+
+    fn greeted(
+        &self,
+        (): &(),
+        session: &Session,
+        sensors: Sensors,
+    ) -> Result<Bench<Lockstep>, FaultsError> {
+        self.board(session, sensors, &|_| ())
+    }
+
     fn own<'k, T: ?Sized>(&self, _: &'k T, native: &'k T) -> &'k T {
         native
     }
 }
 
-/// Whether a fault was told, or the chip was reset, and the outputs have been isolated since.
+/// Whether a fault was told, or is kept where nobody hears it, or the chip was reset, and the
+/// outputs have been isolated since.
 pub(super) fn is_isolated_for_good(
     heard: &Heard,
-    reset_us: Option<u64>,
+    device: &impl Simulated,
     trace: &Trace,
     now_us: u64,
 ) -> bool {
-    let found = heard.fault.is_some() || reset_us.is_some();
+    let reset_us = device.reset_us();
+    let found = heard.fault.is_some() || reset_us.is_some() || device.keeps_to_itself();
     let last = trace.levels.last();
     let since_us = last.filter(|it| it.1 == Levels::ISOLATED).map(|it| it.0);
     let since_us = since_us.map(|us| us.max(reset_us.unwrap_or(0)));

@@ -196,8 +196,8 @@ impl Stem {
             if stem.now_us() >= silent_us || fork.run_to(stem.now_us()).is_err() {
                 break;
             }
-            let (reset_us, trace) = (fork.device.reset_us(), &fork.recorder.trace);
-            if is_isolated_for_good(fork.heard(), reset_us, trace, fork.now_us()) {
+            let (device, trace) = (&fork.device, &fork.recorder.trace);
+            if is_isolated_for_good(fork.heard(), device, trace, fork.now_us()) {
                 return self.fate(fork, moment_us, Ended::Isolated, Ok(()));
             }
             if fork.speaks_like(stem) && fork.device.unlike(&stem.device).is_none() {

@@ -6,7 +6,7 @@ use super::case::Ended;
 use super::error::{FaultsError, never_runs};
 use super::orders::begins;
 use super::script::{KEPT_US, Replays, Script, request};
-use super::simulated::{Simulated, is_isolated_for_good};
+use super::simulated::is_isolated_for_good;
 use firmware::link::{Request, ToDevice, encode};
 use firmware::units::Micros;
 use hal_sim::body::{BrokenSensor, SensorFault};
@@ -248,8 +248,8 @@ impl<B: Replays> Worn<B> {
     }
 
     fn is_isolated_for_good(&self) -> bool {
-        let (reset_us, now_us) = (locked(&self.device).reset_us(), self.world.now_us());
-        is_isolated_for_good(&self.heard, reset_us, &self.world.recorder.trace, now_us)
+        let (device, now_us) = (locked(&self.device), self.world.now_us());
+        is_isolated_for_good(&self.heard, &*device, &self.world.recorder.trace, now_us)
     }
 }
 
