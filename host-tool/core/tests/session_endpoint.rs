@@ -93,6 +93,22 @@ fn every_mistake_of_the_session_is_named() {
     let nearest = nearest.split(']').next().unwrap();
     let made = format!("force_n = [{nearest}] }},\n    {{ at_s = 2.0");
     assert_eq!(told(&[(too_strong[0].0, &made)], &[]).0, [0; 0]);
+    // Beyond what any hand makes, beyond what numbers hold, and none.
+    let third = "force_n = [2.0, -2.0, 1.0] },\n    { at_s = 4.0";
+    for force in [
+        "[2.0, -1000.5, 1.0]",
+        "[2, -21e999, 1]",
+        "[218446744073709551616, 0, 0]",
+    ] {
+        let wrong = format!("force_n = {force} }},\n    {{ at_s = 4.0");
+        let (numbers, lines) = told(&[(third, &wrong)], &[]);
+        assert_eq!(numbers, [407], "{lines}");
+        assert!(lines.contains("-1000 to 1000"), "{lines}");
+    }
+    let none = "force_n = [] },\n    { at_s = 4.0";
+    let (numbers, lines) = told(&[(third, none)], &[]);
+    assert_eq!(numbers, [407], "{lines}");
+    assert!(lines.contains("three numbers"), "{lines}");
     // Two mistakes at once, each where it is.
     let two = [
         ("rate_hz = 200", "rate_hz = 90"),
@@ -137,7 +153,12 @@ fn every_mistake_of_the_wearer_s_arm_is_named() {
         ("gain_n_per_unit = 9", "gain_n_per_unit = 0"),
         ("channel = 4\njoint", "channel = 3\njoint"),
     ];
-    for edit in all {
+    let empty = [
+        ("to_sc_mm = [-40, 20, 0]", "to_sc_mm = []"),
+        ("sc_protraction_deg = [-30, 30]", "sc_protraction_deg = []"),
+        ("at_mm = [-15, 0, -50] }", "at_mm = [] }"),
+    ];
+    for edit in all.into_iter().chain(empty) {
         let (numbers, lines) = arm(&[edit]);
         let expected = if edit.0.starts_with("channel") {
             420

@@ -185,7 +185,7 @@ fn read_line(t: &Table<'_>) -> Option<Line> {
 pub(crate) fn triple(t: &Table<'_>, name: &str) -> Option<[i32; 3]> {
     let all = wholes(t, name);
     let found = <[i32; 3]>::try_from(all).ok();
-    if found.is_none() && t.has(name) && !t.wholes(name).is_empty() {
+    if found.is_none() && t.has(name) && is_told_by_none(t, name) {
         t.out_of_range(name, "three numbers: backward, to the right, upward".into());
     }
     found
@@ -194,10 +194,16 @@ pub(crate) fn triple(t: &Table<'_>, name: &str) -> Option<[i32; 3]> {
 fn pair(t: &Table<'_>, name: &str) -> Option<(i32, i32)> {
     let all = wholes(t, name);
     let found = <[i32; 2]>::try_from(all).ok();
-    if found.is_none() && t.has(name) && !t.wholes(name).is_empty() {
+    if found.is_none() && t.has(name) && is_told_by_none(t, name) {
         t.out_of_range(name, "two numbers: lowest and highest".into());
     }
     found.map(|[low, high]| (low, high))
+}
+
+/// Whether nothing was told of this list yet: it has numbers, or is empty where the whole
+/// table is sound.
+fn is_told_by_none(t: &Table<'_>, name: &str) -> bool {
+    !t.wholes(name).is_empty() || t.is_sound()
 }
 
 fn wholes(t: &Table<'_>, name: &str) -> Vec<i32> {

@@ -2,6 +2,7 @@
 //! them.
 
 use firmware::control::{Endpoint, EndpointState, Unmade, WrenchError};
+use firmware::range::Range;
 use firmware::units::Micros;
 
 use super::super::limb::SessionLimb;
@@ -52,7 +53,12 @@ pub(super) fn read_wrenches(
     let items: Vec<&Table<'_>> = items.collect();
     for item in &items {
         let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
-        points.push((at_us, triple(item, "force_n")?));
+        let force_mn = triple(item, "force_n")?;
+        let Range { min, max, .. } = Endpoint::FORCE_MN;
+        if !force_mn.iter().all(|mn| (min..=max).contains(mn)) {
+            return None; // it was told with its range
+        }
+        points.push((at_us, force_mn));
     }
     let course = WrenchCourse(points);
     let fixed = limb.filter(|limb| !limb.is_measured());
