@@ -48,3 +48,14 @@ fn a_host_that_restarts_within_a_request_is_seen() {
         around.soc.reschedule();
     });
 }
+
+/// A request with more data than the board takes is refused, and one that is not whole ends
+/// with its host: what of their data had come is no other's.
+#[test]
+fn data_of_a_request_that_came_to_nothing_are_dropped() {
+    let too_long = [0xE0, 0x21, 0x20, 0, 0, 0, 0x17, 0, 7, 0, 0xC2, 0xF0, 0];
+    let address_with_data = [0xCB, 0, 5, 9, 0, 0, 0, 9, 0];
+    for input in [&too_long[..], &address_with_data] {
+        tests::fuzz::usb(input);
+    }
+}

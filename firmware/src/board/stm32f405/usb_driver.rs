@@ -1,11 +1,16 @@
 //! The controller's driver, behind a door that turns away what the stack cannot bear.
 
+use core::future::{Future, poll_fn};
+use core::pin::pin;
+use core::task::{Context, Poll};
 use embassy_usb::driver::{
     ControlPipe, Driver, EndpointAddress, EndpointAllocError, EndpointError, EndpointType,
 };
 
 /// Endpoints of OTG_FS in each direction, endpoint 0 included (RM0090 section 34.4.1).
 const ENDPOINTS: u8 = 4;
+/// Longest packet of endpoint 0, bytes.
+const PACKET: usize = 64;
 
 /// A driver whose stack hears of no endpoint that the controller does not have: asked for the
 /// state of such a one, or to halt it, stack and driver would panic, and any program may ask.
@@ -47,6 +52,18 @@ impl<'d, D: Driver<'d>> Driver<'d> for Checked<D> {
 /// Endpoint 0, which answers such requests by STALL (USB 2.0 sections 9.4.1, 9.4.5, 9.4.9).
 pub struct CheckedPipe<P>(P);
 
+impl<P: ControlPipe> CheckedPipe<P> {
+    /// The next SETUP. Data that came before it are of a request that was refused for its
+    /// length, or whose host left, and are dropped: kept, they would be taken for the next
+    /// request's, or fail each that reads, for the driver expects an empty packet then and
+    /// keeps a longer one for ever. Both futures keep nothing between two polls.
+    fn next_setup(&mut self, cx: &mut Context<'_>) -> Poll<[u8; 8]> {
+        let mut rest = [0; PACKET];
+        let _ = pin!(self.0.data_out(&mut rest, true, true)).poll(cx);
+        pin!(self.0.setup()).poll(cx)
+    }
+}
+
 impl<P: ControlPipe> ControlPipe for CheckedPipe<P> {
     fn max_packet_size(&self) -> usize {
         self.0.max_packet_size()
@@ -55,7 +72,7 @@ impl<P: ControlPipe> ControlPipe for CheckedPipe<P> {
     /// Loses nothing when it is dropped: refusing does not wait.
     async fn setup(&mut self) -> [u8; 8] {
         loop {
-            let request = self.0.setup().await;
+            let request = poll_fn(|cx| self.next_setup(cx)).await;
             if !is_of_no_endpoint(&request) {
                 return request;
             }
