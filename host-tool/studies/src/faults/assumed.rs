@@ -37,7 +37,7 @@ fn stand(fork: &mut Chip, register: &str) -> Result<bool, FaultsError> {
         "TIM1" => misclocked(board, 1)?,
         "TIM2" => misclocked(board, 2)?,
         "DMA2" => {
-            let number = register.bytes().nth("DMA2_S".len());
+            let number = register.as_bytes().get("DMA2_S".len()).copied();
             let stream = number.filter(u8::is_ascii_digit).map(|it| it - b'0');
             let Some(stream) = stream else {
                 return Ok(false);
