@@ -45,38 +45,50 @@ impl<'d, D: Driver<'d>> Driver<'d> for Checked<D> {
 
     fn start(self, control_packet: u16) -> (Self::Bus, Self::ControlPipe) {
         let (bus, pipe) = self.0.start(control_packet);
-        (bus, CheckedPipe(pipe))
+        let pipe = CheckedPipe {
+            pipe,
+            awaits_data: false,
+        };
+        (bus, pipe)
     }
 }
 
 /// Endpoint 0, which answers such requests by STALL (USB 2.0 sections 9.4.1, 9.4.5, 9.4.9).
-pub struct CheckedPipe<P>(P);
+pub struct CheckedPipe<P> {
+    pipe: P,
+    /// Whether the last request announced data from the host, or failed.
+    awaits_data: bool,
+}
 
 impl<P: ControlPipe> CheckedPipe<P> {
     /// The next SETUP. Data that came before it are of a request that was refused for its
     /// length, or whose host left, and are dropped: kept, they would be taken for the next
     /// request's, or fail each that reads, for the driver expects an empty packet then and
-    /// keeps a longer one for ever. Both futures keep nothing between two polls.
+    /// keeps a longer one for ever. Data that no request announced fail the next one only.
+    /// Both futures keep nothing between two polls.
     fn next_setup(&mut self, cx: &mut Context<'_>) -> Poll<[u8; 8]> {
-        let mut rest = [0; PACKET];
-        let _ = pin!(self.0.data_out(&mut rest, true, true)).poll(cx);
-        pin!(self.0.setup()).poll(cx)
+        if self.awaits_data {
+            let mut rest = [0; PACKET];
+            let _ = pin!(self.pipe.data_out(&mut rest, true, true)).poll(cx);
+        }
+        pin!(self.pipe.setup()).poll(cx)
     }
 }
 
 impl<P: ControlPipe> ControlPipe for CheckedPipe<P> {
     fn max_packet_size(&self) -> usize {
-        self.0.max_packet_size()
+        self.pipe.max_packet_size()
     }
 
     /// Loses nothing when it is dropped: refusing does not wait.
     async fn setup(&mut self) -> [u8; 8] {
         loop {
             let request = poll_fn(|cx| self.next_setup(cx)).await;
+            self.awaits_data = sends_data(&request);
             if !is_of_no_endpoint(&request) {
                 return request;
             }
-            self.0.reject().await;
+            self.pipe.reject().await;
         }
     }
 
@@ -86,24 +98,32 @@ impl<P: ControlPipe> ControlPipe for CheckedPipe<P> {
         first: bool,
         last: bool,
     ) -> Result<usize, EndpointError> {
-        self.0.data_out(buffer, first, last).await
+        self.pipe.data_out(buffer, first, last).await
     }
 
     async fn data_in(&mut self, data: &[u8], first: bool, last: bool) -> Result<(), EndpointError> {
-        self.0.data_in(data, first, last).await
+        let result = self.pipe.data_in(data, first, last).await;
+        self.awaits_data |= result.is_err();
+        result
     }
 
     async fn accept(&mut self) {
-        self.0.accept().await;
+        self.pipe.accept().await;
     }
 
     async fn reject(&mut self) {
-        self.0.reject().await;
+        self.pipe.reject().await;
     }
 
     async fn accept_set_address(&mut self, address: u8) {
-        self.0.accept_set_address(address).await;
+        self.pipe.accept_set_address(address).await;
     }
+}
+
+/// Whether the host sends data with `request`: bmRequestType's direction and wLength (USB 2.0
+/// table 9-2).
+fn sends_data(&[kind, _, _, _, _, _, length @ ..]: &[u8; 8]) -> bool {
+    kind & 0x80 == 0 && u16::from_le_bytes(length) > 0
 }
 
 /// A standard request (bmRequestType, either direction) of an endpoint whose number, the
