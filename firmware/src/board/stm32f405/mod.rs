@@ -59,7 +59,7 @@ enum Urgency {
 ///
 /// # Panics
 /// When called twice: every `expect` and static here is taken once.
-pub async fn run(_: Spawner) -> ! {
+pub async fn run(spawner: Spawner) -> ! {
     // Proof: taken here only, and `run` is called once.
     let mut core = cortex_m::Peripherals::take().expect("taken here only");
     memory::protect(&mut core.MPU);
@@ -120,7 +120,7 @@ pub async fn run(_: Spawner) -> ! {
     };
     static SESSION: StaticCell<Session> = StaticCell::new();
     let session = SESSION.init_with(|| Session::new(identity));
-    match session::serve(session, session_mail, port).await {}
+    match session::serve(spawner, session, session_mail, port).await {}
 }
 
 /// What the last run left in the backup registers; or a watchdog's bite, which

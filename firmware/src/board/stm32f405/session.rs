@@ -10,7 +10,8 @@ use super::usb_driver::Checked;
 use super::watchdog::{self, Owner};
 use crate::device::{Session, SessionMail};
 use core::convert::Infallible;
-use embassy_futures::join::join3;
+use embassy_executor::Spawner;
+use embassy_futures::join::join;
 use embassy_futures::select::{Either, select};
 use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
 use embassy_stm32::usb::{self, Driver};
@@ -22,7 +23,7 @@ use embassy_usb::{Builder, UsbDevice};
 use static_cell::StaticCell;
 
 bind_interrupts!(struct Irqs {
-    OTG_FS => usb::InterruptHandler<USB_OTG_FS>;
+    OTG_FS => usb::InterruptHandler<USB_OTG_FS>, usb_bus::WakeHandler;
 });
 
 /// Full-speed bulk packets.
@@ -56,25 +57,37 @@ struct Memory {
     control: [u8; 64],
     endpoints: [u8; 256],
     state: State<'static>,
+    forget: usb_bus::Forget,
 }
 
-/// Serves the link for ever.
+/// Serves the link for ever: the bus in this task, the session in one of its own, so that a
+/// tick's wake does not look at the bus.
+///
+/// # Panics
+/// When called twice.
 pub async fn serve(
+    spawner: Spawner,
     session: &'static mut Session,
     mail: SessionMail<'static>,
     port: Port,
 ) -> Infallible {
-    static OUTGOING: StaticCell<Bytes> = StaticCell::new();
-    let outgoing: &Bytes = OUTGOING.init_with(Bytes::new);
     let (mut usb, class) = build(port);
     let (tx, rx) = class.split();
-    join3(
-        usb_bus::serve(&mut usb),
-        send(tx, outgoing),
-        converse(session, mail, rx, outgoing),
-    )
-    .await
-    .0
+    // Proof: the task's one slot is free, for nothing else spawns it.
+    spawner.spawn(run(session, mail, tx, rx).expect("spawned here only"));
+    usb_bus::serve(&mut usb).await
+}
+
+/// First polled after the bus.
+#[embassy_executor::task]
+async fn run(
+    session: &'static mut Session,
+    mail: SessionMail<'static>,
+    tx: Sender<'static, Usb>,
+    rx: Receiver<'static, Usb>,
+) {
+    let outgoing = Bytes::new();
+    join(send(tx, &outgoing), converse(session, mail, rx, &outgoing)).await;
 }
 
 fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
@@ -85,6 +98,7 @@ fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
         control: [0; 64],
         endpoints: [0; 256],
         state: State::new(),
+        forget: usb_bus::Forget,
     });
     let mut hardware = usb::Config::default();
     // PA9 sees VBUS: a device with its own supply may not pull D+ up without
@@ -111,6 +125,7 @@ fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
         &mut [],
         &mut memory.control,
     );
+    builder.handler(&mut memory.forget);
     let class = CdcAcmClass::new(&mut builder, &mut memory.state, PACKET as u16);
     (builder.build(), class)
 }
