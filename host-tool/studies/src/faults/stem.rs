@@ -295,8 +295,15 @@ pub(super) fn first_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -
     levels.into_iter().chain(codes).min()
 }
 
-/// How long at a stretch the lines differ, at most, from `from_us` on and before `to_us`.
+/// How long at a stretch the lines differ, at most, from `from_us` on and before `to_us`: 0
+/// where they are back within the microsecond.
 fn longest_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<u64> {
+    let within = |trace: &Trace| {
+        let all = trace.levels.iter().copied();
+        all.filter(|(t, _)| (from_us..to_us).contains(t))
+            .collect::<Vec<_>>()
+    };
+    let is_unlike = within(a) != within(b);
     let mut times: Vec<u64> = [a, b]
         .iter()
         .flat_map(|it| it.levels.iter().map(|l| l.0))
@@ -308,7 +315,7 @@ fn longest_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<
         let after = trace.levels.partition_point(|it| it.0 <= t);
         after.checked_sub(1).map(|last| trace.levels[last].1)
     };
-    let (mut since, mut longest) = (None, None);
+    let (mut since, mut longest) = (None, is_unlike.then_some(0));
     for t in times {
         if let Some(since) = since {
             longest = longest.max(Some(t - since));
@@ -326,4 +333,31 @@ fn first_unlike<T: PartialEq>(a: &[(u64, T)], b: &[(u64, T)]) -> Option<u64> {
     let same = a.iter().zip(b).take_while(|(a, b)| a == b).count();
     let next = |list: &[(u64, T)]| list.get(same).map(|it| it.0);
     next(a).into_iter().chain(next(b)).min()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hal_sim::trace::Levels;
+
+    #[test]
+    fn a_line_that_is_back_within_the_microsecond_was_another() {
+        let [mut whole, mut glitch, mut long] = [const { Vec::new() }; 3];
+        for (at, on) in [(10, 1), (20, 0)] {
+            whole.push((at, Levels(on)));
+            long.push((at + 2, Levels(on)));
+        }
+        glitch.extend([
+            (10, Levels(1)),
+            (15, Levels(3)),
+            (15, Levels(1)),
+            (20, Levels(0)),
+        ]);
+        let [whole, glitch, long] = [whole, glitch, long].map(|levels| Trace {
+            levels,
+            ..Trace::default()
+        });
+        let of = |b| longest_difference(&whole, b, 5, 30);
+        assert_eq!([&whole, &glitch, &long].map(of), [None, Some(0), Some(2)]);
+    }
 }
