@@ -142,7 +142,11 @@ class Rules:
                 and start_us - pulse.start_us <= COMMANDED_US + LONGEST_GAP_US):
             pulse.phases = 2
         else:
+            excused = len(self.excused)
             self.end_pulse(start_us)
+            if (len(self.excused) > excused
+                    and start_us - pulse.end_us <= LONGEST_GAP_US):
+                self.samples.pop()  # this may be its rest: no second begins between them
             pulse = self.pulse = Pulse(start_us, start_us, sign, at=first)
             pulse.before = self.stage.hardware["capacitor_f"] * self.stage.spans[first].volts
             self.begun_us = [t for t in self.begun_us if t > start_us - SECOND_US]

@@ -209,11 +209,35 @@ fn an_excuse_makes_no_pulse_worse() {
             assert!(found.zip(expected).is_none_or(is_near), "{found:?}");
         }
     }
+    // Nor does a second that begins between the two parts count the rest alone.
+    let mut scene = cut_in_two(200, 99);
+    let later = Scene::biphasic(150, 200).stretches.into_iter().skip(200);
+    let later = later.map(|(start, end, state)| (start - 250, end - 250, state));
+    scene.stretches.extend(later);
+    scene.truth.channels[0].pulses_per_s = 52; // 250 µs sooner
+    scene.end_us = 3_000_000;
+    assert_eq!(scene.rules(), NONE);
     // Each of two faults its own: this one cut a pulse off, which stays out.
     let mut scene = cut_in_two(200, 99);
     scene.stretches.remove(142);
     assert_eq!(scene.rules()[1], [Rule::DirectCurrent]);
     scene.truth.faults.push(Fault { t_us: 1_200_000 });
+    assert_eq!(scene.rules(), NONE);
+}
+
+/// A line is on for 1 µs where nothing plays, shortly before a pulse, whose first phase is
+/// taken for the second of that; whole they are balanced, in every second.
+#[test]
+fn what_comes_before_a_pulse_takes_no_part_of_it() {
+    let mut scene = Scene::biphasic(150, 200);
+    for stretch in &mut scene.stretches {
+        let later = if stretch.0 > 2_000_000 { 0 } else { 250 };
+        (stretch.0, stretch.1) = (stretch.0 + later, stretch.1 + later);
+    }
+    scene.stretches.insert(100, (1_009_800, 1_009_801, Anodic));
+    scene.truth.channels[0].pulses_per_s = 52;
+    assert_eq!(scene.rules()[1], [Rule::DirectCurrent]);
+    scene.truth.faults.push(Fault { t_us: 1_000_000 });
     assert_eq!(scene.rules(), NONE);
 }
 

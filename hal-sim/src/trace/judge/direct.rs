@@ -5,7 +5,8 @@
 //! and comes back (the bias of monophasic trains and of voltage stages,
 //! hardware.md); what the bleed passes does not. The charge of a pulse that was
 //! cut or lost its second phase counts whole. That of an excused one is taken out
-//! or left in, whichever leaves less: an excuse cannot make a balanced pair worse.
+//! or left in, whichever leaves less: an excuse cannot make a balanced pair worse. What
+//! begins within the longest gap behind it may be its rest: no second begins between them.
 
 use std::collections::VecDeque;
 
@@ -35,6 +36,11 @@ impl Direct {
     /// A fault excuses the pulse of this charge, C, that is over at `t_us`.
     pub fn excuse(&mut self, t_us: u64, charge: f64) {
         self.excused.push((t_us, charge));
+    }
+
+    /// What begins now may be the rest of the pulse that was excused at the latest sample.
+    pub fn goes_on(&mut self) {
+        self.samples.pop_back();
     }
 
     /// Net direct current, A, of the second before `now`, at which the electrode

@@ -276,7 +276,11 @@ impl<'a> Electrode<'a> {
         match second {
             Some(pulse) => pulse.phases = 2,
             None => {
-                self.end_pulse(t_us);
+                let end_us = self.pulse.map(|pulse| pulse.end_us);
+                let is_near = end_us.is_some_and(|us| t_us - us <= MAX_GAP_US);
+                if self.end_pulse(t_us) && is_near {
+                    self.direct.goes_on();
+                }
                 self.begin_pulse(t_us, sign);
             }
         }
@@ -348,17 +352,19 @@ impl<'a> Electrode<'a> {
         }
     }
 
-    /// The electrode is at rest: the last pulse is whole, or never will be.
-    fn end_pulse(&mut self, t_us: u64) {
+    /// The electrode is at rest: the last pulse is whole, or never will be. Says whether a
+    /// fault excuses it.
+    fn end_pulse(&mut self, t_us: u64) -> bool {
         let Some(pulse) = self.pulse.take() else {
-            return;
+            return false;
         };
         let is_cut = pulse.net.abs() > BALANCED * pulse.greatest;
         let is_due = self.faults.front().is_some_and(|&fault| fault <= t_us);
         if is_cut {
             self.circuit.set_apart(pulse.net);
         }
-        if is_due && (is_cut || pulse.is_long) {
+        let is_excused = is_due && (is_cut || pulse.is_long);
+        if is_excused {
             self.excuse(&pulse, t_us);
         }
         let now = Sample {
@@ -375,6 +381,7 @@ impl<'a> Electrode<'a> {
             let limit = 1e6 * DIRECT_A;
             self.find(Rule::DirectCurrent, t_us, 1e6 * direct, limit);
         }
+        is_excused
     }
 
     /// A fault cut or held this pulse.
