@@ -2,6 +2,7 @@
 
 use crate::program::{flexor, folder, ran, repeats, said};
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -37,6 +38,7 @@ fn declarations_on_the_native_simulator_are_told_and_written() {
     let rows = std::fs::read_to_string(folder.join("one/faults.csv")).unwrap();
     assert_eq!(rows.lines().count(), 13);
     columns_are_documented(rows.lines().next().unwrap());
+    kinds_have_rows(&rows, &folder.join("one/result.html"));
     repeats(&folder, "one");
     // What is there stays.
     std::fs::create_dir(folder.join("other")).unwrap();
@@ -44,6 +46,22 @@ fn declarations_on_the_native_simulator_are_told_and_written() {
     let (exit, _, error) = ran(&folder, &[&few[..], &["--out", "other"]].concat());
     assert_eq!(exit, Some(1));
     assert!(error.contains("E590"), "{error}");
+}
+
+/// The page says of each kind how many were drawn.
+fn kinds_have_rows(csv: &str, page: &Path) {
+    let page = std::fs::read_to_string(page).unwrap();
+    let mut drawn = BTreeMap::<&str, usize>::new();
+    for line in csv.lines().skip(1) {
+        let what = line.splitn(4, ',').nth(3).unwrap().trim_start_matches('"');
+        let kind = what.split([':', '"', ',']).next().unwrap();
+        *drawn.entry(kind).or_default() += 1;
+    }
+    assert!(drawn.len() > 3, "{drawn:?}");
+    for (kind, drawn) in drawn {
+        let row = format!("<th scope=\"row\">{kind}</th><td>{drawn}</td>");
+        assert!(page.contains(&row), "{row}");
+    }
 }
 
 /// docs/faults.md has each in code, in the paragraph on the file.

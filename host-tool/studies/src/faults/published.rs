@@ -57,38 +57,38 @@ impl Outcome {
 
     fn rows(&self) -> Vec<Row> {
         let cases = [
-            ("changed", "cases that changed anything", self.changed),
+            ("changed", "changed anything", self.changed),
             ("harmless", "harmless", self.harmless),
-            ("to-find", "cases that must be found", self.to_find),
+            ("to-find", "to find", self.to_find),
             ("found", "found", self.found),
-            ("soon", "found, isolated within 500 us", self.soon),
+            ("soon", "isolated within 500 us", self.soon),
             ("stopped", "the simulator stopped", self.stopped),
-            ("severe", "severe as built", self.severe),
-            ("bare", "severe without protection", self.bare),
-            ("truncated", "pulses cut off and excused", self.truncated),
+            ("severe", "severe", self.severe),
+            ("bare", "severe without what protects", self.bare),
+            ("truncated", "pulses cut off", self.truncated),
         ];
         let cases = cases.map(|(id, quantity, n)| (id, quantity, "cases", Some(n as f64)));
         let us = |us: Option<u64>| us.map(|us| us as f64);
         let percent = self.severe_bound().map(|share| 100.0 * share);
         let others = [
-            ("severe-bound", "severe, upper 95 % bound", "%", percent),
-            ("median", "median time to isolation", "us", self.median_us),
-            ("latest", "latest isolation", "us", us(self.latest_us)),
+            ("severe-bound", "severe, at most (95 %)", "%", percent),
+            ("median", "isolated after, median", "us", self.median_us),
+            (
+                "latest",
+                "isolated after, longest",
+                "us",
+                us(self.latest_us),
+            ),
             (
                 "slowest",
-                "latest after the fault was told",
+                "isolated after told, longest",
                 "us",
                 us(self.slowest_us),
             ),
-            (
-                "shown",
-                "longest on a line, of the tape",
-                "us",
-                us(self.shown_us),
-            ),
+            ("shown", "on a line, longest", "us", us(self.shown_us)),
             (
                 "charge",
-                "most left by a truncated pulse",
+                "left by a cut pulse, most",
                 "uC",
                 self.truncated_uc,
             ),

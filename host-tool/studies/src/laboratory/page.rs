@@ -5,6 +5,7 @@ mod figures;
 mod grid;
 mod headline;
 mod limb;
+mod pivot;
 mod sheets;
 mod tables;
 mod timing;
@@ -81,8 +82,9 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
         }
         false => figure(&shares(outcome), "") + &shares_table(outcome),
     };
-    let numbers = match grid::is_large(outcome) {
-        true => measures(outcome) + &folded("Each number", &rows_table(outcome)),
+    let kinds = pivot::kinds_table(outcome);
+    let numbers = match grid::is_large(outcome) || !kinds.is_empty() {
+        true => measures(outcome) + &kinds + &folded("Each number", &rows_table(outcome)),
         false => measures(outcome) + &rows_table(outcome),
     };
     // What has no conditions, such as drawn participants, has no trials to record.

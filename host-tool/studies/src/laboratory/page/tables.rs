@@ -79,7 +79,7 @@ pub(super) fn rows_table(outcome: &Outcome) -> String {
 }
 
 /// A value in its unit: cases are whole.
-fn printed(value: Option<f64>, unit: &str) -> String {
+pub(super) fn printed(value: Option<f64>, unit: &str) -> String {
     match value {
         None => "—".to_owned(),
         Some(cases) if unit == "cases" => format!("{cases:.0}"),

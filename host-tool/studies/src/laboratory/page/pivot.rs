@@ -1,0 +1,67 @@
+//! Kinds in rows and their measures in columns.
+
+use super::tables::{printed, table};
+use crate::laboratory::result::{Outcome, Row};
+use host_core::plot::canvas::escape;
+
+/// A row for each kind of cases that were drawn, and a column for each measure that any has;
+/// nothing where there are no kinds.
+pub(super) fn kinds_table(outcome: &Outcome) -> String {
+    let parts = |row: &'_ Row| {
+        let (kind, measure) = row.quantity.split_once(": ")?;
+        Some((kind.to_owned(), measure.to_owned()))
+    };
+    let all: Option<Vec<_>> = outcome.rows.iter().map(parts).collect();
+    let (Some(all), true) = (all, outcome.declared.drawn.is_some()) else {
+        return String::new();
+    };
+    let kinds = distinct(all.iter().map(|it| &it.0));
+    let measures = distinct(all.iter().map(|it| &it.1));
+    let cell = |kind: &str, measure: &str| {
+        let place = all.iter().position(|it| it.0 == kind && it.1 == measure);
+        place.map(|at| &outcome.rows[at])
+    };
+    let has_any = |measure: &&String| {
+        let mut values = kinds.iter().filter_map(|kind| cell(kind, measure));
+        values.any(|row| row.ours.is_some())
+    };
+    let measures: Vec<_> = measures.into_iter().filter(has_any).collect();
+    let rows = kinds.iter().map(|kind| {
+        let drawn = cell(kind, measures.first()?).map(|row| row.n)?;
+        let values = measures.iter().map(|measure| match cell(kind, measure) {
+            Some(row) => format!("<td>{}</td>", printed(row.ours, &row.unit)),
+            None => "<td>—</td>".to_owned(),
+        });
+        let values = values.collect::<String>();
+        let kind = kind.split_once('/').map_or("all", |it| it.1);
+        let kind = escape(kind);
+        Some(format!(
+            "<tr><th scope=\"row\">{kind}</th><td>{drawn}</td>{values}</tr>\n"
+        ))
+    });
+    let heads = measures.iter().map(|measure| {
+        let unit = kinds.iter().find_map(|kind| cell(kind, measure));
+        match unit.map_or("cases", |row| &row.unit) {
+            "cases" => escape(measure),
+            unit => format!("{}, {unit}", escape(measure)),
+        }
+    });
+    let heads: Vec<_> = ["kind".to_owned(), "drawn".to_owned()]
+        .into_iter()
+        .chain(heads)
+        .collect();
+    let heads: Vec<_> = heads.iter().map(String::as_str).collect();
+    let table = table(&heads, rows.flatten().collect());
+    format!("<div class=\"wide\">{table}</div>\n")
+}
+
+/// Each once, in the order of their first.
+fn distinct<'a>(all: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
+    let mut found: Vec<&String> = Vec::new();
+    for it in all {
+        if !found.contains(&it) {
+            found.push(it);
+        }
+    }
+    found
+}
