@@ -96,7 +96,7 @@ class Stage:
         self.channel, self.is_built, self.latched = channel, is_built, []
         self.now_us, self.volts = 0, 0.0
         self.lines, self.entered_us, self.counted_us = ISOLATED, 0, 0
-        self.balance_us, self.latch = 0, None
+        self.balance_us, self.latch, self.clears = 0, None, False
         self.code, self.ohm, self.supply = 0, None, not is_built
         self.level_ma = math.inf
         self.over_since_us = [None, None]
@@ -157,7 +157,14 @@ class Stage:
             self.ohm = value
         elif what == "supply":
             self.supply = value or not self.is_built
+            self.clears = self.clears and not value
         elif what == "clear":
+            self.clears = True
+            self.clear_at_rest(t_us)
+
+    def clear_at_rest(self, t_us):
+        """The pump is off for long enough, and neither line asks for anything."""
+        if self.clears and self.lines == ISOLATED:
             if self.latch:
                 self.entered_us = t_us
             self.latch, self.balance_us, self.counted_us = None, 0, t_us
@@ -177,6 +184,7 @@ class Stage:
             if SIGN[lines] and owes:
                 self.latch_for(t_us, "NotGivenBack")
         self.lines, self.entered_us, self.counted_us = lines, t_us, t_us
+        self.clear_at_rest(t_us)
 
     # What flows.
 

@@ -111,23 +111,45 @@ fn one_broken_line_is_severe_without_it() {
     }
 }
 
+/// Causes and moments, where the pump stands from 1.4 s for 5 ms and from 1.695 s for 25.
+fn latched(scene: &mut Scene) -> Vec<(u64, Cause)> {
+    scene.pump = Pump::Runs(vec![
+        (0, 1_400_000),
+        (1_405_000, 1_695_000),
+        (1_720_000, 2_100_000),
+    ]);
+    let account = scene.verdict().as_built;
+    account.latched.iter().map(|l| (l.t_us, l.cause)).collect()
+}
+
 #[test]
 fn a_latched_stage_begins_anew_when_the_pump_was_off() {
+    let mut scene = Scene::biphasic(100, 200);
+    // Held at 1.01, 1.21, 1.51 and 1.91 s: 5 ms of silence clear nothing, 25 do.
+    for pulse in [95, 75, 60, 50] {
+        let at = 10_000 + pulse as u64 * 20_000;
+        let held = [(at, at + 700, Cathodic)];
+        scene.stretches.splice(2 * pulse..2 * pulse + 2, held);
+    }
+    let held = |at| (at, Cause::Held);
+    assert_eq!(latched(&mut scene), [1_010_600, 1_910_600].map(held));
+}
+
+/// Neither where a wire keeps it high, nor where the chip was held and goes on.
+#[test]
+fn a_line_that_is_high_keeps_the_latch() {
     let stuck = Stuck {
         channel: 0,
         line: Line::Anodic,
         high: true,
         from_us: 1_000_000,
     };
-    let mut scene = scene(&biphasic(200), stuck, StageLogic::Interlocked);
-    scene.pump = Pump::Runs(vec![
-        (0, 1_400_000),
-        (1_405_000, 1_700_000),
-        (1_720_000, 2_100_000),
-    ]);
-    let account = scene.verdict().as_built;
-    let causes: Vec<_> = account.latched.iter().map(|l| (l.t_us, l.cause)).collect();
-    // 5 ms of silence clear nothing, 20 ms do; the line still is high, and after
-    // the next cathodic phase, which grounds, it asks for the anodic direction.
-    assert_eq!(causes, [(1_000_600, Cause::Held), (1_710_800, Cause::Held)]);
+    let mut wired = scene(&biphasic(200), stuck, StageLogic::Interlocked);
+    assert_eq!(latched(&mut wired), [(1_000_600, Cause::Held)]);
+    let mut halted = Scene::biphasic(100, 200);
+    halted
+        .stretches
+        .splice(168..172, [(1_694_900, 1_720_100, Cathodic)]);
+    halted.stretches.insert(169, (1_720_200, 1_720_400, Anodic));
+    assert_eq!(latched(&mut halted), [(1_695_500, Cause::Held)]);
 }

@@ -124,7 +124,12 @@ impl<'a> Electrode<'a> {
     }
 
     pub fn supply(&mut self, t_us: u64, on: bool) {
-        self.change(t_us, |e| e.supplied = on || e.built.is_none());
+        self.change(t_us, |e| {
+            e.supplied = on || e.built.is_none();
+            if on {
+                e.logic.pump();
+            }
+        });
     }
 
     pub fn clear(&mut self, t_us: u64) {

@@ -11,7 +11,7 @@ const GIVEN_BACK_US: u64 = 900;
 /// Phases of one pulse differ by less than this, µs: one of the two edges' slots.
 const EQUAL_US: i64 = 2;
 
-/// Why a stage latched: isolated, until the pump has been off for 10 ms.
+/// Why a stage latched: isolated, until the pump has been off for 10 ms and both lines rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Cause {
     /// More current than its comparator allows.
@@ -37,6 +37,8 @@ pub(super) struct Logic {
     /// When a comparator will have tripped: the stage's, its bank's.
     trips_us: [u64; 2],
     latched: Option<Cause>,
+    /// The pump has been off for long enough.
+    clears: bool,
 }
 
 impl Logic {
@@ -50,6 +52,7 @@ impl Logic {
             expired: false,
             trips_us: [u64::MAX; 2],
             latched: None,
+            clears: false,
         }
     }
 
@@ -80,6 +83,7 @@ impl Logic {
             }
         }
         (self.inputs, self.since_us, self.expired) = (to, t_us, false);
+        self.clear_at_rest(t_us);
         let owes = to.sign() * self.balance_us > EQUAL_US
             || !given_back && self.balance_us.abs() > EQUAL_US;
         if self.is_interlocked() && to.is_driven() && owes {
@@ -160,6 +164,19 @@ impl Logic {
 
     /// The pump has been off for long enough.
     pub fn clear(&mut self, t_us: u64) {
-        (self.latched, self.balance_us, self.since_us) = (None, 0, t_us);
+        self.clears = true;
+        self.clear_at_rest(t_us);
+    }
+
+    /// The pump is on again.
+    pub fn pump(&mut self) {
+        self.clears = false;
+    }
+
+    /// A line that is asked for keeps the latch: what was held is not driven anew.
+    fn clear_at_rest(&mut self, t_us: u64) {
+        if self.clears && self.inputs == State::Isolated {
+            (self.latched, self.balance_us, self.since_us) = (None, 0, t_us);
+        }
     }
 }
