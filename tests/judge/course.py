@@ -56,18 +56,16 @@ def lines_at_the_stage(case, channel):
 
 
 def supply_of(pump, hardware):
-    """[(t_us, what, value)]: high voltage on and off, and when latches clear."""
+    """[(t_us, what, value)]: the pump on and off, and the high voltage behind it."""
     if pump == "Throughout":
         return [(0, "supply", True)]
-    events, runs = [], pump["Runs"]
+    events, runs = [(0, "pump off", 0)], pump["Runs"]
     for this, following in zip(runs, runs[1:] + [None]):
         begin, end = this
         following_us = math.inf if following is None else following[0]
-        events.append((begin, "supply", True))
-        for after_us, event in ((hardware["pump_hold_us"], ("supply", False)),
-                                (hardware["latch_clear_us"], ("clear", None))):
-            if end + after_us <= following_us:
-                events.append((end + after_us, *event))
+        events += [(begin, "supply", True), (end, "pump off", end)]
+        if end + hardware["pump_hold_us"] <= following_us:
+            events.append((end + hardware["pump_hold_us"], "supply", False))
     return events
 
 
@@ -96,7 +94,7 @@ class Stage:
         self.channel, self.is_built, self.latched = channel, is_built, []
         self.now_us, self.volts = 0, 0.0
         self.lines, self.entered_us, self.counted_us = ISOLATED, 0, 0
-        self.balance_us, self.latch, self.clears = 0, None, False
+        self.balance_us, self.latch, self.pump_off_us = 0, None, None
         self.code, self.ohm, self.supply = 0, None, not is_built
         self.level_ma = math.inf
         self.over_since_us = [None, None]
@@ -115,12 +113,20 @@ class Stage:
             if due_us > to_us:
                 break
             self.spend(due_us)
-            self.latch_for(due_us, cause)
+            if cause == "Rested":
+                self.latch, self.balance_us, self.counted_us = None, 0, due_us
+            else:
+                self.latch_for(due_us, cause)
             self.compare(due_us)
         self.spend(to_us)
 
     def due(self):
-        """When a comparator or the one-shot ends it, the comparator first."""
+        """When a comparator or the one-shot ends it, the comparator first; or when pump and
+        lines have rested together for so long that nothing is remembered."""
+        if self.is_built and self.lines == ISOLATED and self.pump_off_us is not None:
+            if self.latch or self.balance_us:
+                since_us = max(self.pump_off_us, self.entered_us)
+                return since_us + self.hardware["latch_clear_us"], "Rested"
         if not self.is_built or self.latch:
             return math.inf, None
         delays = (self.hardware["comparator_us"], self.hardware["bank_comparator_us"])
@@ -157,17 +163,10 @@ class Stage:
             self.ohm = value
         elif what == "supply":
             self.supply = value or not self.is_built
-            self.clears = self.clears and not value
-        elif what == "clear":
-            self.clears = True
-            self.clear_at_rest(t_us)
-
-    def clear_at_rest(self, t_us):
-        """The pump is off for long enough, and neither line asks for anything."""
-        if self.clears and self.lines == ISOLATED:
-            if self.latch:
-                self.entered_us = t_us
-            self.latch, self.balance_us, self.counted_us = None, 0, t_us
+            if value:
+                self.pump_off_us = None
+        elif what == "pump off":
+            self.pump_off_us = value
 
     def enter(self, t_us, lines):
         """hardware.md, The stage's logic."""
@@ -184,7 +183,6 @@ class Stage:
             if SIGN[lines] and owes:
                 self.latch_for(t_us, "NotGivenBack")
         self.lines, self.entered_us, self.counted_us = lines, t_us, t_us
-        self.clear_at_rest(t_us)
 
     # What flows.
 

@@ -135,7 +135,8 @@ fn a_latched_stage_begins_anew_when_the_pump_was_off() {
     assert_eq!(latched(&mut scene), [1_010_600, 1_910_600].map(held));
 }
 
-/// Neither where a wire keeps it high, nor where the chip was held and goes on.
+/// Neither where a wire keeps it high, nor where the chip was held and goes on, nor where it
+/// goes on so late in a phase that the line rests before the pump's first edge.
 #[test]
 fn a_line_that_is_high_keeps_the_latch() {
     let stuck = Stuck {
@@ -152,4 +153,19 @@ fn a_line_that_is_high_keeps_the_latch() {
         .splice(168..172, [(1_694_900, 1_720_100, Cathodic)]);
     halted.stretches.insert(169, (1_720_200, 1_720_400, Anodic));
     assert_eq!(latched(&mut halted), [(1_695_500, Cause::Held)]);
+    // What is held again tells: 10 ms of both at rest, and it has begun anew.
+    for (rests_us, anew) in [(9, false), (9_999, false), (10_000, true)] {
+        let phases = [
+            (1_694_900, 1_720_000 - rests_us, Cathodic),
+            (1_720_050, 1_720_700, Anodic),
+        ];
+        halted.stretches.splice(168..170, phases);
+        let expected: &[u64] = if anew {
+            &[1_695_500, 1_720_650]
+        } else {
+            &[1_695_500]
+        };
+        let expected = expected.iter().map(|&at| (at, Cause::Held));
+        assert_eq!(latched(&mut halted), expected.collect::<Vec<_>>());
+    }
 }

@@ -127,13 +127,13 @@ impl<'a> Electrode<'a> {
         self.change(t_us, |e| {
             e.supplied = on || e.built.is_none();
             if on {
-                e.logic.pump();
+                e.logic.pump(None);
             }
         });
     }
 
-    pub fn clear(&mut self, t_us: u64) {
-        self.change(t_us, |e| e.logic.clear(t_us));
+    pub fn pump_rests(&mut self, t_us: u64) {
+        self.change(t_us, |e| e.logic.pump(Some(t_us)));
     }
 
     /// Time goes to `t_us`, then something changes.

@@ -64,8 +64,8 @@ enum Event {
     Load(u8, Option<f64>),
     /// The pump's detector: high voltage at the stages or none.
     Supply(bool),
-    /// The pump was off so long that latches clear.
-    Clear,
+    /// The pump has no more edge for now.
+    PumpRests,
 }
 
 /// All of them in order of time; at one instant lines come before codes.
@@ -122,7 +122,7 @@ fn play(events: &[(u64, Event)], truth: &Truth, built: Option<&Hardware>, end_us
             }
             Event::Load(channel, ohm) => electrodes[usize::from(channel)].load(t_us, ohm),
             Event::Supply(on) => electrodes.iter_mut().for_each(|e| e.supply(t_us, on)),
-            Event::Clear => electrodes.iter_mut().for_each(|e| e.clear(t_us)),
+            Event::PumpRests => electrodes.iter_mut().for_each(|e| e.pump_rests(t_us)),
         }
     }
     let mut account = Account::default();

@@ -11,7 +11,7 @@ const GIVEN_BACK_US: u64 = 900;
 /// Phases of one pulse differ by less than this, µs: one of the two edges' slots.
 const EQUAL_US: i64 = 2;
 
-/// Why a stage latched: isolated, until the pump has been off for 10 ms and both lines rest.
+/// Why a stage latched: isolated, until pump and lines have rested together for 10 ms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Cause {
     /// More current than its comparator allows.
@@ -37,8 +37,8 @@ pub(super) struct Logic {
     /// When a comparator will have tripped: the stage's, its bank's.
     trips_us: [u64; 2],
     latched: Option<Cause>,
-    /// The pump has been off for long enough.
-    clears: bool,
+    /// The pump's last edge, since it is off.
+    pumped_us: Option<u64>,
 }
 
 impl Logic {
@@ -52,7 +52,7 @@ impl Logic {
             expired: false,
             trips_us: [u64::MAX; 2],
             latched: None,
-            clears: false,
+            pumped_us: None,
         }
     }
 
@@ -83,7 +83,6 @@ impl Logic {
             }
         }
         (self.inputs, self.since_us, self.expired) = (to, t_us, false);
-        self.clear_at_rest(t_us);
         let owes = to.sign() * self.balance_us > EQUAL_US
             || !given_back && self.balance_us.abs() > EQUAL_US;
         if self.is_interlocked() && to.is_driven() && owes {
@@ -118,11 +117,24 @@ impl Logic {
 
     /// When the stage next changes by itself.
     pub fn next_event(&self) -> u64 {
-        if self.latched.is_some() {
-            return u64::MAX;
-        }
         let opens = self.opens_us().filter(|_| !self.expired);
-        opens.unwrap_or(u64::MAX).min(self.trip_us())
+        let ends = match self.latched {
+            Some(_) => u64::MAX,
+            None => opens.unwrap_or(u64::MAX).min(self.trip_us()),
+        };
+        ends.min(self.clears_us())
+    }
+
+    /// When pump and lines will have rested together for as long as a latch asks: what was
+    /// held is not driven anew.
+    fn clears_us(&self) -> u64 {
+        let keeps = self.latched.is_some() || self.balance_us != 0;
+        match (&self.built, self.pumped_us, self.inputs) {
+            (Some(built), Some(pumped_us), State::Isolated) if keeps => {
+                pumped_us.max(self.since_us) + built.latch_clear_us
+            }
+            _ => u64::MAX,
+        }
     }
 
     fn trip_us(&self) -> u64 {
@@ -131,7 +143,9 @@ impl Logic {
 
     /// Its next event comes.
     pub fn happen(&mut self, t_us: u64) {
-        if self.trip_us() <= t_us {
+        if self.clears_us() <= t_us {
+            (self.latched, self.balance_us) = (None, 0);
+        } else if self.trip_us() <= t_us {
             self.leave(t_us);
             self.latch(Cause::OverCurrent);
         } else if self.is_interlocked() {
@@ -162,21 +176,8 @@ impl Logic {
         self.trips_us = [u64::MAX; 2];
     }
 
-    /// The pump has been off for long enough.
-    pub fn clear(&mut self, t_us: u64) {
-        self.clears = true;
-        self.clear_at_rest(t_us);
-    }
-
-    /// The pump is on again.
-    pub fn pump(&mut self) {
-        self.clears = false;
-    }
-
-    /// A line that is asked for keeps the latch: what was held is not driven anew.
-    fn clear_at_rest(&mut self, t_us: u64) {
-        if self.clears && self.inputs == State::Isolated {
-            (self.latched, self.balance_us, self.since_us) = (None, 0, t_us);
-        }
+    /// The pump rests since its last edge at `since_us`, or runs again.
+    pub fn pump(&mut self, since_us: Option<u64>) {
+        self.pumped_us = since_us;
     }
 }

@@ -283,14 +283,13 @@ impl Pump {
         let Self::Runs(runs) = self else {
             return give(0, Event::Supply(true));
         };
+        give(0, Event::PumpRests);
         for (index, &(first, last)) in runs.iter().enumerate() {
             let next = runs.get(index + 1).map_or(u64::MAX, |run| run.0);
             give(first, Event::Supply(true));
+            give(last, Event::PumpRests);
             if last + hardware.pump_hold_us <= next {
                 give(last + hardware.pump_hold_us, Event::Supply(false));
-            }
-            if last + hardware.latch_clear_us <= next {
-                give(last + hardware.latch_clear_us, Event::Clear);
             }
         }
     }
