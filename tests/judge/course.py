@@ -31,6 +31,7 @@ class Span:
     # the end, and the part that flowed through the electrode (negative: back).
     left: float = 1.0
     returned: float = 0.0
+    lines_us: int = 0  # when the lines last changed
 
 
 # From the pins to the stage.
@@ -212,6 +213,7 @@ class Stage:
         if to_us <= self.now_us:
             return
         span = Span(self.now_us, to_us, self.sign(), self.state() == GROUNDED)
+        span.lines_us = self.entered_us
         span.volts, seconds = self.volts, 1e-6 * (to_us - self.now_us)
         if not self.is_built:
             amperes = self.current(0.0) if span.sign else 0.0

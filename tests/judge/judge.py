@@ -60,7 +60,8 @@ class Pulse:
 
     start_us: int
     end_us: int
-    sign: int
+    phase_us: int  # when its latest phase began
+    sign: int  # of the latest phase
     phases: int = 1
     net: float = 0.0
     greatest: float = 0.0
@@ -138,22 +139,25 @@ class Rules:
 
     def phase(self, start_us, end_us, sign, first, end):
         pulse = self.pulse
-        if (pulse and pulse.phases == 1 and pulse.sign != sign
-                and start_us - pulse.start_us <= COMMANDED_US + LONGEST_GAP_US):
-            pulse.phases = 2
+        is_second = pulse and pulse.phases == 1 and pulse.sign != sign
+        is_late = pulse and start_us - pulse.start_us > COMMANDED_US + LONGEST_GAP_US
+        if (pulse and pulse.sign == sign
+                and self.stage.spans[first].lines_us <= pulse.phase_us):
+            start_us = pulse.phase_us  # the latest phase goes on, after an interruption
+        elif is_second and not is_late:
+            pulse.phases, pulse.phase_us, pulse.sign = 2, start_us, sign
+        elif is_second and self.has_fault_by(start_us):
+            pulse.phases, pulse.phase_us, pulse.sign = 2, start_us, sign
+            self.count(start_us)
         else:
             excused = len(self.excused)
             self.end_pulse(start_us)
             if (len(self.excused) > excused
                     and start_us - pulse.end_us <= LONGEST_GAP_US):
                 self.samples.pop()  # this may be its rest: no second begins between them
-            pulse = self.pulse = Pulse(start_us, start_us, sign, at=first)
+            pulse = self.pulse = Pulse(start_us, start_us, start_us, sign, at=first)
             pulse.before = self.stage.hardware["capacitor_f"] * self.stage.spans[first].volts
-            self.begun_us = [t for t in self.begun_us if t > start_us - SECOND_US]
-            self.begun_us.append(start_us)
-            if len(self.begun_us) > self.of["pulses_per_s"]:
-                self.account.find("Rate", start_us, len(self.begun_us),
-                                  self.of["pulses_per_s"])
+            self.count(start_us)
         lasted_us = end_us - start_us
         if lasted_us > ANY_US:
             self.account.find("AnyPhase", start_us, lasted_us, ANY_US)
@@ -168,6 +172,12 @@ class Rules:
         pulse.net += charge
         pulse.greatest = max(pulse.greatest, abs(charge))
         pulse.is_long |= lasted_us > COMMANDED_US
+
+    def count(self, t_us):
+        """One more pulse began within a second."""
+        self.begun_us = [t for t in self.begun_us if t > t_us - SECOND_US] + [t_us]
+        if len(self.begun_us) > self.of["pulses_per_s"]:
+            self.account.find("Rate", t_us, len(self.begun_us), self.of["pulses_per_s"])
 
     def has_fault_by(self, t_us):
         return bool(self.faults) and self.faults[0] <= t_us

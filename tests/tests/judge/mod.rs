@@ -4,6 +4,7 @@
 
 mod drawn;
 mod interlock;
+mod parts;
 mod rules;
 mod scene;
 mod second;

@@ -3,14 +3,13 @@
 use super::account::{Account, Latched, Rule, Truncated};
 use super::circuit::{Circuit, Path, Source};
 use super::direct::{Direct, Sample};
+use super::pulse::{COMMANDED_US, Phase, Pulse};
 use super::stage::Logic;
 use super::truth::{Channel, Hardware, Stage, Truth};
 use crate::trace::levels::State;
 use crate::trace::pulses::MAX_GAP_US;
 use std::collections::VecDeque;
 
-/// Longest phase that may be commanded, µs (hardware.md, one-shot).
-const COMMANDED_US: u64 = 500;
 /// Longest phase at all, µs: the one-shot's upper bound (hardware.md, one-shots).
 const ANY_US: u64 = 650;
 /// What the wearer's limit may be exceeded by.
@@ -19,36 +18,9 @@ const CURRENT_MARGIN: f64 = 1.05;
 const DIRECT_A: f64 = 1e-6;
 /// Charge of one truncated pulse, C: 650 µs of 100 mA.
 const TRUNCATED_C: f64 = 65e-6;
-/// Phases that differ by less than this part of their charge belong together.
-const BALANCED: f64 = 0.05;
 /// Grounding that gives a phase's charge back, µs (hardware.md: at least 1 ms).
 const GIVES_BACK_US: u64 = 900;
-/// A phase that is alone after this long remains so, µs: the grounding of a
-/// member of an isolated group may have to wait for others.
-const ALONE_US: u64 = 5_000;
 const SECOND_US: u64 = 1_000_000;
-
-/// A stretch of current in one direction.
-#[derive(Clone, Copy, Debug)]
-struct Phase {
-    start_us: u64,
-    sign: i64,
-    /// Its own, C: without what the capacitor held before its pulse and gives back.
-    charge: f64,
-}
-
-/// One or two phases that belong together, and what they left.
-#[derive(Clone, Copy, Debug)]
-struct Pulse {
-    start_us: u64,
-    end_us: u64,
-    first: i64,
-    phases: u8,
-    /// Of its phases, C: their sum and the greatest.
-    net: f64,
-    greatest: f64,
-    is_long: bool,
-}
 
 /// One channel's stage and electrode through time.
 pub(super) struct Electrode<'a> {
@@ -181,12 +153,9 @@ impl<'a> Electrode<'a> {
     /// When the pulse under way is over if nothing more is driven.
     fn rest_due(&self) -> Option<u64> {
         let pulse = self.pulse.filter(|_| self.phase.is_none())?;
-        let wait_us = match pulse.phases {
-            1 => ALONE_US,
-            _ => MAX_GAP_US + 1,
-        };
         let is_isolated = self.grounded_since.is_none();
-        is_isolated.then_some((pulse.end_us.max(self.ungrounded_us) + wait_us).max(self.now_us))
+        is_isolated
+            .then_some((pulse.end_us.max(self.ungrounded_us) + pulse.waits_us()).max(self.now_us))
     }
 
     /// How the stage is connected now.
@@ -272,41 +241,44 @@ impl<'a> Electrode<'a> {
             .compare(t_us, levels.map(|level| milliamps > level));
     }
 
+    /// Whether a fault that came by `t_us` has excused no pulse yet.
+    fn is_due(&self, t_us: u64) -> bool {
+        self.faults.front().is_some_and(|&fault| fault <= t_us)
+    }
+
     fn begin_phase(&mut self, t_us: u64, sign: i64) {
-        // From its start: the first phase may have been cut.
-        let second = self.pulse.as_mut().filter(|pulse| {
-            let since_us = t_us - pulse.start_us;
-            pulse.phases == 1 && pulse.first != sign && since_us <= COMMANDED_US + MAX_GAP_US
-        });
-        match second {
-            Some(pulse) => pulse.phases = 2,
-            None => {
+        let (is_due, lines_us) = (self.is_due(t_us), self.logic.since_us());
+        let start_us = match &mut self.pulse {
+            Some(pulse) if pulse.is_interrupted(sign, lines_us) => pulse.phase_us,
+            Some(pulse) if pulse.lacks(sign) && (is_due || pulse.awaits(t_us)) => {
+                let is_late = !pulse.awaits(t_us);
+                pulse.begin_second(t_us);
+                if is_late {
+                    self.count_begun(t_us);
+                }
+                t_us
+            }
+            _ => {
                 let end_us = self.pulse.map(|pulse| pulse.end_us);
                 let is_near = end_us.is_some_and(|us| t_us - us <= MAX_GAP_US);
                 if self.end_pulse(t_us) && is_near {
                     self.direct.goes_on();
                 }
-                self.begin_pulse(t_us, sign);
+                self.circuit.begin_pulse();
+                self.pulse = Some(Pulse::new(t_us, sign));
+                self.count_begun(t_us);
+                t_us
             }
-        }
+        };
         self.phase = Some(Phase {
-            start_us: t_us,
+            start_us,
             sign,
             charge: 0.0,
         });
     }
 
-    fn begin_pulse(&mut self, t_us: u64, sign: i64) {
-        self.circuit.begin_pulse();
-        self.pulse = Some(Pulse {
-            start_us: t_us,
-            end_us: t_us,
-            first: sign,
-            phases: 1,
-            net: 0.0,
-            greatest: 0.0,
-            is_long: false,
-        });
+    /// One more pulse began within the last second.
+    fn count_begun(&mut self, t_us: u64) {
         self.begun.push_back(t_us);
         while self.begun.front().is_some_and(|&t| t + SECOND_US <= t_us) {
             self.begun.pop_front();
@@ -322,10 +294,9 @@ impl<'a> Electrode<'a> {
             return;
         };
         let lasted = t_us - phase.start_us;
-        let excused = self.faults.front().is_some_and(|&fault| fault <= t_us);
         if lasted > ANY_US {
             self.find(Rule::AnyPhase, phase.start_us, lasted as f64, ANY_US as f64);
-        } else if lasted > COMMANDED_US && !excused {
+        } else if lasted > COMMANDED_US && !self.is_due(t_us) {
             let limit = COMMANDED_US as f64;
             self.find(Rule::CommandedPhase, phase.start_us, lasted as f64, limit);
         }
@@ -339,10 +310,7 @@ impl<'a> Electrode<'a> {
             }
         }
         if let Some(pulse) = &mut self.pulse {
-            pulse.end_us = t_us;
-            pulse.net += phase.charge;
-            pulse.greatest = pulse.greatest.max(phase.charge.abs());
-            pulse.is_long |= lasted > COMMANDED_US;
+            pulse.end_phase(t_us, phase);
         }
     }
 
@@ -363,12 +331,11 @@ impl<'a> Electrode<'a> {
         let Some(pulse) = self.pulse.take() else {
             return false;
         };
-        let is_cut = pulse.net.abs() > BALANCED * pulse.greatest;
-        let is_due = self.faults.front().is_some_and(|&fault| fault <= t_us);
+        let is_cut = pulse.is_cut();
         if is_cut {
             self.circuit.set_apart(pulse.net);
         }
-        let is_excused = is_due && (is_cut || pulse.is_long);
+        let is_excused = self.is_due(t_us) && (is_cut || pulse.is_long);
         if is_excused {
             self.excuse(&pulse, t_us);
         }

@@ -15,6 +15,7 @@ mod account;
 mod circuit;
 mod direct;
 mod electrode;
+mod pulse;
 mod stage;
 mod truth;
 

@@ -65,6 +65,11 @@ impl Logic {
         }
     }
 
+    /// When its lines last changed.
+    pub const fn since_us(&self) -> u64 {
+        self.since_us
+    }
+
     pub const fn latched(&self) -> Option<Cause> {
         self.latched
     }

@@ -1,0 +1,86 @@
+//! One pulse that a fault pulls apart: one pulse still, with one excuse.
+
+use super::rules::NONE;
+use super::scene::{Anodic, Cathodic, Scene};
+use hal_sim::trace::judge::{Fault, Pump, Rule};
+
+/// The pulse at 1.01 s: `first_us` cathodic, after `gap_us` anodic for `second_us`.
+fn stretched(first_us: u64, gap_us: u64, second_us: u64) -> Scene {
+    let mut scene = Scene::biphasic(100, 200);
+    let (at, second) = (1_010_000, 1_010_000 + first_us + gap_us);
+    let parts = [
+        (at, at + first_us, Cathodic),
+        (second, second + second_us, Anodic),
+    ];
+    scene.stretches.splice(100..102, parts);
+    scene.truth.channels[0].pulses_per_s = 51; // a late second phase counts as begun
+    scene.truth.faults.push(Fault { t_us: 1_010_100 });
+    scene
+}
+
+/// A clock that falls to a sixth within a pulse makes its gap longer, too.
+#[test]
+fn a_clock_that_falls_within_a_pulse_leaves_one_pulse() {
+    for (first_us, gap_us, second_us) in [(589, 120, 202), (540, 600, 300), (300, 4_900, 200)] {
+        let mut scene = stretched(first_us, gap_us, second_us);
+        let verdict = scene.verdict();
+        for account in [&verdict.as_built, &verdict.bare] {
+            assert_eq!(account.findings, [], "{first_us} {gap_us} {second_us}");
+            let [cut] = account.truncated[..] else {
+                panic!("{:?}", account.truncated)
+            };
+            let left_uc = 12e-3 * (second_us as f64 - first_us as f64);
+            assert!((cut.charge_uc - left_uc).abs() < 1e-3, "{cut:?}");
+        }
+        // Without a fault nothing is excused.
+        scene.truth.faults.clear();
+        assert!(scene.rules()[1].contains(&Rule::DirectCurrent));
+    }
+    // A phase that comes after a pulse is over is another's, which has no excuse: 2.4 µC.
+    let late = stretched(300, 5_001, 200);
+    assert_eq!(late.rules(), [[Rule::DirectCurrent]; 2]);
+    // It began a pulse as far as the rate goes, excused or not (0.96 µC).
+    for faults in [1, 0] {
+        let mut scene = stretched(80, 1_000, 80);
+        scene.truth.faults.truncate(faults);
+        assert_eq!(scene.rules(), NONE, "{faults}");
+        scene.truth.channels[0].pulses_per_s = 50;
+        assert_eq!(scene.rules(), [[Rule::Rate]; 2], "{faults}");
+    }
+}
+
+/// The second phase of the pulse at 1.01 s is held for `held_us`; 325 µs after its begin the
+/// supply is gone, and 58 µs later it is back.
+fn held(held_us: u64) -> Scene {
+    let mut scene = Scene::biphasic(51, 200); // it is the last
+    scene.stretches[101].1 = 1_010_205 + held_us;
+    scene.end_us = 2_020_000;
+    scene.pump = Pump::Runs(vec![(0, 1_010_230), (1_010_588, 2_100_000)]);
+    scene.truth.faults.push(Fault { t_us: 1_010_240 });
+    scene
+}
+
+/// A debugger that holds core and timers, and with them the pump, interrupts a phase.
+#[test]
+fn a_phase_that_the_supply_interrupts_is_one_phase() {
+    let mut scene = held(533);
+    assert_eq!(scene.rules(), NONE);
+    let cut = scene.verdict().as_built.truncated[0];
+    assert!((cut.charge_uc - 3.3).abs() < 0.01, "{cut:?}"); // 475 µs less 200
+    scene.truth.faults.clear();
+    let rules = [Rule::CommandedPhase, Rule::DirectCurrent];
+    assert_eq!(scene.rules(), [rules; 2]);
+    // Its length is the whole, not that of its parts of 325 and 277 µs.
+    let mut scene = held(660);
+    scene.truth.hardware.one_shot_us = 700;
+    assert_eq!(scene.rules(), [[Rule::AnyPhase]; 2]);
+    assert_eq!(scene.verdict().as_built.findings[0].amount, 660.0);
+    // Where the lines let go for as long it is two, and the later, 150 µs, has no excuse: the
+    // interlock's balance stops it.
+    let mut scene = held(533);
+    scene.pump = Pump::Throughout;
+    scene.stretches[101].1 = 1_010_530;
+    scene.stretches.insert(102, (1_010_588, 1_010_738, Anodic));
+    scene.truth.channels[0].pulses_per_s = 51;
+    assert_eq!(scene.rules(), [vec![], vec![Rule::DirectCurrent]]);
+}
