@@ -101,8 +101,8 @@ class Rules:
                         self.pulse.net = 0.0
                     self.end_pulse(to_us)
         last = stage.spans[-1] if stage.spans else None
-        if last and not last.grounded and not last.sign:
-            self.rest(end_us)
+        if last and not last.grounded and not last.sign and self.rest(end_us):
+            self.end_pulse(end_us)
 
     def course(self):
         """Phases and groundings: spans without a pause between them, joined."""
@@ -119,12 +119,16 @@ class Rules:
         return [(kind, a, b, sign, first, end) for kind, sign, a, b, first, end in joined]
 
     def rest(self, until_us):
-        """Ends the pulse that is over by then, though nothing follows."""
+        """Ends the pulse that is over by then, though nothing follows; whether there was
+        one."""
         if self.pulse:
             wait_us = ALONE_US if self.pulse.phases == 1 else LONGEST_GAP_US + 1
             due_us = max(self.pulse.end_us, self.ungrounded_us) + wait_us
-            if due_us <= until_us:
+            put_off = self.pulse.phases == 1 and self.has_fault_by(due_us)
+            if due_us <= until_us and not put_off:  # else the next phase tells
                 self.end_pulse(due_us)
+            return due_us <= until_us
+        return False
 
     def own_charge(self, pulse, first, end):
         """Of these spans, without what the capacitor held before the pulse."""

@@ -150,12 +150,18 @@ impl<'a> Electrode<'a> {
         self.flow(to_us);
     }
 
-    /// When the pulse under way is over if nothing more is driven.
-    fn rest_due(&self) -> Option<u64> {
+    /// When the pulse under way is over if nothing more is driven, by its wait alone.
+    fn over_us(&self) -> Option<u64> {
         let pulse = self.pulse.filter(|_| self.phase.is_none())?;
         let is_isolated = self.grounded_since.is_none();
-        is_isolated
-            .then_some((pulse.end_us.max(self.ungrounded_us) + pulse.waits_us()).max(self.now_us))
+        is_isolated.then_some(pulse.end_us.max(self.ungrounded_us) + pulse.waits_us())
+    }
+
+    /// The same; but where a fault may have put its second phase off, the next phase tells.
+    fn rest_due(&self) -> Option<u64> {
+        let is_lone = self.pulse.is_some_and(|pulse| pulse.is_lone());
+        let over_us = self.over_us()?;
+        (!is_lone || !self.is_due(over_us)).then_some(over_us.max(self.now_us))
     }
 
     /// How the stage is connected now.
@@ -379,6 +385,9 @@ impl<'a> Electrode<'a> {
     /// so long, what its pulse will leave nobody knows.
     pub fn finish(mut self, end_us: u64) -> Account {
         self.advance(end_us);
+        if self.over_us().is_some_and(|over_us| over_us <= end_us) {
+            self.end_pulse(end_us);
+        }
         self.end_phase(end_us);
         self.account.direct_ua.push(1e6 * self.direct.last);
         self.account

@@ -56,13 +56,18 @@ impl Pulse {
         self.sign == sign && lines_us <= self.phase_us
     }
 
+    /// It has no second phase yet.
+    pub const fn is_lone(&self) -> bool {
+        self.phases == 1
+    }
+
     /// Whether a phase of `sign` could be its second.
     pub const fn lacks(&self, sign: i64) -> bool {
-        self.phases == 1 && self.sign != sign
+        self.is_lone() && self.sign != sign
     }
 
     /// Whether a second phase may begin as late as `t_us`, counted from its start: the first
-    /// may have been cut. A fault that slows a clock makes it later.
+    /// may have been cut. A fault that slows or stops a clock makes it later.
     pub const fn awaits(&self, t_us: u64) -> bool {
         t_us - self.start_us <= COMMANDED_US + MAX_GAP_US
     }
