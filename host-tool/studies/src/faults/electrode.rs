@@ -3,11 +3,11 @@
 
 use super::Draws;
 use super::bench::{Bench, HOST_US};
-use super::case::{Case, Fate};
+use super::case::{Case, Ended, Fate};
 use super::declaration::Declaration;
 use super::error::FaultsError;
 use super::kinds::Kinds;
-use super::simulated::{Boards, Simulated, TWO_WINDOWS_US, judged};
+use super::simulated::{Boards, Simulated, TWO_WINDOWS_US, is_isolated_for_good, judged};
 use super::truth::declared_truth;
 use firmware::link::Request;
 use firmware::lockstep::Sensors;
@@ -24,8 +24,6 @@ const STREAM: u64 = 0xE1EC;
 const PEELS: (f64, f64, u64) = (1_000.0, 25_000.0, 10_000_000);
 /// What a current stage can put across its load, V (docs/hardware.md).
 const COMPLIANCE_V: f64 = 120.0;
-/// Played on after a fault was told, µs.
-const AFTER_US: u64 = 50_000;
 
 /// The comparators' line pulled.
 const OVER_CURRENT: &str = "over-current";
@@ -96,13 +94,14 @@ impl<B: Boards> Electrode<B> {
         })
     }
 
-    /// Breaks it and plays on; what the judge is to know of it goes into `truth`.
+    /// Breaks it and plays on, until the outputs are isolated for good or to the end; what the
+    /// judge is to know of it goes into `truth`.
     fn play(
         &self,
         bench: &mut Bench<B::Board>,
         drawn: &Drawn<'_>,
         truth: &mut Truth,
-    ) -> std::io::Result<()> {
+    ) -> std::io::Result<Ended> {
         let (begin_us, index) = (bench.now_us(), usize::from(drawn.channel));
         let mut ends_us = begin_us + self.declaration.timing().runs_us;
         let loads = &mut truth.channels[index].loads;
@@ -146,11 +145,12 @@ impl<B: Boards> Electrode<B> {
                 load(bench, Some((PEELS.0 + part * (PEELS.1 - PEELS.0)) as u32));
             }
             bench.run_to(bench.now_us() + HOST_US)?;
-            if bench.heard().fault.is_some() {
-                return bench.run_to(bench.now_us() + AFTER_US);
+            let (device, trace) = (&bench.device, &bench.recorder.trace);
+            if is_isolated_for_good(bench.heard(), device, trace, bench.now_us()) {
+                return Ok(Ended::Isolated);
             }
         }
-        Ok(())
+        Ok(Ended::Played)
     }
 }
 
@@ -230,6 +230,7 @@ impl<B: Boards> Draws for Electrode<B> {
             moment_us,
             what: drawn.in_words(),
             fate: Fate {
+                ended: played.as_ref().copied().unwrap_or_default(),
                 stopped: played.err().map(|e| e.to_string()),
                 ..fate
             },

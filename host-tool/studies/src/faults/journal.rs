@@ -6,6 +6,7 @@
 use super::case::Case;
 use super::declaration::Declaration;
 use super::error::FaultsError;
+use host_core::record::Program;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -18,6 +19,9 @@ pub const JOURNAL: &str = "faults.jsonl";
 /// Which campaign it is: another one does not go on in the same folder.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Identity {
+    /// Which program plays and judges it, with its commit.
+    #[serde(default)]
+    pub program: String,
     /// Which class.
     pub class: String,
     /// chip or native.
@@ -35,6 +39,7 @@ impl Identity {
     #[must_use]
     pub fn of(declaration: &Declaration, device: &str, seed: u64, image: Option<String>) -> Self {
         Self {
+            program: Program::this().words(),
             class: declaration.class.to_string(),
             device: device.to_owned(),
             seed,
@@ -51,6 +56,7 @@ impl Identity {
                 all.push(format!("{what} is {here}, not {asked}"));
             }
         };
+        differs("program", &other.program, &self.program);
         differs("class", &other.class, &self.class);
         differs("device", &other.device, &self.device);
         differs("seed", &other.seed.to_string(), &self.seed.to_string());
@@ -203,6 +209,13 @@ mod tests {
                 ..identity.clone()
             },
             "seed is 1, not 2",
+        );
+        refused(
+            Identity {
+                program: "of yesterday".into(),
+                ..identity.clone()
+            },
+            "program is 0.1.0",
         );
         refused(
             Identity {
