@@ -20,7 +20,7 @@ pub const JOURNAL: &str = "faults.jsonl";
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Identity {
     /// Which program plays and judges it, with its commit.
-    #[serde(default)]
+    #[serde(default = "untold")]
     pub program: String,
     /// Which class.
     pub class: String,
@@ -32,6 +32,11 @@ pub struct Identity {
     pub image: Option<String>,
     /// SHA-256 of what is declared, by file.
     pub declared: BTreeMap<String, String>,
+}
+
+/// Of a journal from before it was kept.
+fn untold() -> String {
+    "not told".to_owned()
 }
 
 impl Identity {
