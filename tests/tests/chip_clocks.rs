@@ -68,6 +68,27 @@ fn a_register_that_changes_isolates_within_two_windows() {
     assert!(missed.is_empty(), "{missed:?}");
 }
 
+/// A mask that nobody set, whatever it lets through: where that is the refill, USB alone may
+/// be cut off by it, and nothing else would tell.
+#[test]
+fn a_priority_that_is_masked_isolates_within_two_windows() {
+    let (bench, at) = Bench::in_a_pulse();
+    for basepri in (1..16).map(|priority| priority << 4) {
+        let mut bench = bench.clone();
+        bench.board.cpu.registers.basepri = basepri;
+        bench.run_us(3_000); // the watchdog comes after 4 ms
+        let (since, last) = *bench.record.trace.levels.last().unwrap();
+        let late = since.saturating_sub(at);
+        bench.board.cpu.registers.basepri = 0;
+        bench.run_us(3_000);
+        let fault = bench.fault();
+        println!("{basepri:#04x}: isolated after {late} us, {fault:?}");
+        assert_eq!(last, Levels::ISOLATED, "{basepri:#04x}");
+        assert!(late <= TWO_WINDOWS_US, "{basepri:#04x}: {late} us");
+        assert!(fault.is_some(), "{basepri:#04x}");
+    }
+}
+
 /// A crystal or a multiplier that is 0.3 % off is found by the host's frames in 4 s;
 /// one that is 0.1 % off is not.
 #[test]
