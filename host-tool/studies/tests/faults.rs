@@ -210,6 +210,17 @@ fn nothing_comes_of_what_is_broken_on_the_link() {
     }
 }
 
+/// An `Arm` among others in one long write is obeyed while the rest waits for the bus.
+#[test]
+fn an_order_within_a_long_write_counts_from_when_it_is_taken() {
+    let declaration = Declaration::of(Class::Link).unwrap();
+    let image = chip_image(None).unwrap();
+    let campaign = Campaign::on_chip(5_005, &declaration, &image).unwrap();
+    let case = campaign.case(150).unwrap();
+    assert!(case.fate.changed_us.is_some(), "{case:?}");
+    assert!(case.fate.severe.is_empty(), "{case:?}");
+}
+
 /// A broken link's case that ends once nothing can begin has the fate of one that is played
 /// for as long as any; what changed first may come later than its end.
 #[test]

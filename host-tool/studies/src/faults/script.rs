@@ -15,6 +15,7 @@ use hal_sim::lockstep::{Device, Output};
 use hal_sim::native::native;
 use hal_sim::trace::Trace;
 use hal_sim::trace::judge::{Rule, Truth, Verdict};
+use hal_sim::wire::faults::DELIMITER;
 use hal_sim::wire::stream::{Stream, Write};
 use hal_sim::world::Recorder;
 use host_core::run::{SessionFile, power_on, run, simulated};
@@ -329,7 +330,12 @@ fn say<D: Simulated>(
         let is_lost = (out_us..in_us).contains(&write.t_us) || !bench.device.is_connected();
         if !is_lost {
             bench.receive(write.t_us, &write.bytes)?;
-            waiting.push_back(write.clone());
+            // A frame by itself: it is obeyed while what was written behind it waits.
+            let frames = write.bytes.split_inclusive(|&byte| byte == DELIMITER);
+            waiting.extend(frames.map(|bytes| Write {
+                t_us: write.t_us,
+                bytes: bytes.to_vec(),
+            }));
         }
     }
     for (at, is_in) in cable.filter(|it| it.0 < end_us) {
