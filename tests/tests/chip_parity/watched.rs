@@ -14,8 +14,8 @@ use tests::desk::flashed;
 pub struct Served {
     /// The time that the session was told.
     pub at: Micros,
-    /// When its last order was posted, or, if it had none for the pulser, when the
-    /// call returned; µs of device time, rounded down.
+    /// When its last order or request was posted, or, if it had none for the pulser
+    /// or the controller, when the call returned; µs of device time, rounded down.
     pub done: Micros,
     /// What it was handed.
     pub bytes: Vec<u8>,
@@ -23,11 +23,14 @@ pub struct Served {
 
 /// Stops where `Session::receive` begins and where the call under way ends; and
 /// where an order in it begins and has been posted: a refill that interrupts the
-/// call from there on sees the order.
+/// call from there on sees the order, and a control tick the request.
 pub struct Gate {
     entry: u32,
     exit: Option<u32>,
     order: u32,
+    request: u32,
+    /// Where the request under way returns.
+    asked: Option<u32>,
     /// When the order under way began, and the queue that it goes to.
     begun: (Micros, u32),
     posted: Option<u32>,
@@ -36,7 +39,8 @@ pub struct Gate {
 
 impl Observer for Gate {
     fn stops_before(&mut self, pc: u32) -> bool {
-        pc == self.entry || pc == self.order || [self.exit, self.posted].contains(&Some(pc))
+        [self.entry, self.order, self.request].contains(&pc)
+            || [self.exit, self.posted, self.asked].contains(&Some(pc))
     }
 }
 
@@ -61,6 +65,8 @@ impl Watched {
             entry: function("session::Session::receive"),
             exit: None,
             order: function("session::requests::later"),
+            request: function("session::submit"),
+            asked: None,
             begun: (Micros::new(0), 0),
             posted: None,
             has_posted: false,
@@ -144,6 +150,11 @@ impl Watched {
             let (begun, queue) = gate.begun;
             let is_taken = read(queue, Size::Word) == read(queue + 4, Size::Word);
             self.served.last_mut().unwrap().done = if is_taken { begun } else { now };
+        } else if pc == gate.request {
+            gate.asked = Some(exit);
+        } else if Some(pc) == gate.asked {
+            (gate.asked, gate.has_posted) = (None, true);
+            self.served.last_mut().unwrap().done = now;
         } else if pc == gate.entry {
             self.served.push(Served {
                 at: Micros::new(r[1]),
