@@ -1,12 +1,12 @@
 //! The cases of a campaign as they are done, so that what was interrupted goes on.
 //!
-//! A file of lines of JSON: what is played, then a case each, in their order. A line that
-//! was cut off is dropped.
+//! A file of lines of JSON: what is played, then a case each, in their order, with a sum
+//! over all up to it. A line that was cut off is dropped.
 
 use super::case::Case;
 use super::declaration::Declaration;
 use super::error::FaultsError;
-use host_core::record::Program;
+use host_core::record::{Program, sha256};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -78,11 +78,32 @@ impl Identity {
     }
 }
 
+/// A case as a line of the file has it.
+#[derive(Serialize, Deserialize)]
+struct Line {
+    case: Case,
+    /// Over the sum of the line before and the case.
+    sum: String,
+}
+
 /// The file, to write in.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
     file: File,
+    /// Of its last line.
+    sum: String,
+}
+
+/// What a campaign's folder has once it was published.
+const RESULT: &str = "result.json";
+
+/// SHA-256 of `value` as JSON after the sum `before`: a line that is changed, exchanged or
+/// taken out shows in its own or in the next.
+fn chained(before: &str, value: &impl Serialize) -> Result<String, serde_json::Error> {
+    Ok(sha256(
+        format!("{before}{}", serde_json::to_string(value)?).as_bytes(),
+    ))
 }
 
 impl Journal {
@@ -107,9 +128,13 @@ impl Journal {
         let mut journal = Self {
             path: path.clone(),
             file,
+            sum: chained("", identity).map_err(|e| told(e.to_string()))?,
         };
         let mut lines = text.lines();
         let Some(first) = lines.next() else {
+            if dir.join(RESULT).exists() {
+                return Err(told(format!("it is empty, and {RESULT} lies beside it")));
+            }
             journal.line(identity)?;
             return Ok((journal, Vec::new()));
         };
@@ -119,16 +144,26 @@ impl Journal {
             let dir = dir.display().to_string();
             return Err(FaultsError::AnotherCampaign(dir, differences.join(", ")));
         }
+        let cases = journal.cases(lines).map_err(told)?;
+        Ok((journal, cases))
+    }
+
+    /// Those of `lines`, or what is wrong with them; the sum goes on to the last.
+    fn cases<'a>(&mut self, lines: impl Iterator<Item = &'a str>) -> Result<Vec<Case>, String> {
         let mut cases = Vec::new();
         for (number, line) in (0_u64..).zip(lines) {
-            let case: Case = serde_json::from_str(line).map_err(|e| told(e.to_string()))?;
+            let Line { case, sum } = serde_json::from_str(line).map_err(|e| e.to_string())?;
             if case.index != number {
                 let index = case.index;
-                return Err(told(format!("case {index} stands where {number} should")));
+                return Err(format!("case {index} stands where {number} should"));
+            }
+            self.sum = chained(&self.sum, &case).map_err(|e| e.to_string())?;
+            if self.sum != sum {
+                return Err(format!("case {number} is not as it was written"));
             }
             cases.push(case);
         }
-        Ok((journal, cases))
+        Ok(cases)
     }
 
     /// Adds what was played.
@@ -136,7 +171,18 @@ impl Journal {
     /// # Errors
     /// E791.
     pub fn add(&mut self, cases: &[Case]) -> Result<(), FaultsError> {
-        cases.iter().try_for_each(|case| self.line(case))
+        cases.iter().try_for_each(|case| {
+            let told = |e: serde_json::Error| {
+                FaultsError::Journal(self.path.display().to_string(), e.to_string())
+            };
+            let sum = chained(&self.sum, case).map_err(told)?;
+            self.line(&Line {
+                case: case.clone(),
+                sum: sum.clone(),
+            })?;
+            self.sum = sum;
+            Ok(())
+        })
     }
 
     fn line(&mut self, value: &impl Serialize) -> Result<(), FaultsError> {
@@ -192,6 +238,44 @@ mod tests {
         journal.add(&[case(2)]).unwrap();
         let (_, cases) = Journal::open(&dir, &identity).unwrap();
         assert_eq!(cases, [case(0), case(1), case(2)]);
+        std::fs::remove_dir_all(&dir).unwrap();
+    }
+
+    #[test]
+    fn a_line_that_was_changed_and_an_emptied_file_are_refused() {
+        let dir = folder("changed");
+        let declaration = Declaration::of(Class::Flips).unwrap();
+        let identity = Identity::of(&declaration, "chip", 1, None);
+        let (mut journal, _) = Journal::open(&dir, &identity).unwrap();
+        journal.add(&[case(0), case(1), case(2)]).unwrap();
+        let path = dir.join(JOURNAL);
+        let text = std::fs::read_to_string(&path).unwrap();
+        let refused = |text: &str, wanted: &str| {
+            std::fs::write(&path, text).unwrap();
+            let error = Journal::open(&dir, &identity).unwrap_err().to_string();
+            assert!(
+                error.starts_with("E791 ") && error.contains(wanted),
+                "{error}"
+            );
+        };
+        // Of the second case alone.
+        let lines: Vec<&str> = text.lines().collect();
+        for (was, is) in [
+            ("\"found\":false", "\"found\":true"),
+            ("\"changed_us\":null", "\"changed_us\":7"),
+            ("kind: it", "kind: is"),
+            ("\"moment_us\":7", "\"moment_us\":8"),
+        ] {
+            let second = lines[2].replace(was, is);
+            assert_ne!(second, lines[2], "{was}");
+            let changed = [lines[0], lines[1], &second, lines[3], ""].join("\n");
+            refused(&changed, "case 1 is not as it was written");
+        }
+        std::fs::write(dir.join(RESULT), "{}").unwrap();
+        refused("", "result.json lies beside it");
+        std::fs::write(&path, &text).unwrap();
+        let (_, cases) = Journal::open(&dir, &identity).unwrap();
+        assert_eq!(cases.len(), 3);
         std::fs::remove_dir_all(&dir).unwrap();
     }
 

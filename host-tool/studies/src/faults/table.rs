@@ -137,7 +137,7 @@ pub(super) fn in_words(case: &Case) -> String {
     let fault = fate.fault.map(|it| format!("fault {}", it.number()));
     let reset = fate.reset.then(|| "reset".to_owned());
     let unfound = (fate.must_find && !fate.found).then(|| "NOT FOUND".to_owned());
-    let other = (!fate.must_find && fate.found).then(|| "what is true was not taken".to_owned());
+    let other = (!fate.must_find && fate.found).then(|| "told, though nothing shows it".to_owned());
     let changed = fate
         .changed_us
         .map(|us| format!("first change {us} us after"));
