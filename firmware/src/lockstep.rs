@@ -389,7 +389,7 @@ impl Lockstep {
         }
         if !self.skips || self.mail.has_for_session() {
             let (_, _, mut mail) = self.mail.split();
-            self.session.poll(&mut mail);
+            self.session.poll(now, &mut mail);
         }
         if result.is_err() {
             self.isolate(now, sink);

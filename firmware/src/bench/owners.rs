@@ -195,7 +195,7 @@ impl Desk {
     /// Takes what the session says.
     fn listen(&mut self) {
         let (_, _, mut mail) = self.mail.split();
-        self.session.poll(&mut mail);
+        self.session.poll(self.start, &mut mail);
         let mut buffer = [0; MAX_FRAME];
         while self.session.has_output() {
             let count = self.session.transmit(&mut buffer);

@@ -7,6 +7,7 @@
 
 mod opening;
 mod outbox;
+mod present;
 mod requests;
 
 pub use opening::{Identity, first_session};
@@ -21,6 +22,7 @@ use crate::safety::{Notice, StageTable, State};
 use crate::units::Micros;
 use heapless::Deque;
 use outbox::{Outbox, ROOM};
+use present::is_of_present;
 
 /// Room that telemetry leaves for answers.
 const RESERVED: usize = 768;
@@ -130,13 +132,22 @@ impl Session {
         self.refuse(None, refusal);
     }
 
-    /// Carries the other owners' reports to the host.
-    pub fn poll(&mut self, mail: &mut SessionMail<'_>) {
+    /// Carries the other owners' reports to the host: those of about `now` ([`present`]), and
+    /// all that tell of a stop.
+    pub fn poll(&mut self, now: Micros, mail: &mut SessionMail<'_>) {
         self.counters.lost_posts = mail.lost.count();
         while let Some(report) = mail.reports.dequeue() {
-            self.forward(report);
+            if matches!(report, Report::Stopped { .. }) || is_of_present(report.at(), now) {
+                self.forward(report);
+            } else {
+                self.drop_message();
+            }
         }
         while let Some(report) = mail.control_reports.dequeue() {
+            if !is_of_present(report.at(), now) {
+                self.drop_message();
+                continue;
+            }
             match report {
                 ControlReport::Verdict(ControlVerdict {
                     seq,
@@ -148,10 +159,12 @@ impl Session {
             }
         }
         while let Some(sample) = mail.samples.peek() {
-            if self.outbox.len() + RESERVED < ROOM {
+            let is_of_present =
+                matches!(sample, Response::Telemetry(sample) if is_of_present(sample.at, now));
+            if is_of_present && self.outbox.len() + RESERVED < ROOM {
                 self.respond(sample);
             } else {
-                self.counters.dropped = self.counters.dropped.saturating_add(1);
+                self.drop_message();
             }
             let _ = mail.samples.dequeue();
         }
@@ -337,8 +350,13 @@ impl Session {
         let mut frame = heapless::Vec::new();
         match encode_into(response, &mut frame) {
             Some(()) if self.outbox.len() + frame.len() <= room => self.outbox.push(&frame),
-            _ => self.counters.dropped = self.counters.dropped.saturating_add(1),
+            _ => self.drop_message(),
         }
+    }
+
+    /// A message that no host will hear.
+    const fn drop_message(&mut self) {
+        self.counters.dropped = self.counters.dropped.saturating_add(1);
     }
 }
 

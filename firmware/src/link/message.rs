@@ -354,7 +354,8 @@ pub struct Counters {
     pub pulses: u32,
     /// Trigger edges that found no prepared train.
     pub idle_triggers: u32,
-    /// Messages to the host dropped because it did not read.
+    /// Messages to the host dropped because it did not read, or because their time is not
+    /// of the present.
     pub dropped: u32,
     /// Messages between the device's own parts lost for want of room; 0 unless
     /// a part was late.

@@ -157,7 +157,7 @@ async fn converse(
             }
         }
         usb_clock.look();
-        session.poll(&mut mail);
+        session.poll(timebase::now(), &mut mail);
         transmit(session, outgoing);
         store_stages(session, outgoing, &mut patience);
         watchdog::check_in(Owner::Session);

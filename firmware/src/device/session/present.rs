@@ -1,0 +1,130 @@
+//! Which of the other owners' messages are of the present.
+//!
+//! A mailbox counts what was put in and what was taken. Where a bit of a count is wrong,
+//! the session is handed slots that it took long ago, or that nobody ever wrote and that
+//! read as a deadline missed at time 0. A number in each message would be counted wrong by
+//! the same bit, and silence its mailbox from then on; the time that each has anyhow is not.
+
+use super::super::mail::{ControlReport, ControlVerdict, Report};
+use crate::units::Micros;
+
+/// The furthest from now, µs. The watchdog resets a device whose session stays away from its
+/// mail for 12 ms.
+const PRESENT_US: u32 = 100_000;
+
+/// Whether what says of itself that it came `at` can have come about `now`.
+pub(super) const fn is_of_present(at: Micros, now: Micros) -> bool {
+    now.elapsed_since(at) <= PRESENT_US && at.elapsed_since(now) <= PRESENT_US
+}
+
+impl Report {
+    /// When it was written.
+    pub(super) const fn at(&self) -> Micros {
+        match *self {
+            Self::Verdict { at, .. }
+            | Self::Stopped { at, .. }
+            | Self::Status { at, .. }
+            | Self::Changed { at, .. } => at,
+        }
+    }
+}
+
+impl ControlReport {
+    /// When it was written.
+    pub(super) const fn at(&self) -> Micros {
+        match *self {
+            Self::Verdict(ControlVerdict { at, .. }) | Self::Event { at, .. } => at,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Identity, Session};
+    use super::*;
+    use crate::device::Mailboxes;
+    use crate::link::message::ResetCause;
+    use crate::link::{Event, Kind};
+    use crate::safety::{Fault, FaultRecord, Notice, Stages, State};
+
+    fn session() -> Session {
+        Session::new(Identity {
+            kind: Kind::Native,
+            unique_id: [0; 3],
+            reset: ResetCause::PowerOn,
+            last_fault: None,
+            first_session: 1,
+            stages: Stages::AsDeclared,
+            option_bytes: None,
+        })
+    }
+
+    fn faulted(at: Micros) -> Report {
+        let record = FaultRecord::new(Fault::MissedDeadline, at);
+        Report::Changed {
+            at,
+            state: State::Fault,
+            notice: Notice::Faulted(record),
+        }
+    }
+
+    /// What is told at `now` of what came `at`: whether the state changed, whether
+    /// anything is said, and what was dropped.
+    fn told(report: Report, now: Micros) -> (bool, bool, u32) {
+        let mut mail = Mailboxes::new();
+        mail.split().0.report(report).unwrap();
+        let mut session = session();
+        session.poll(now, &mut mail.split().2);
+        let is_changed = session.state == State::Fault;
+        (is_changed, session.has_output(), session.counters.dropped)
+    }
+
+    #[test]
+    fn what_is_not_of_the_present_is_neither_told_nor_believed() {
+        let hour = Micros::new(3_600_000_000);
+        for (at, is_told) in [
+            (hour, true),
+            (Micros::new(3_599_900_000), true),
+            (Micros::new(3_600_100_000), true),
+            (Micros::new(3_599_899_999), false),
+            (Micros::new(3_600_100_001), false),
+            (Micros::new(0), false),
+        ] {
+            let fate = told(faulted(at), hour);
+            assert_eq!(fate, (is_told, is_told, u32::from(!is_told)), "{at:?}");
+        }
+    }
+
+    #[test]
+    fn the_clock_may_wrap_between() {
+        let (before, after) = (Micros::new(u32::MAX - 40_000), Micros::new(40_000));
+        assert_eq!(told(faulted(before), after), (true, true, 0));
+        assert_eq!(told(faulted(after), before), (true, true, 0));
+    }
+
+    #[test]
+    fn a_stop_is_told_whatever_its_time() {
+        let stopped = Report::Stopped {
+            stops: 1,
+            at: Micros::new(0),
+            state: State::Fault,
+        };
+        // No `Stop` waits for its answer; the state is taken.
+        let fate = told(stopped, Micros::new(3_600_000_000));
+        assert_eq!(fate, (true, false, 0));
+    }
+
+    #[test]
+    fn the_controller_is_held_to_it_too() {
+        let now = Micros::new(3_600_000_000);
+        for (at, outputs) in [(now, true), (Micros::new(0), false)] {
+            let mut mail = Mailboxes::new();
+            let mut controller = mail.split().1;
+            controller.tell(at, Event::Recovered).unwrap();
+            let mut session = session();
+            session.poll(now, &mut mail.split().2);
+            assert_eq!(session.has_output(), outputs);
+            assert_eq!(session.counters.dropped, u32::from(!outputs));
+        }
+    }
+}
