@@ -3,6 +3,7 @@
 use super::case::{Case, Ended};
 use super::declaration::Class;
 use super::outcome::{MOST_TRUNCATED_UC, Outcome};
+use std::collections::BTreeMap;
 
 /// What is said of every result.
 pub(super) const SIMULATED: &str =
@@ -18,6 +19,8 @@ pub(super) const SEVERE: &str = "Severe, as judged at the electrodes: a commande
 const NAME: usize = 17;
 /// Columns of the table.
 const WIDTH: usize = 80;
+/// Cases of a kind, none of them severe, that are told below the table.
+const TOLD: usize = 3;
 
 impl Outcome {
     /// The table's head.
@@ -31,7 +34,8 @@ impl Outcome {
         )
     }
 
-    /// Its lines of the table, kinds below, and the cases to look at.
+    /// Its lines of the table, kinds below, and the cases to look at: all that are severe, of
+    /// each kind's others the first.
     #[must_use]
     pub fn lines(&self) -> String {
         let mut text = self.line();
@@ -42,8 +46,17 @@ impl Outcome {
             let line = format!("  stopped {count} times: {why}");
             text += &format!("\n{}", line.chars().take(WIDTH).collect::<String>());
         }
+        let mut others = BTreeMap::<&str, usize>::new();
         for case in &self.listed {
-            text += &format!("\n{}", in_words(case));
+            let other = others.entry(case.kind().unwrap_or("others")).or_default();
+            *other += usize::from(case.fate.severe.is_empty());
+            if !case.fate.severe.is_empty() || *other <= TOLD {
+                text += &format!("\n{}", in_words(case));
+            }
+        }
+        for (kind, count) in others.iter().filter(|(_, count)| **count > TOLD) {
+            let more = count - TOLD;
+            text += &format!("\n  {more} more of {kind}: --out DIR lists them (result.html)");
         }
         text
     }
@@ -258,5 +271,31 @@ mod tests {
             .collect();
         assert_eq!(kinds, [(1, 1), (9_999, 0)]);
         assert_eq!(outcome.harmless + outcome.found, outcome.drawn);
+    }
+
+    #[test]
+    fn all_that_are_severe_are_told_and_of_the_others_of_a_kind_the_first() {
+        let case = |index, severe: bool| Case {
+            index,
+            moment_us: 0,
+            what: "kind: it".to_owned(),
+            fate: Fate {
+                must_find: true,
+                severe: Vec::from_iter(severe.then(|| "too long".to_owned())),
+                ..Fate::default()
+            },
+        };
+        let told = |cases: &[Case]| Outcome::of(Class::Flips, cases).lines();
+        let cases: Vec<_> = (0..6).map(|k| case(k, k > 3)).collect();
+        let text = told(&cases);
+        for (index, is_told) in [true, true, true, false, true, true].iter().enumerate() {
+            assert_eq!(text.contains(&format!("\n  {index}: ")), *is_told, "{text}");
+        }
+        assert_eq!(text.matches("SEVERE too long").count(), 2, "{text}");
+        assert!(
+            text.ends_with("  1 more of kind: --out DIR lists them (result.html)"),
+            "{text}"
+        );
+        assert!(!told(&cases[..3]).contains("more of"));
     }
 }
