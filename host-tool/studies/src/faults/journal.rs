@@ -80,8 +80,8 @@ impl Identity {
 
 /// A case as a line of the file has it.
 #[derive(Serialize, Deserialize)]
-struct Line {
-    case: Case,
+struct Line<C> {
+    case: C,
     /// Over the sum of the line before and the case.
     sum: String,
 }
@@ -100,10 +100,9 @@ const RESULT: &str = "result.json";
 
 /// SHA-256 of `value` as JSON after the sum `before`: a line that is changed, exchanged or
 /// taken out shows in its own or in the next.
-fn chained(before: &str, value: &impl Serialize) -> Result<String, serde_json::Error> {
-    Ok(sha256(
-        format!("{before}{}", serde_json::to_string(value)?).as_bytes(),
-    ))
+fn chained(before: &str, value: &impl Serialize) -> Result<String, String> {
+    let value = serde_json::to_string(value).map_err(|e| e.to_string())?;
+    Ok(sha256(format!("{before}{value}").as_bytes()))
 }
 
 impl Journal {
@@ -128,7 +127,7 @@ impl Journal {
         let mut journal = Self {
             path: path.clone(),
             file,
-            sum: chained("", identity).map_err(|e| told(e.to_string()))?,
+            sum: chained("", identity).map_err(told)?,
         };
         let mut lines = text.lines();
         let Some(first) = lines.next() else {
@@ -152,12 +151,13 @@ impl Journal {
     fn cases<'a>(&mut self, lines: impl Iterator<Item = &'a str>) -> Result<Vec<Case>, String> {
         let mut cases = Vec::new();
         for (number, line) in (0_u64..).zip(lines) {
-            let Line { case, sum } = serde_json::from_str(line).map_err(|e| e.to_string())?;
+            let line = serde_json::from_str(line).map_err(|e| e.to_string())?;
+            let Line::<Case> { case, sum } = line;
             if case.index != number {
                 let index = case.index;
                 return Err(format!("case {index} stands where {number} should"));
             }
-            self.sum = chained(&self.sum, &case).map_err(|e| e.to_string())?;
+            self.sum = chained(&self.sum, &case)?;
             if self.sum != sum {
                 return Err(format!("case {number} is not as it was written"));
             }
@@ -171,26 +171,24 @@ impl Journal {
     /// # Errors
     /// E791.
     pub fn add(&mut self, cases: &[Case]) -> Result<(), FaultsError> {
-        cases.iter().try_for_each(|case| {
-            let told = |e: serde_json::Error| {
-                FaultsError::Journal(self.path.display().to_string(), e.to_string())
-            };
-            let sum = chained(&self.sum, case).map_err(told)?;
-            self.line(&Line {
-                case: case.clone(),
-                sum: sum.clone(),
-            })?;
-            self.sum = sum;
-            Ok(())
-        })
+        for case in cases {
+            let sum = chained(&self.sum, case).map_err(|why| self.unusable(why))?;
+            self.sum.clone_from(&sum);
+            self.line(&Line { case, sum })?;
+        }
+        Ok(())
+    }
+
+    fn unusable(&self, why: String) -> FaultsError {
+        FaultsError::Journal(self.path.display().to_string(), why)
     }
 
     fn line(&mut self, value: &impl Serialize) -> Result<(), FaultsError> {
-        let told = |why: String| FaultsError::Journal(self.path.display().to_string(), why);
-        let mut line = serde_json::to_vec(value).map_err(|e| told(e.to_string()))?;
+        let mut line = serde_json::to_vec(value).map_err(|e| self.unusable(e.to_string()))?;
         line.push(b'\n');
         // At once: a line that another write completes could be lost between the two.
-        self.file.write_all(&line).map_err(|e| told(e.to_string()))
+        let written = self.file.write_all(&line);
+        written.map_err(|e| self.unusable(e.to_string()))
     }
 }
 
