@@ -100,8 +100,8 @@ fn a_slow_rate_outlives_neither_silence_nor_stop() {
     }
 }
 
-/// The wearer's rise counts from the first pulse: with a slow rate the second one
-/// has risen already, and none is stronger than asked for.
+/// The wearer's rise counts bursts too: with a slow rate the first is half of what is
+/// wanted, the second all, and none is stronger than asked for.
 #[test]
 fn a_slow_rate_rises_as_any() {
     let mut desk = Desk::open(BOOT);
@@ -126,7 +126,7 @@ fn a_slow_rate_rises_as_any() {
         .filter(|&&(at, c, _)| c == 0 && at > from);
     let codes: Vec<u32> = codes.map(|&(_, _, code)| code.into()).collect();
     let threshold = 10_000 * 65_535 / 100_000;
-    assert_eq!(codes[0], 0, "{codes:?}");
+    assert!(codes[0].abs_diff(threshold / 2) <= 1, "{codes:?}");
     let risen = codes[1..].iter().all(|code| code.abs_diff(threshold) <= 1);
     assert!(risen && codes.len() > 3, "{codes:?}");
 }

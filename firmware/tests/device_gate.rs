@@ -18,7 +18,7 @@ fn hold(desk: &mut Desk, us: u32) {
 }
 
 fn gated(train: TrainSpec) -> ChannelSpec {
-    channel(TrainSpec {
+    at_once(TrainSpec {
         trigger: Some(Trigger::Gated),
         ..train
     })

@@ -228,7 +228,7 @@ fn channels_that_always_overlap_are_not_judged() {
 }
 
 fn triggered(period_us: u32, offset_us: u32) -> ChannelSpec {
-    channel(TrainSpec {
+    at_once(TrainSpec {
         trigger: Some(Trigger::Start),
         repeats: 1,
         period_us,
@@ -345,29 +345,45 @@ fn isolated_partners_stay_apart_whatever_the_triggers() {
     }
 }
 
-/// A triggered train that waited for longer than half the clock's range.
+/// A toggled train that waited for so long that the clock has come round to its last
+/// burst: it rises anew.
 #[test]
-fn a_risen_triggered_train_is_ready_after_forty_minutes() {
+fn a_train_that_waits_longer_than_the_clock_rises_anew() {
     let mut desk = Desk::open(BOOT);
     let slow = WearerSpec {
         host_timeout_ms: 1_000,
+        rise_ms: 100,
         ..wearer()
     };
-    desk.run(slow, &[triggered(5_000, 0)], 10_000);
-    for _ in 0..2 {
-        trigger_after(&mut desk, 20_000);
-        desk.wait(20_000);
-    }
-    for _ in 0..2_400 {
-        desk.wait(900_000);
-        desk.send(Request::KeepAlive);
-        desk.wait(100_000);
-    }
-    let risen = desk.record.dac.last().unwrap().2;
-    assert!(risen > 6_000);
+    let toggled = channel(TrainSpec {
+        trigger: Some(Trigger::Toggle),
+        ..PLAIN
+    });
+    desk.run(slow, &[toggled], 10_000);
     trigger_after(&mut desk, 20_000);
+    desk.wait(300_000);
+    trigger_after(&mut desk, 20_000);
+    desk.wait(100_000);
+    let codes = |desk: &Desk| desk.record.dac.iter().map(|d| d.2).collect::<Vec<_>>();
+    let risen = *codes(&desk).last().unwrap();
+    assert!(risen > 6_000);
+    let last = desk.record.dac.last().unwrap().0;
+    // To the second before it would seem to be as long ago as the last burst.
+    while desk.time() < last + (1 << 32) - 500_000 {
+        desk.wait(400_000);
+        desk.send(Request::KeepAlive);
+    }
+    let left = last + (1 << 32) + 20_000 - desk.time();
+    let played = desk.record.dac.len();
+    trigger_after(&mut desk, left as u32);
     desk.wait(20_000);
-    assert_eq!(desk.record.dac.last().unwrap().2, risen);
+    let first = codes(&desk)[played];
+    assert!(
+        first.abs_diff(risen / 6) <= 1,
+        "a period of 20 ms in a rise of 100: {first}"
+    );
+    desk.wait(200_000);
+    assert_eq!(codes(&desk).last(), Some(&risen));
 }
 
 #[test]

@@ -83,7 +83,7 @@ fn a_train_that_has_played_is_none() {
         repeats: 3,
         ..PLAIN
     };
-    desk.run(wearer(), &[channel(finite), channel(PLAIN)], 10_000);
+    desk.run(wearer(), &[at_once(finite), channel(PLAIN)], 10_000);
     desk.must(Request::Subscribe { period_ms: 5 });
     let last = after(&mut desk, 150);
     assert_eq!(last.amplitudes, [None, Some(Amplitude::new(10_000))]);

@@ -12,6 +12,7 @@ fn channel(train: TrainSpec, limit_ua: u32) -> Option<Channel> {
             full_scale_ua: 100_000,
         },
         limit: Amplitude::new(limit_ua),
+        start: Amplitude::new(0),
         area_mm2: 20_000,
     };
     spec.validate(&WearerSpec::default().validate().unwrap())
@@ -206,6 +207,7 @@ fn density_is_limited_by_the_electrode() {
             full_scale_ua: 100_000,
         },
         limit: Amplitude::new(limit_ua),
+        start: Amplitude::new(0),
         area_mm2,
     };
     // 400 µs every 20 ms: √0.02 of the current.

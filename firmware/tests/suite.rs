@@ -19,6 +19,7 @@ mod device_limit_cycle;
 mod device_lists;
 mod device_over_current;
 mod device_reconnects;
+mod device_rise;
 mod device_rungs;
 mod device_safety;
 mod device_setup_sum;

@@ -3,8 +3,9 @@
 //! frequencies, bursts and groups, through the wrap of the 32-bit clock.
 
 use firmware::pulse::{
-    Burst, CHANNELS, Group as FirmwareGroup, GroupSpec, Partner, Scheduler, Shape as FirmwareShape,
-    Supply, Train, TrainError, TrainSpec as FirmwareSpec, WINDOW_US, WindowPlan, check_members,
+    Burst, BurstTime, CHANNELS, Group as FirmwareGroup, GroupSpec, Partner, Scheduler,
+    Shape as FirmwareShape, Supply, Train, TrainError, TrainSpec as FirmwareSpec, WINDOW_US,
+    WindowPlan, check_members,
 };
 use firmware::units::{DacCode, Micros, us};
 use hal_sim::trace::{
@@ -26,7 +27,8 @@ struct Changing {
 }
 
 impl Supply for Changing {
-    fn burst(&mut self, channel: u8, at: Micros) -> Burst {
+    fn burst(&mut self, channel: u8, time: BurstTime) -> Burst {
+        let at = time.at;
         let number = at.get() / 13 + u32::from(channel) * 977;
         let width_us = self.widest_us[usize::from(channel)].and_then(|widest_us| {
             let width_us = 10 + number % u32::from(widest_us - 9);
@@ -279,7 +281,7 @@ fn direct_current_of(ground_us: u16) -> f64 {
     const CODE: u16 = 7_864; // of 12 mA at a full scale of 100
     struct Steady;
     impl Supply for Steady {
-        fn burst(&mut self, _: u8, _: Micros) -> Burst {
+        fn burst(&mut self, _: u8, _: BurstTime) -> Burst {
             Burst::of(DacCode::new(CODE))
         }
         fn may_pulse(&mut self, _: u8, _: Micros) -> bool {

@@ -146,6 +146,7 @@ pub const fn channel(train: TrainSpec, full_scale_ua: u32, limit_ua: u32) -> Cha
         train,
         stage: StageSpec::Current { full_scale_ua },
         limit: Amplitude::new(limit_ua),
+        start: Amplitude::new(0),
         area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
     }
 }

@@ -126,6 +126,7 @@ impl Bench {
             train: TrainSpec::biphasic(200, 100, 20_000),
             stage,
             limit: Amplitude::new(5_000),
+            start: Amplitude::new(0),
             area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
         };
         self.ask(Request::Channel { channel: 0, spec }, 5_000)

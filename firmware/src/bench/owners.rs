@@ -106,6 +106,7 @@ impl Desk {
                     full_scale_ua: 100_000,
                 },
                 limit: Amplitude::new(20_000),
+                start: Amplitude::new(0),
                 area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
             };
             ask(Request::Channel { channel, spec });

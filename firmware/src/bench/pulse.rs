@@ -2,7 +2,9 @@
 
 use super::{Bench, Checksum, Clock};
 use crate::pulse::tape::{ISOLATED_B, ISOLATED_C, SLOTS, Window, paint};
-use crate::pulse::{Burst, CHANNELS, Scheduler, Supply, Train, TrainSpec, WINDOW_US, WindowPlan};
+use crate::pulse::{
+    Burst, BurstTime, CHANNELS, Scheduler, Supply, Train, TrainSpec, WINDOW_US, WindowPlan,
+};
 use crate::units::{DacCode, Micros, us};
 
 /// 100 Hz.
@@ -15,7 +17,7 @@ pub(super) const TRAIN: TrainSpec = TrainSpec::biphasic(200, 100, PERIOD_US);
 struct Always;
 
 impl Supply for Always {
-    fn burst(&mut self, channel: u8, _: Micros) -> Burst {
+    fn burst(&mut self, channel: u8, _: BurstTime) -> Burst {
         Burst::of(DacCode::new(1000 + u16::from(channel)))
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {

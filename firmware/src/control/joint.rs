@@ -7,7 +7,7 @@ use super::law::{Law, LawSpec, LawState};
 use super::limit_cycle::{Detector, DetectorState, LimitCycle};
 use super::mapping::{Amplitudes, Mapping};
 use super::refusal::SpecError;
-use super::response::Course;
+use super::response::{Course, Delayed};
 use super::rest::{Gap, GapState};
 use super::sensor::{MeasurementError, Sensor, SensorFault, SensorState};
 use super::setpoint::{HoldPolicy, SetpointError, SetpointTrack};
@@ -73,6 +73,7 @@ pub struct JointState {
     limit_cycle: Option<LimitCycle>,
     effort: Option<Effort>,
     law_due: Micros,
+    delayed: Delayed,
 }
 
 impl JointState {
@@ -191,6 +192,16 @@ impl Joint {
         self.sensor.angle_from_code(code)
     }
 
+    /// Takes that the latest pulse of `channel` was below the amplitude ordered for it, or
+    /// was not: while it is, the law's integral does not grow on its side.
+    pub fn note_pulse(&self, state: &mut JointState, channel: u8, is_delayed: bool) {
+        match self.mapping.is_flexor(channel) {
+            Some(true) => state.delayed.flexion = is_delayed,
+            Some(false) => state.delayed.extension = is_delayed,
+            None => {}
+        }
+    }
+
     /// One control tick, to be called every millisecond. `reading` is the
     /// board's own measurement of this instant; it is ignored if the sensor is
     /// the host.
@@ -229,7 +240,12 @@ impl Joint {
                     .map_or_else(Course::default, |wearer| Course {
                         rate,
                         forward: wearer.effort(target, rate),
+                        ..Course::default()
                     });
+                let course = Course {
+                    delayed: state.delayed,
+                    ..course
+                };
                 let gain = self.gain(state, target, error);
                 let effort = self.law.step(&mut state.law, error, &course, gain);
                 state.law_due = self.next_due(state.law_due, now, held.is_some());

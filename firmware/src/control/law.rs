@@ -249,7 +249,7 @@ impl Law {
         gain: Gain,
     ) -> Effort {
         let (error, aid) = match &self.response {
-            None => (error, Aid::of(course.forward, gain)),
+            None => (error, Aid::of(course, gain)),
             Some(response) => (
                 response.foreseen(&state.response, error),
                 response.aid(&state.response, course, gain),

@@ -108,6 +108,12 @@ impl Mapping {
         (all, limiting)
     }
 
+    /// Whether `channel` drives a flexor or, if not, the extensor; none if neither.
+    pub(super) fn is_flexor(&self, channel: u8) -> Option<bool> {
+        let is_flexor = self.flexors.iter().any(|point| point.channel == channel);
+        (is_flexor || self.extensor.channel == channel).then_some(is_flexor)
+    }
+
     /// Every channel at zero.
     pub(super) fn silence(&self) -> Amplitudes {
         let points = self.flexors.iter().chain([&self.extensor]);

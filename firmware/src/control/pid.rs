@@ -9,7 +9,7 @@ use crate::range::{OutOfRange, Range};
 use crate::units::{Angle, AngularRate};
 
 /// u = kp·e + ki·∫e + kd·ė + the feed-forward in radians, with conditional integration: the
-/// integral rests while |u| > 1 and the error would push it further out.
+/// integral rests while |u| > 1, or the outputs are delayed, and the error would push it further out.
 #[derive(Clone, Copy, Debug)]
 pub struct Pid {
     kp: Q,
@@ -54,8 +54,7 @@ impl Pid {
         let torque = aid.scaled(push).saturating_add(aid.forward);
         let side = aid.side(torque);
         let u = torque.saturating_add(integral.at(side));
-        let outward = (u > Q::ONE && e > Q::ZERO) || (u < -Q::ONE && e < Q::ZERO);
-        if !outward {
+        if !aid.delayed.clamps(u, e) {
             integral.grow(side, aid.scaled(product(e, self.ki_step)));
         }
         Effort::Fraction(u)

@@ -88,6 +88,28 @@ pub(crate) struct Course {
     pub(crate) rate: AngularRate,
     /// The nominal wearer's effort, −1…1.
     pub(crate) forward: Q,
+    /// Where the outputs are below what was ordered.
+    pub(crate) delayed: Delayed,
+}
+
+/// Sides of a joint whose latest pulses were below the ordered amplitude, because a rise
+/// or the slope delays them (`firmware::safety`): the effort is clamped there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Delayed {
+    pub(crate) flexion: bool,
+    pub(crate) extension: bool,
+}
+
+impl Delayed {
+    /// Whether an effort beyond ±1, or on a delayed side, is clamped on the side that
+    /// `push` points to.
+    #[inline(always)]
+    pub(super) fn clamps(self, effort: Q, push: Q) -> bool {
+        let is_up = effort > Q::ZERO;
+        let is_delayed = if is_up { self.flexion } else { self.extension };
+        let is_beyond = saturated(effort.to_bits()).unsigned_abs() > 1 << Q::FRAC_NBITS;
+        (is_beyond || is_delayed) && is_up == (push > Q::ZERO)
+    }
 }
 
 /// What is known and learnt of the wearer, for a law's feedback.
@@ -99,13 +121,15 @@ pub(super) struct Aid {
     /// half.
     scale: i32,
     is_apart: bool,
+    pub(super) delayed: Delayed,
 }
 
 impl Aid {
     /// This feed-forward, nothing learnt, and this share of the feedback.
-    pub(super) const fn of(forward: Q, gain: Gain) -> Self {
+    pub(super) const fn of(course: &Course, gain: Gain) -> Self {
         Self {
-            forward,
+            forward: course.forward,
+            delayed: course.delayed,
             scale: gain.of(ONE as i64) as i32, // at most `ONE`
             is_apart: false,
         }
@@ -239,6 +263,7 @@ impl Response {
             forward: course.forward.wrapping_add(learnt),
             scale: gain.of(i64::from(ONE.wrapping_add(state.scale))) as i32, // no more
             is_apart: self.is_apart,
+            delayed: course.delayed,
         }
     }
 
@@ -247,10 +272,10 @@ impl Response {
     /// squared error ("MIT rule", Åström & Wittenmark, Adaptive Control, ch. 5).
     #[inline]
     pub(super) fn learn(&self, state: &mut ResponseState, error: Angle, course: &Course, u: Q) {
+        let is_clamped = course.delayed.clamps(u, Q::from_num(error.get()));
         let u = saturated(u.to_bits());
-        let outward = (u > ONE && error.get() > 0) || (u < -ONE && error.get() < 0);
         let is_moving = course.rate.get() != 0;
-        if is_moving && !outward {
+        if is_moving && !is_clamped {
             // Within ±8 rad, steps below 4, |forward| <= 1: below 2^29.
             let e = radians(error.get()).clamp(-(8 << 24), 8 << 24);
             let forward = course.forward.to_bits() as i32;

@@ -297,8 +297,7 @@ impl Recommended {
         let side = aid.side(torque);
         // Below 2^9 and 2^6: nothing wraps.
         let v = integral.at(side).wrapping_add(torque);
-        let is_beyond = saturated(v.to_bits()).unsigned_abs() > 1 << Q::FRAC_NBITS;
-        if !(is_beyond && (v > Q::ZERO) == (growth > Q::ZERO)) {
+        if !aid.delayed.clamps(v, growth) {
             integral.grow(side, growth);
         }
         Effort::Fraction(v)

@@ -181,7 +181,12 @@ impl Controller {
                 channel,
                 at,
                 stimulus,
+                is_delayed,
             } => {
+                self.limiting |= is_delayed;
+                if let Some(joint) = &self.setup.joint {
+                    joint.note_pulse(&mut self.joint, channel, is_delayed);
+                }
                 self.in_force.pulse(channel, at, stimulus);
                 self.pulse(channel, at, stimulus.amplitude);
             }

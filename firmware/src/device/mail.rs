@@ -263,6 +263,8 @@ pub enum ControlEvent {
         at: Micros,
         /// What it is made of.
         stimulus: Stimulus,
+        /// A rise or the slope keeps it below what was ordered.
+        is_delayed: bool,
     },
     /// What it ordered rose faster than the wearer allows, and was slowed down.
     Slowed,

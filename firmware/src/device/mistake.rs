@@ -91,6 +91,9 @@ pub enum Rule {
     NoMuscle,
     /// Force control or a line of a channel that something else drives.
     Controlled,
+    /// A train of a fixed number of pulses on a channel that something drives whose
+    /// amplitudes rise.
+    CountedControlled,
     /// Lines without an arm.
     NoLimb,
     /// There is a joint or a wall, and a measurement would be of both.
@@ -194,6 +197,7 @@ impl From<Mistake> for Refusal<'static> {
             Rule::WidthChanges => Self::new(Code::WidthChanges, "max_width_us"),
             Rule::NoMuscle => Self::new(Code::NoMuscle, "muscle"),
             Rule::Controlled => named(Code::Controlled),
+            Rule::CountedControlled => Self::new(Code::CountedControlled, "repeats"),
             Rule::NoLimb => named(Code::NoLimb),
             Rule::JointAndLimb => named(Code::JointAndLimb),
             Rule::JointAndModulation => named(Code::JointAndModulation),

@@ -322,6 +322,7 @@ impl Pulser {
                 channel: pulse.channel,
                 at: pulse.at,
                 stimulus: self.guard.in_force(pulse.channel),
+                is_delayed: self.guard.is_delayed(pulse.channel),
             };
             let _ = mail.tell_pulse(event); // counted
             // With the next pulse, which is what was slowed.

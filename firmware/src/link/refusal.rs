@@ -65,6 +65,9 @@ pub enum Code {
     JointAndModulation = 244,
     ShareLimit = 245,
     NoPhaseJoint = 246,
+    AboveStart = 250,
+    ListTooSteep = 251,
+    CountedControlled = 252,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -90,7 +93,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 71] = [
+    pub const ALL: [Self; 74] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -141,6 +144,9 @@ impl Code {
         Self::JointAndModulation,
         Self::ShareLimit,
         Self::NoPhaseJoint,
+        Self::AboveStart,
+        Self::ListTooSteep,
+        Self::CountedControlled,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -388,6 +394,17 @@ impl From<Denied> for Refusal<'static> {
             Denied::ListPlays => Self::new(Code::ListPlays, "pulses"),
             Denied::NotRisen { channel } => Self::new(Code::NotRisen, "pulses").on(channel),
             Denied::Charge { channel, highest } => Self::new(Code::ChargeAtWidth, "max_charge_nc")
+                .on(channel)
+                .allowed(0, bound(highest.get())),
+            // The number of pulses that would be below, and what would be allowed.
+            Denied::AboveStart {
+                channel,
+                pulses,
+                start,
+            } => Self::new(Code::AboveStart, "start")
+                .on(channel)
+                .allowed(bound(pulses), bound(start.get())),
+            Denied::ListedSlope { channel, highest } => Self::new(Code::ListTooSteep, "amplitude")
                 .on(channel)
                 .allowed(0, bound(highest.get())),
             Denied::AboveLimit { channel, limit } => Self::new(Code::AboveWearerLimit, "values")

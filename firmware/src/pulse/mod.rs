@@ -15,7 +15,7 @@ pub(crate) use group::gcd;
 pub use group::{Group, GroupError, GroupSpec, MAX_GROUPS, Partner, check_members};
 pub use plan::{Change, Levels, MAX_PULSES, PulseStart, Sample, State, WindowPlan};
 pub(crate) use scheduler::bits;
-pub use scheduler::{Burst, Middle, RenderError, Scheduler, Supply};
+pub use scheduler::{Burst, BurstTime, Middle, RenderError, Scheduler, Supply};
 pub use train::{Shape, Train, TrainError, TrainSpec, Trigger};
 
 /// Stimulation channels of the board.

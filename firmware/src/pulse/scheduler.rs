@@ -18,7 +18,7 @@ mod triggers;
 use agenda::Agenda;
 use isolated::{advance_together, dues, earliest};
 use lane::{Lane, Phase};
-pub use supply::{Burst, Supply};
+pub use supply::{Burst, BurstTime, Supply};
 use triggers::Gate;
 
 /// The middle of a phase.

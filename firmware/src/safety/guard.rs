@@ -88,6 +88,9 @@ pub struct Guard {
     list: Playing,
     list_seal: Seal,
     seals: Seals,
+    /// Channels whose latest burst was below what was wanted, bit i for channel i: only
+    /// reported, and so not sealed.
+    delayed: u16,
 }
 
 impl Guard {
@@ -109,6 +112,7 @@ impl Guard {
             list: Playing::NOTHING,
             list_seal: Seal::of(&Playing::NOTHING),
             seals: Seals::default(),
+            delayed: 0,
         };
         guard.renew_seals();
         guard.seal();
@@ -264,6 +268,13 @@ impl Guard {
         Notice::Faulted(record)
     }
 
+    /// Whether a rise or the slope kept the latest burst of `channel` below what was
+    /// wanted.
+    #[must_use]
+    pub const fn is_delayed(&self, channel: u8) -> bool {
+        self.delayed & bit(channel) != 0
+    }
+
     /// Moves the state on before the window at `now` is rendered. `Err` is a fault for the caller to
     /// latch.
     ///
@@ -393,6 +404,7 @@ impl Guard {
         self.in_force = [Stimulus::default(); CHANNELS];
         self.steps = [Step::default(); CHANNELS];
         self.watches = [Watch::default(); CHANNELS];
+        self.delayed = 0;
         self.end_list();
     }
 
@@ -447,4 +459,12 @@ const fn let_go(released: u8) -> StopCause {
 /// Sub-threshold, and never above the wearer's limit.
 fn check_amplitude(config: &Channel) -> Amplitude {
     config.stage.check_amplitude().min(config.limit)
+}
+
+/// Bit i for channel i, 0 to 15.
+const fn bit(channel: u8) -> u16 {
+    match 1u16.checked_shl(channel as u32) {
+        Some(bit) => bit,
+        None => 0,
+    }
 }

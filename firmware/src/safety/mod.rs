@@ -11,6 +11,7 @@ mod fault;
 mod guard;
 pub mod limits;
 mod list;
+mod measures;
 mod outputs;
 mod ramp;
 mod setup;

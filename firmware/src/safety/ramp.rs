@@ -1,61 +1,217 @@
-//! Amplitude envelopes: a rise from zero and one common fall.
+//! Amplitude envelopes: a rise from zero, the slope that holds at all times, and one
+//! common fall.
 
+use super::measures::Measures;
+use super::{Channel, Stimulus, Wearer};
+use crate::pulse::BurstTime;
 use crate::units::{Amplitude, Micros, us};
+use core::hash::{Hash, Hasher};
 
-/// Rise of one channel. Restarts whenever its wanted amplitude was zero.
-#[derive(Clone, Copy, Debug, Default, Hash)]
-pub enum Rise {
-    /// Nothing is wanted.
-    #[default]
-    Zero,
-    /// Rising.
-    Since {
-        /// When it began.
-        start: Micros,
-        /// Bursts since then.
-        bursts: u16,
-    },
-    /// Risen: without a time, so that a triggered train may wait for hours.
-    Done,
+/// Where a channel is in its rise. A rise begins with the first burst after zero, when
+/// the train begins (at its start, or by the trigger input), and after a pause of more
+/// than twice the larger of the periods in force at the previous burst and now.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Rise {
+    /// First burst of the rise, at most a rise before the latest.
+    start: Micros,
+    /// Latest burst.
+    last: Micros,
+    /// In force at the latest burst, µs.
+    period_us: u32,
+    /// Bursts of the rise so far; none before the first, [`RISEN`] after the last.
+    bursts: u16,
+}
+
+/// In [`Rise::bursts`]: the rise is over. A rise has 1,001 bursts at most.
+const RISEN: u16 = u16::MAX;
+
+/// Three words, for it is summed with every burst.
+impl Hash for Rise {
+    #[inline]
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        state.write_u32(self.start.get());
+        state.write_u32(self.last.get());
+        // Neither hides a bit of the other that changes alone.
+        state.write_u32(self.period_us ^ u32::from(self.bursts).rotate_left(16));
+    }
+}
+
+/// What bounds one burst.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reach {
+    /// During a rise, the parts of the wanted amplitude that time and bursts allow, each
+    /// as a numerator and a denominator.
+    parts: Option<[(u32, u32); 2]>,
+    /// Since the channel's previous burst, µs; none at the first burst of a rise.
+    since_us: Option<u32>,
 }
 
 impl Rise {
-    /// Amplitude of a burst at `now` of a channel that wants `wanted` and rises linearly
-    /// from zero over `rise_us`, and over `rise_bursts` of its bursts: whatever is less.
-    /// Time alone would let a train with long pauses be at its full amplitude with its
-    /// second burst.
-    pub fn apply(
-        &mut self,
-        wanted: Amplitude,
-        now: Micros,
-        (rise_us, rise_bursts): (u32, u16),
-    ) -> Amplitude {
-        if wanted == Amplitude::ZERO {
-            *self = Self::Zero;
-            return wanted;
+    /// Whether the rise is over.
+    #[must_use]
+    pub const fn is_risen(&self) -> bool {
+        self.bursts == RISEN
+    }
+
+    /// When the latest burst began; any time before the first.
+    #[must_use]
+    pub const fn last(&self) -> Micros {
+        self.last
+    }
+
+    /// Takes a burst at `time` and returns what bounds it, for a wearer with this
+    /// [`Wearer::rise`].
+    ///
+    /// Burst k of a rise, at time t after its first, may have min(k / (`rise_bursts` + 1),
+    /// (t + T) / (`rise_us` + T)) of the wanted amplitude, where T is the period. Time alone
+    /// would let a train with long pauses be at its full amplitude with its second burst.
+    #[inline]
+    pub fn next(&mut self, time: BurstTime, (rise_us, rise_bursts): (u32, u16)) -> Reach {
+        let BurstTime {
+            at,
+            period_us,
+            opens,
+        } = time;
+        // A train that has begun pauses for at most the length of a list.
+        let since_us = (at - self.last).us().cast_unsigned();
+        // At most 4e6.
+        let pause_us = 2 * period_us.max(self.period_us);
+        if self.bursts == 0 || opens || since_us > pause_us {
+            (self.start, self.bursts) = (at, 0);
         }
-        if let Self::Zero = self {
-            *self = Self::Since {
-                start: now,
-                bursts: 0,
+        let since_us = (self.bursts != 0).then_some(since_us);
+        (self.last, self.period_us) = (at, period_us);
+        if self.bursts == RISEN {
+            return Reach {
+                parts: None,
+                since_us,
             };
         }
-        let Self::Since { start, bursts } = self else {
-            return wanted;
-        };
-        // Time goes forward: a negative distance is one beyond half the clock.
-        let elapsed = (now - *start).us().cast_unsigned().min(rise_us);
-        let played = (*bursts).min(rise_bursts);
-        if (elapsed, played) == (rise_us, rise_bursts) {
-            *self = Self::Done;
-            return wanted;
+        let elapsed_us = (at - self.start).us().cast_unsigned().min(rise_us);
+        let played = self.bursts.min(rise_bursts);
+        if (elapsed_us, played) == (rise_us, rise_bursts) {
+            self.bursts = RISEN;
+            return Reach {
+                parts: None,
+                since_us,
+            };
         }
-        *bursts = played.saturating_add(1);
-        if elapsed == rise_us {
+        if elapsed_us == rise_us {
             // The clock may pass half its range before the bursts are played.
-            *start = now - us(rise_us);
+            self.start = at - us(rise_us);
         }
-        scale(wanted, elapsed, rise_us).min(scale(wanted, played.into(), rise_bursts.into()))
+        self.bursts = played + 1; // at most 1 001
+        let (played, rise_bursts) = (u32::from(played), u32::from(rise_bursts));
+        Reach {
+            // At most 5e6 + 2e6 each.
+            parts: Some([
+                (elapsed_us + period_us, rise_us + period_us),
+                (played + 1, rise_bursts + 1),
+            ]),
+            since_us,
+        }
+    }
+}
+
+impl Reach {
+    /// The largest amplitude of a burst on `channel` that is to be `wanted`, after a
+    /// burst that was `previous`: at most that.
+    ///
+    /// Beside what a rise allows, an amplitude rises from one burst to the next by
+    /// limit · Δt / `rise_ms` and limit / `rise_bursts` at most (in whole thousandths, at
+    /// least one), and so does the amplitude that has the burst's charge at the train's
+    /// own width. What is not above `start` is reached at once.
+    #[inline]
+    #[must_use]
+    pub fn amplitude(
+        &self,
+        channel: &Channel,
+        wearer: &Wearer,
+        wanted: Stimulus,
+        previous: Stimulus,
+    ) -> Amplitude {
+        let is_lower =
+            wanted.amplitude <= previous.amplitude && wanted.width_us <= previous.width_us;
+        if self.parts.is_none() && self.since_us.is_some() && is_lower {
+            return wanted.amplitude; // as mostly
+        }
+        self.bounded(channel, wearer, wanted, previous)
+    }
+
+    #[inline(never)]
+    fn bounded(
+        &self,
+        channel: &Channel,
+        wearer: &Wearer,
+        wanted: Stimulus,
+        previous: Stimulus,
+    ) -> Amplitude {
+        let full = wanted.amplitude;
+        let at_once = at_once(channel, wanted.width_us);
+        if full <= at_once {
+            return full;
+        }
+        let mut most = full;
+        for (part, whole) in self.parts.into_iter().flatten() {
+            most = most.min(scale(full, part, whole));
+        }
+        if self.since_us.is_some() {
+            let width_us = wanted.width_us;
+            most = most.min(highest(channel, wearer, previous, self.since_us, width_us));
+        }
+        most.max(at_once)
+    }
+}
+
+/// The largest amplitude of this width that `channel` reaches at once.
+fn at_once(channel: &Channel, width_us: u16) -> Amplitude {
+    let own_us = channel.train.spec().width_us;
+    Measures::both(channel.start).amplitude_at(width_us, own_us)
+}
+
+/// The largest amplitude of this width that `channel` may have in a burst that follows a
+/// `previous` one by `since_us`; without a previous one, that which it reaches at once.
+fn highest(
+    channel: &Channel,
+    wearer: &Wearer,
+    previous: Stimulus,
+    since_us: Option<u32>,
+    width_us: u16,
+) -> Amplitude {
+    let at_once = at_once(channel, width_us);
+    let Some(since_us) = since_us else {
+        return at_once;
+    };
+    let own_us = channel.train.spec().width_us;
+    let by = Slope::of(channel.limit, wearer).over(since_us);
+    let above = Measures::at_most(previous, own_us).plus(by);
+    above.amplitude_at(width_us, own_us).max(at_once)
+}
+
+/// How fast an amplitude may rise at any time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slope {
+    limit: Amplitude,
+    rise_us: u32,
+    rise_bursts: u16,
+}
+
+impl Slope {
+    /// Of a channel with this limit.
+    pub(super) const fn of(limit: Amplitude, wearer: &Wearer) -> Self {
+        let (rise_us, rise_bursts) = wearer.rise();
+        Self {
+            limit,
+            rise_us,
+            rise_bursts,
+        }
+    }
+
+    /// By how much a burst may be above the previous one, which began `since_us` before.
+    pub(super) fn over(self, since_us: u32) -> Amplitude {
+        let by_time = scale(self.limit, since_us.min(self.rise_us), self.rise_us);
+        let by_burst = scale(self.limit, 1, self.rise_bursts.into());
+        by_time.min(by_burst).max(Amplitude::new(1))
     }
 }
 
@@ -104,41 +260,10 @@ fn scale(amplitude: Amplitude, part: u32, whole: u32) -> Amplitude {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn rises_linearly_and_restarts_from_zero() {
-        let mut rise = Rise::default();
-        let full = Amplitude::new(10_000);
-        let t0 = Micros::new(u32::MAX - 50_000);
-        assert_eq!(rise.apply(full, t0, (100_000, 1)), Amplitude::new(0));
-        assert_eq!(
-            rise.apply(full, t0 + us(25_000), (100_000, 1)),
-            Amplitude::new(2_500)
-        );
-        assert_eq!(rise.apply(full, t0 + us(100_000), (100_000, 1)), full);
-        assert_eq!(
-            rise.apply(Amplitude::ZERO, t0 + us(120_000), (100_000, 1)),
-            Amplitude::ZERO
-        );
-        assert_eq!(
-            rise.apply(full, t0 + us(140_000), (100_000, 1)),
-            Amplitude::new(0)
-        );
-    }
-
-    #[test]
-    fn a_train_with_long_pauses_rises_burst_by_burst() {
-        let mut rise = Rise::default();
-        let full = Amplitude::new(10_000);
-        let mut at = |burst: u32| rise.apply(full, Micros::new(burst << 29), (100_000, 4));
-        let seen = [0, 1, 2, 3, 4, 5].map(|burst| at(burst).get());
-        assert_eq!(seen, [0, 2_500, 5_000, 7_500, 10_000, 10_000]);
-        // Time still counts: the fifth of five bursts within it is not full.
-        let mut rise = Rise::default();
-        let mut at = |burst: u32| rise.apply(full, Micros::new(burst * 20_000), (100_000, 2));
-        let seen = [0, 1, 2, 3, 4, 5].map(|burst| at(burst).get());
-        assert_eq!(seen, [0, 2_000, 4_000, 6_000, 8_000, 10_000]);
-    }
+    use crate::pulse::TrainSpec;
+    use crate::safety::setup::tests::CHANNEL;
+    use crate::safety::{ChannelSpec, WearerSpec};
+    use std::vec::Vec;
 
     #[test]
     fn parts_are_exact_in_32_bits_and_in_64() {
@@ -179,6 +304,141 @@ mod tests {
         }
     }
 
+    const PERIOD_US: u32 = 20_000;
+
+    fn wearer(rise_ms: u16, rise_bursts: u16) -> Wearer {
+        let spec = WearerSpec {
+            rise_ms,
+            rise_bursts,
+            ..WearerSpec::default()
+        };
+        spec.validate().unwrap()
+    }
+
+    /// A channel of 200 µs with this limit and this start, whose width may grow.
+    fn channel(limit: u32, start: u32) -> Channel {
+        let spec = ChannelSpec {
+            train: TrainSpec {
+                max_width_us: 400,
+                ..TrainSpec::biphasic(200, 100, PERIOD_US)
+            },
+            limit: Amplitude::new(limit),
+            start: Amplitude::new(start),
+            ..CHANNEL
+        };
+        spec.validate(&wearer(500, 1)).unwrap()
+    }
+
+    /// The channel's bursts one after the other, µA: each is wanted (µA, µs) and begins so
+    /// many µs after the one before.
+    fn play(
+        channel: &Channel,
+        wearer: &Wearer,
+        wanted: impl IntoIterator<Item = (u32, u16, u32)>,
+    ) -> Vec<u32> {
+        let (mut rise, mut previous) = (Rise::default(), Stimulus::default());
+        let mut at = Micros::new(u32::MAX - 50_000); // the clock wraps on the way
+        let mut play = |(ua, width_us, after_us)| {
+            at += us(after_us);
+            let wanted = Stimulus {
+                amplitude: Amplitude::new(ua),
+                width_us,
+            };
+            let time = BurstTime {
+                at,
+                period_us: PERIOD_US,
+                opens: false,
+            };
+            let reach = rise.next(time, wearer.rise());
+            let amplitude = reach.amplitude(channel, wearer, wanted, previous);
+            previous = Stimulus {
+                amplitude,
+                width_us,
+            };
+            amplitude.get()
+        };
+        wanted.into_iter().map(&mut play).collect()
+    }
+
+    #[test]
+    fn a_rise_is_linear_in_time_and_in_bursts() {
+        let slow = play(
+            &channel(20_000, 0),
+            &wearer(100, 1),
+            [(12_000, 200, PERIOD_US); 7],
+        );
+        assert_eq!(slow, [2_000, 4_000, 6_000, 8_000, 10_000, 12_000, 12_000]);
+        let long = play(
+            &channel(20_000, 0),
+            &wearer(1, 5),
+            [(12_000, 200, PERIOD_US); 7],
+        );
+        assert_eq!(long, slow);
+    }
+
+    #[test]
+    fn a_pause_of_more_than_two_periods_begins_a_rise() {
+        let risen = [(12_000, 200, PERIOD_US); 7];
+        for (pause_us, next) in [(2 * PERIOD_US, 12_000), (2 * PERIOD_US + 1, 2_000)] {
+            let wanted = risen.into_iter().chain([(12_000, 200, pause_us)]);
+            let played = play(&channel(20_000, 0), &wearer(100, 1), wanted);
+            assert_eq!(played.last(), Some(&next), "{pause_us}");
+        }
+    }
+
+    /// 2 µA for as long as one likes, then the limit: during the rise and after it.
+    #[test]
+    fn nothing_that_came_before_lets_a_burst_jump() {
+        for faint in [4, 40] {
+            let wanted = std::iter::repeat_n((2, 200, PERIOD_US), faint)
+                .chain(std::iter::repeat_n((20_000, 200, PERIOD_US), 40));
+            let played = play(&channel(20_000, 0), &wearer(500, 1), wanted);
+            // 20 mA in 500 ms: 800 µA a period.
+            for (before, after) in played.iter().zip(&played[1..]) {
+                assert!(after - before <= 800, "{played:?}");
+            }
+            assert_eq!(played.last(), Some(&20_000));
+        }
+    }
+
+    /// A width that grows lowers the amplitude, so that the charge rises no faster.
+    #[test]
+    fn a_width_rises_no_faster_than_an_amplitude() {
+        let wanted = [(10_000, 20, PERIOD_US); 40]
+            .into_iter()
+            .chain([(10_000, 400, PERIOD_US); 40]);
+        let played = play(&channel(20_000, 0), &wearer(500, 1), wanted);
+        // 10 mA for 20 µs has the charge of 1 mA for 200; 800 µA more are 0.9 mA for 400.
+        assert_eq!((played[39], played[40]), (10_000, 900));
+        let charges: Vec<u32> = played[40..].iter().map(|ua| ua * 2).collect();
+        assert!(charges.windows(2).all(|two| two[1] - two[0] <= 800));
+        assert_eq!(played.last(), Some(&10_000));
+    }
+
+    #[test]
+    fn what_start_allows_is_reached_at_once() {
+        let (channel, wearer) = (channel(20_000, 5_000), wearer(500, 1));
+        let first = |ua, width_us| play(&channel, &wearer, [(ua, width_us, 0)]);
+        assert_eq!(first(5_000, 200), [5_000]);
+        assert_eq!(first(2_500, 400), [2_500]);
+        // Above it a rise goes on from there.
+        assert_eq!(first(12_000, 200), [5_000]);
+        assert_eq!(first(5_000, 400), [2_500]);
+        let later = play(&channel, &wearer, [(0, 200, 0), (5_000, 200, PERIOD_US)]);
+        assert_eq!(later, [0, 5_000]);
+    }
+
+    /// Limits so small that a part of them is less than a thousandth still rise.
+    #[test]
+    fn the_slope_never_stands_still() {
+        let played = play(
+            &channel(30, 0),
+            &wearer(5_000, 1_000),
+            [(30, 200, PERIOD_US); 1_100],
+        );
+        assert_eq!(played.last(), Some(&30));
+    }
+
     /// Every rise that a wearer may have, with a burst in each window.
     #[test]
     fn no_rise_is_quicker_than_the_wearers() {
@@ -188,8 +448,15 @@ mod tests {
             let mut rise = Rise::default();
             let mut last = Amplitude::ZERO;
             for after in (0..=rise_us).step_by(250) {
-                let now = rise.apply(full, start + us(after), (rise_us, 1));
-                let most = u64::from(full.get()) * u64::from(after) / u64::from(rise_us);
+                let time = BurstTime {
+                    at: start + us(after),
+                    period_us: 250,
+                    opens: false,
+                };
+                let parts = rise.next(time, (rise_us, 1)).parts.into_iter().flatten();
+                let now = parts.fold(full, |least, (a, b)| least.min(scale(full, a, b)));
+                let (after, whole) = (u64::from(after) + 250, u64::from(rise_us) + 250);
+                let most = u64::from(full.get()) * after / whole;
                 assert!(
                     now >= last && u64::from(now.get()) <= most,
                     "{rise_us}: {after}"

@@ -193,6 +193,23 @@ pub enum Denied {
         /// The channel.
         channel: u8,
     },
+    /// A train of a fixed number of pulses would begin below the ordered amplitude, which
+    /// is above the channel's `start`.
+    AboveStart {
+        /// The channel.
+        channel: u8,
+        /// How many of its pulses would be below.
+        pulses: u32,
+        /// The channel's `start`.
+        start: Amplitude,
+    },
+    /// A pulse of a list is further above the one before than a burst may rise.
+    ListedSlope {
+        /// The channel.
+        channel: u8,
+        /// The largest amplitude of this width there.
+        highest: Amplitude,
+    },
     /// Above the wearer's limit.
     AboveLimit {
         /// The channel.

@@ -424,7 +424,17 @@ pub fn channel(train: TrainSpec) -> ChannelSpec {
             full_scale_ua: 100_000,
         },
         limit: Amplitude::new(20_000),
+        start: Amplitude::new(0),
         area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
+    }
+}
+
+/// The same without a rise: for trains of a fixed number of pulses.
+pub fn at_once(train: TrainSpec) -> ChannelSpec {
+    let spec = channel(train);
+    ChannelSpec {
+        start: spec.limit,
+        ..spec
     }
 }
 

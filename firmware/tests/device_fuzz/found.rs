@@ -54,6 +54,7 @@ fn channel(channel: u8, train: TrainSpec, stage: StageSpec) -> Request {
         train,
         stage,
         limit,
+        start: Amplitude::new(0),
         area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
     };
     Request::Channel { channel, spec }

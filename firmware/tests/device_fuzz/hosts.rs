@@ -133,6 +133,7 @@ pub fn channel_spec() -> impl Strategy<Value = ChannelSpec> {
             train,
             stage,
             limit: Amplitude::new(limit),
+            start: Amplitude::new(0),
             area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
         })
 }

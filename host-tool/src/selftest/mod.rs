@@ -54,6 +54,7 @@ fn channel(period_us: u32, offset_us: u32) -> ChannelSpec {
             full_scale_ua: 100_000,
         },
         limit: Amplitude::new(20_000),
+        start: Amplitude::new(0),
         area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
     }
 }

@@ -43,6 +43,9 @@ impl Draft {
                 Err(e) => found(Mistake::of(Part::Channel(index))(e))?,
             }
             self.check_stage(index, spec).or_else(&mut found)?;
+            if spec.train.repeats != 0 && self.controlled() & 1 << index != 0 {
+                found(Mistake::of(Part::Channel(index))(Rule::CountedControlled))?; // <= 9
+            }
         }
         if self.used() == 0 {
             found(Mistake::of(Part::Setup)(Rule::NothingToArm))?;

@@ -5,7 +5,7 @@ mod seals;
 #[cfg(test)]
 mod tests;
 
-use super::{Agenda, Picture, RenderError, Supply};
+use super::{Agenda, BurstTime, Picture, RenderError, Supply};
 use crate::pulse::Train;
 use crate::pulse::plan::{Levels, PulseStart, State, WindowPlan};
 use crate::seal::Seal;
@@ -298,7 +298,12 @@ impl Lane {
             if !self.train_seal.holds(&self.fixed()) {
                 return Err(RenderError::Memory);
             }
-            let burst = supply.burst(channel, now);
+            let time = BurstTime {
+                at: now,
+                period_us: self.period_us,
+                opens: self.since_burst_us == 0,
+            };
+            let burst = supply.burst(channel, time);
             self.code = burst.code;
             if self.train.spec().lists {
                 self.next_us = supply.next_us(channel).map_or(0, NonZeroU32::get);

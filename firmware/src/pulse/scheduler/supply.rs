@@ -6,8 +6,8 @@ use core::num::{NonZeroU16, NonZeroU32};
 /// What the scheduler asks before it pulses. `safety` answers; a refusal means
 /// silence, never a smaller pulse.
 pub trait Supply {
-    /// What a whole burst on `channel` that starts at `at` is.
-    fn burst(&mut self, channel: u8, at: Micros) -> Burst;
+    /// Amplitude and width of the whole burst on `channel` that starts at `time`.
+    fn burst(&mut self, channel: u8, time: BurstTime) -> Burst;
     /// From that burst to the next, µs, played or left out; none is the period. Asked of
     /// trains that take lists, right after the burst.
     fn next_us(&self, _channel: u8) -> Option<NonZeroU32> {
@@ -15,6 +15,17 @@ pub trait Supply {
     }
     /// Whether a pulse may still start that has its last edge at `end`.
     fn may_pulse(&mut self, channel: u8, end: Micros) -> bool;
+}
+
+/// When a burst starts.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct BurstTime {
+    /// Its first edge.
+    pub at: Micros,
+    /// The train's period in force, µs.
+    pub period_us: u32,
+    /// The train begins with it: at its start, and whenever the trigger input lets it.
+    pub opens: bool,
 }
 
 /// A burst as its supply wants it: amplitude and width together, for all its pulses. Two

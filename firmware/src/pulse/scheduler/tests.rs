@@ -4,7 +4,7 @@ use crate::units::{DacCode, us};
 
 struct Always;
 impl Supply for Always {
-    fn burst(&mut self, _: u8, _: Micros) -> Burst {
+    fn burst(&mut self, _: u8, _: BurstTime) -> Burst {
         Burst::of(DacCode::new(1000))
     }
     fn may_pulse(&mut self, _: u8, _: Micros) -> bool {

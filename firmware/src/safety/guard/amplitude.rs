@@ -1,7 +1,7 @@
 //! How much is put out: what was wanted, within limits, along rise and fall.
 
-use super::{Guard, Mode, check_amplitude};
-use crate::pulse::{Burst, Supply, Train};
+use super::{Guard, Mode, bit, check_amplitude};
+use crate::pulse::{Burst, BurstTime, Supply, Train};
 use crate::safety::ramp::Rise;
 use crate::safety::{Channel, Denied, ElectrodeCheck, Expected, Setup, Stimulus, StopCause};
 use crate::units::{Amplitude, DacCode, Micros};
@@ -152,16 +152,21 @@ impl Guard {
 }
 
 impl Supply for Guard {
-    fn burst(&mut self, channel: u8, at: Micros) -> Burst {
+    fn burst(&mut self, channel: u8, time: BurstTime) -> Burst {
         if !self.open_burst(channel) {
             return Burst::SILENT; // and the refill ends in a fault
+        }
+        if time.opens
+            && let Some(rise) = self.rises.get_mut(usize::from(channel))
+        {
+            *rise = Rise::default(); // a list may leave this burst out
         }
         let wanted = if self.list.is_on(channel) {
             self.take_listed()
         } else {
             self.wanted.get(usize::from(channel)).copied()
         };
-        let burst = wanted.and_then(|wanted| self.next_burst(channel, wanted, at));
+        let burst = wanted.and_then(|wanted| self.next_burst(channel, wanted, time));
         burst.unwrap_or(Burst::SILENT)
     }
 
@@ -180,15 +185,17 @@ impl Supply for Guard {
 }
 
 impl Guard {
-    /// The burst of an open channel that begins at `at` and is to be `wanted`; `None`
+    /// The burst of an open channel that begins at `time` and is to be `wanted`; `None`
     /// leaves it out.
     #[inline(always)]
-    fn next_burst(&mut self, channel: u8, wanted: Stimulus, at: Micros) -> Option<Burst> {
+    fn next_burst(&mut self, channel: u8, wanted: Stimulus, time: BurstTime) -> Option<Burst> {
+        let at = time.at;
         let index = usize::from(channel);
         let setup = self.setup.as_ref()?;
         let config = setup.channel(channel)?;
-        let rise_by = setup.wearer.rise();
+        let wearer = &setup.wearer;
         let rise = self.rises.get_mut(index)?;
+        let mut least = DacCode::new(0);
         let amplitude = match self.mode {
             Mode::Checking { until, .. } => {
                 let (amplitude, code) = check_step(config, until, at);
@@ -198,8 +205,7 @@ impl Guard {
                 };
                 return Some(Burst::of(code));
             }
-            // A ramp passes through code 0 without a gap in the schedule; a
-            // channel that nobody asked for anything stays out of it.
+            // A channel that nobody asked for anything stays out of the schedule.
             _ if wanted.amplitude == Amplitude::ZERO => {
                 *rise = Rise::default();
                 self.steps.get_mut(index)?.burst = wanted;
@@ -210,13 +216,27 @@ impl Guard {
                 *rise = Rise::default();
                 wanted.amplitude
             }
-            Mode::Stimulating => rise.apply(wanted.amplitude, at, rise_by),
+            Mode::Stimulating => {
+                let reach = rise.next(time, wearer.rise());
+                let previous = self.in_force.get(index).copied()?;
+                let amplitude = reach.amplitude(config, wearer, wanted, previous);
+                self.delayed &= !bit(channel);
+                if amplitude != wanted.amplitude {
+                    self.delayed |= bit(channel);
+                }
+                // A rise has no silent burst, so that a train's first pulse is one.
+                least = DacCode::new(1);
+                amplitude
+            }
             Mode::Stopping { fall, .. } => {
-                fall.apply(rise.apply(wanted.amplitude, at, rise_by), at)
+                let reach = rise.next(time, wearer.rise());
+                let previous = self.in_force.get(index).copied()?;
+                let amplitude = reach.amplitude(config, wearer, wanted, previous);
+                fall.apply(amplitude, at)
             }
             _ => return None,
         };
-        // Rise and fall scale the amplitude at the width that was wanted with it: no
+        // Rise, slope and fall lower the amplitude at the width that was wanted with it: no
         // pair on the way has more current or charge than what was judged.
         let width_us = wanted.width_us;
         *self.in_force.get_mut(index)? = Stimulus {
@@ -224,7 +244,7 @@ impl Guard {
             width_us,
         };
         self.steps.get_mut(index)?.burst = wanted;
-        let code = config.stage.code(amplitude);
+        let code = config.stage.code(amplitude).max(least);
         // At most 150 000 · 2^23.
         let charge = u64::from(amplitude.get()) * u64::from(config.charge_at(width_us));
         let max_mc = setup.wearer.spec().max_dose_mc;
@@ -245,7 +265,7 @@ fn check_stimulus(setup: &Setup, channel: u8, stimulus: Stimulus) -> Result<Stim
     let config = setup
         .channel(channel)
         .ok_or(Denied::NoChannel { channel })?;
-    if setup.controlled & 1u16.checked_shl(channel.into()).unwrap_or(0) != 0 {
+    if setup.controlled & bit(channel) != 0 {
         return Err(Denied::Controlled { channel });
     }
     let stimulus = config.with_width(stimulus);
@@ -265,7 +285,14 @@ fn check_stimulus(setup: &Setup, channel: u8, stimulus: Stimulus) -> Result<Stim
     if stimulus.amplitude > highest {
         return Err(Denied::Charge { channel, highest });
     }
-    Ok(stimulus)
+    match config.pulses_below(stimulus, &setup.wearer) {
+        0 => Ok(stimulus),
+        pulses => Err(Denied::AboveStart {
+            channel,
+            pulses,
+            start: config.start,
+        }),
+    }
 }
 
 /// What the electrode check that ends at `until` puts out at `at`.

@@ -1,11 +1,12 @@
 //! Lists of pulses: what of them is allowed, and how they take the place of a train's.
 
-use super::{Guard, Mode};
+use super::{Guard, Mode, bit};
+use crate::pulse::BurstTime;
 use crate::safety::list::Playing;
 use crate::safety::ramp::Rise;
 use crate::safety::{Channel, Denied, ListedPulse, PulseList, Stimulus, Wearer};
 use crate::seal::Seal;
-use crate::units::Micros;
+use crate::units::{Micros, us};
 
 impl Guard {
     /// Plays `list` from the channel's next burst on, in place of its train's pulses,
@@ -30,7 +31,7 @@ impl Guard {
         let config = setup
             .channel(channel)
             .ok_or(Denied::NoChannel { channel })?;
-        if setup.controlled & 1u16.checked_shl(channel.into()).unwrap_or(0) != 0 {
+        if setup.controlled & bit(channel) != 0 {
             return Err(Denied::Controlled { channel });
         }
         if !config.train.spec().lists {
@@ -40,7 +41,7 @@ impl Guard {
             return Err(Denied::ListPlays);
         }
         let rise = self.rises.get(usize::from(channel));
-        if !matches!(rise, Some(Rise::Done)) {
+        if !rise.is_some_and(Rise::is_risen) {
             return Err(Denied::NotRisen { channel });
         }
         let mut least_us = 0;
@@ -48,6 +49,7 @@ impl Guard {
             check_pulse(channel, config, &setup.wearer, pulse, least_us)?;
             least_us = config.min_period_us;
         }
+        self.check_rise(config, &setup.wearer, list)?;
         if self.limits_steps() {
             let listed = list.pulses.iter().map(ListedPulse::stimulus);
             self.check_spread(channel, listed.clone(), now)?;
@@ -59,6 +61,39 @@ impl Guard {
         }
         self.list = Playing::new(list);
         self.seal_list();
+        Ok(())
+    }
+
+    /// Plays `list` on a copy of its channel's rise: each pulse is played as it is listed,
+    /// or the list is refused. The first follows the latest burst by a period more.
+    #[inline(never)]
+    fn check_rise(
+        &self,
+        config: &Channel,
+        wearer: &Wearer,
+        list: &PulseList,
+    ) -> Result<(), Denied> {
+        let channel = list.channel;
+        let rise = self.rises.get(usize::from(channel)).copied();
+        let mut rise = rise.ok_or(Denied::NoChannel { channel })?;
+        let period_us = config.train.spec().period_us;
+        let mut previous = self.in_force(channel);
+        let mut at = rise.last() + us(period_us);
+        for pulse in &list.pulses {
+            at += us(pulse.after_us);
+            let time = BurstTime {
+                at,
+                period_us,
+                opens: false,
+            };
+            let wanted = pulse.stimulus();
+            let reach = rise.next(time, wearer.rise());
+            let highest = reach.amplitude(config, wearer, wanted, previous);
+            if highest < pulse.amplitude {
+                return Err(Denied::ListedSlope { channel, highest });
+            }
+            previous = wanted;
+        }
         Ok(())
     }
 

@@ -1,7 +1,7 @@
 //! The guard's own memory: sealed between refills, so that a bit that changes by
 //! itself is a fault before it is an amplitude, a state or a timeout.
 
-use super::Guard;
+use super::{Guard, bit};
 use crate::pulse::CHANNELS;
 use crate::safety::Fault;
 use crate::seal::{Seal, Turn};
@@ -109,7 +109,7 @@ impl Guard {
     /// [`Self::open`] where a call would show: with each burst and each setpoint.
     #[inline(always)]
     pub(super) fn open_here(&mut self, channel: u8) -> bool {
-        let bit = 1u16.checked_shl(channel.into()).unwrap_or(0);
+        let bit = bit(channel);
         if self.seals.open & bit != 0 {
             return true;
         }

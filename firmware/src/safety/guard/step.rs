@@ -4,6 +4,7 @@
 //! amplitude may not do, a width may not either.
 
 use super::Guard;
+use crate::safety::measures::Measures;
 use crate::safety::{Channel, Denied, Stimulus, WearerSpec};
 use crate::units::{Amplitude, MicroAmps, Micros, us};
 
@@ -19,30 +20,6 @@ pub(super) struct Step {
     low: Measures,
     low_before: Measures,
     since: Micros,
-}
-
-/// What may not rise too fast: an amplitude, and that of the same charge at the train's
-/// own width.
-#[derive(Clone, Copy, Debug, Default)]
-struct Measures([Amplitude; 2]);
-
-impl Measures {
-    /// Of `stimulus` on a train of this width, rounded up.
-    fn of(stimulus: Stimulus, own_us: u16) -> Self {
-        let Stimulus {
-            amplitude,
-            width_us,
-        } = stimulus;
-        // At most 150 000 · 500.
-        let charge = amplitude.get().saturating_mul(width_us.into());
-        let alike = charge.div_ceil(u32::from(own_us).max(1));
-        Self([amplitude, Amplitude::new(alike)])
-    }
-
-    fn min(self, other: Self) -> Self {
-        let ([a, b], [c, d]) = (self.0, other.0);
-        Self([a.min(c), b.min(d)])
-    }
 }
 
 /// Width of the channel's own pulses, µs.

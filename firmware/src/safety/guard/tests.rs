@@ -3,7 +3,7 @@
 mod states;
 
 use super::*;
-use crate::pulse::{Burst, Supply, TrainSpec, Trigger};
+use crate::pulse::{Burst, BurstTime, Supply, TrainSpec, Trigger};
 use crate::safety::{ChannelSpec, ListedPulse, PulseList, Reading, StageSpec, Sums, WearerSpec};
 use crate::units::{MicroAmps, us};
 use core::num::NonZeroU32;
@@ -28,6 +28,7 @@ fn setup() -> Setup {
         train,
         stage,
         limit,
+        start: limit,
         area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
     };
     let mut channels = [None; CHANNELS];
@@ -39,6 +40,15 @@ fn setup() -> Setup {
         groups: heapless::Vec::new(),
         sync: None,
         controlled: 0,
+    }
+}
+
+/// A burst of that channel at `at`.
+const fn begins(at: Micros) -> BurstTime {
+    BurstTime {
+        at,
+        period_us: 20_000,
+        opens: false,
     }
 }
 
@@ -82,7 +92,7 @@ fn guard_in(state: &str) -> (Guard, Scheduler) {
         guard.arm(&setup(), &CLOSED, NOW).unwrap();
         // The last of the check's four amplitudes: 15 ms after its epoch, sensed.
         let pulse = NOW + us(15_000);
-        guard.burst(0, pulse).code.unwrap();
+        guard.burst(0, begins(pulse)).code.unwrap();
         for (second, window) in [(false, 2), (true, 3)] {
             let reading = Some(Reading::of(0, second, MicroAmps::new(1_000)));
             let inputs = Inputs { reading, ..CLOSED };
@@ -194,7 +204,7 @@ fn a_phase_that_owes_its_reading_is_told() {
         guard.tick(NOW, &CLOSED, &scheduler).unwrap();
         guard.arm(&setup(), &CLOSED, NOW).unwrap();
         let pulse = NOW + us(15_000);
-        guard.burst(0, pulse).code.unwrap();
+        guard.burst(0, begins(pulse)).code.unwrap();
         for &second in phases {
             let reading = Some(Reading::of(0, second, MicroAmps::new(1_000)));
             let inputs = Inputs { reading, ..CLOSED };
@@ -238,7 +248,9 @@ fn a_bit_that_changes_by_itself_is_a_fault() {
             };
             channel.train = spec.validate().unwrap();
         }),
-        ("rise", |g| g.rises[0] = Rise::Done),
+        ("rise", |g| {
+            let _ = g.rises[0].next(begins(NOW), (1, 1));
+        }),
         ("wanted amplitude of an unused channel", |g| {
             g.wanted[9].amplitude = Amplitude::new(1)
         }),
@@ -308,7 +320,7 @@ fn a_changed_list_is_left_out() {
             list.pulses[1].width_us ^= 1 << 6;
             guard.list = Playing::new(&list);
         }
-        let burst = guard.burst(0, NOW);
+        let burst = guard.burst(0, begins(NOW));
         assert_eq!(burst.code.is_none(), spoil);
         let next_us = guard.next_us(0).map(NonZeroU32::get);
         assert_eq!(next_us, (!spoil).then_some(20_000));
@@ -324,10 +336,10 @@ fn a_burst_of_a_changed_channel_is_left_out() {
         .set_amplitudes([(0, stimulus(5_000, 0))].into_iter(), NOW)
         .unwrap();
     guard.seal();
-    assert!(guard.burst(0, NOW).code.is_some());
+    assert!(guard.burst(0, begins(NOW)).code.is_some());
     guard.seal();
     guard.wanted[0].amplitude = Amplitude::new(5_000 ^ 1 << 12);
-    assert_eq!(guard.burst(0, NOW), Burst::SILENT);
+    assert_eq!(guard.burst(0, begins(NOW)), Burst::SILENT);
     assert_eq!(guard.check_seen(), Err(Fault::Memory));
 }
 

@@ -1,7 +1,9 @@
 //! Plans made wrong on purpose, one way each, and whole trains that are right.
 
 use super::*;
-use crate::pulse::{Burst, Change, GroupSpec, Scheduler, Shape, Supply, TrainSpec, WINDOW_US};
+use crate::pulse::{
+    Burst, BurstTime, Change, GroupSpec, Scheduler, Shape, Supply, TrainSpec, WINDOW_US,
+};
 use core::num::NonZeroU16;
 use std::vec::Vec;
 use std::{format, println};
@@ -13,7 +15,8 @@ const LIVE: u8 = 4;
 /// Widths of 100 and 300 µs in turn where a train allows it; else its own.
 struct Always;
 impl Supply for Always {
-    fn burst(&mut self, channel: u8, at: Micros) -> Burst {
+    fn burst(&mut self, channel: u8, time: BurstTime) -> Burst {
+        let at = time.at;
         let is_wide = at.get().is_multiple_of(2);
         Burst {
             code: Some(CODE),

@@ -3,6 +3,8 @@
 use super::SetupError;
 use crate::pulse::{Train, TrainSpec};
 use crate::range::Range;
+use crate::safety::measures::Measures;
+use crate::safety::ramp::Slope;
 use crate::safety::{Stage, StageSpec, Stimulus, Wearer, limits};
 use crate::units::{Amplitude, MicroAmps};
 use postcard_schema::Schema;
@@ -21,6 +23,8 @@ pub struct ChannelSpec {
     pub stage: StageSpec,
     /// The wearer's largest amplitude here, in the stage's thousandths.
     pub limit: Amplitude,
+    /// The largest amplitude that a rise reaches at once, in the stage's thousandths.
+    pub start: Amplitude,
     /// Area of its active electrode, 10–20 000 mm².
     pub area_mm2: u32,
 }
@@ -34,6 +38,8 @@ pub struct Channel {
     pub stage: Stage,
     /// No amplitude above this is ever put out.
     pub limit: Amplitude,
+    /// No amplitude up to this is delayed by a rise.
+    pub start: Amplitude,
     /// No current above this may flow: a current stage's limit; of a voltage stage, what
     /// the limits of current, charge and rms allow.
     pub max_current: MicroAmps,
@@ -56,6 +62,8 @@ pub struct Channel {
 impl ChannelSpec {
     /// Of [`Self::limit`], at the largest full scale.
     pub const LIMIT: Range = Range::new("limit", 1, StageSpec::FULL_SCALE_MV.max);
+    /// Of [`Self::start`]; at most the limit.
+    pub const START: Range = Range::new("start", 0, StageSpec::FULL_SCALE_MV.max);
     /// Of [`Self::area_mm2`].
     pub const AREA_MM2: Range = Range::new("area_mm2", 10, 20_000);
     /// What stands for an area that nobody said: a disc of 32 mm, 8 cm², the smallest
@@ -73,6 +81,8 @@ impl ChannelSpec {
         let stage = self.stage.validate()?;
         let up_to_full_scale = Self::LIMIT.up_to(stage.full_scale().get());
         up_to_full_scale.check(self.limit.get())?;
+        let up_to_limit = Self::START.up_to(self.limit.get());
+        up_to_limit.check(self.start.get())?;
         let spec = train.spec();
         let current = stage.current(self.limit);
         let most = wearer.max_current().min(stage.max_current());
@@ -118,6 +128,7 @@ impl ChannelSpec {
             train,
             stage,
             limit: self.limit,
+            start: self.start,
             area_mm2: self.area_mm2,
             max_current,
             min_period_us: spec.period_us,
@@ -227,6 +238,7 @@ impl Channel {
             },
             stage,
             limit: self.limit,
+            start: self.start,
             area_mm2: self.area_mm2,
         };
         let judged = spec.validate(wearer)?;
@@ -237,6 +249,36 @@ impl Channel {
             judged_width_us: judged.judged_width_us,
             ..*self
         })
+    }
+
+    /// How many pulses of a train of a fixed number would be below `stimulus`, for having to
+    /// rise: none if it is not above `start`, or the train plays on.
+    #[must_use]
+    #[inline]
+    pub fn pulses_below(&self, stimulus: Stimulus, wearer: &Wearer) -> u32 {
+        match self.train.spec().repeats {
+            0 => 0, // as mostly
+            repeats => self.counted_below(stimulus, wearer, repeats),
+        }
+    }
+
+    #[inline(never)]
+    fn counted_below(&self, stimulus: Stimulus, wearer: &Wearer, repeats: u16) -> u32 {
+        let spec = self.train.spec();
+        if !Measures::of(stimulus, spec.width_us).is_above(Measures::both(self.start)) {
+            return 0;
+        }
+        let (rise_us, rise_bursts) = wearer.rise();
+        let by_time = rise_us.div_ceil(spec.period_us.max(1)); // at most 1 000
+        let bursts = by_time.max(rise_bursts.into()).min(repeats.into());
+        bursts.saturating_mul(spec.burst_count.into())
+    }
+
+    /// By how much a burst of this channel may be above the one before it, one period
+    /// earlier.
+    #[must_use]
+    pub fn slope(&self, wearer: &Wearer) -> Amplitude {
+        Slope::of(self.limit, wearer).over(self.train.spec().period_us)
     }
 
     /// No current above this may flow in phases of `width_us`.

@@ -9,6 +9,7 @@ pub(crate) const CHANNEL: ChannelSpec = ChannelSpec {
         full_scale_ua: 100_000,
     },
     limit: Amplitude::new(20_000),
+    start: Amplitude::new(0),
     area_mm2: 2_500,
 };
 

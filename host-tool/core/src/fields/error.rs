@@ -205,6 +205,12 @@ problems! {
     636 NeverRises { channel: u8 }
         "`{field}` names channel {channel}, which nothing raises: a list plays in place of pulses that play"
         "give the channel `values`, as small as may be if nothing is to be felt before"
+    637 CountedRises { channel: u8, value: String, start: String, pulses: u32 }
+        "channel {channel} plays {pulses} pulses of its `repeats` below {value}, which is above its `start` of {start} (`{field}`)"
+        "raise `start`, the largest amplitude that the wearer accepts at once, or lower the amplitude"
+    638 CountedControlled { channel: u8 }
+        "`{field}` is {given}, and channel {channel} is controlled: its amplitudes rise, and the first of a fixed number of pulses would be lower than was computed"
+        "leave `repeats` out"
     650 WearerUnreadable { reason: String }
         "the wearer file cannot be read: {reason}"
         "check path and permissions; `[wearer] file` is relative to the session's own folder"

@@ -228,6 +228,9 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::NoModulation => ("no such joint is modulated", "configure it before arming"),
         Code::NoAngle => ("a modulated joint has no fresh angle within its range, so nothing can be held", "send a measurement of each joint first"),
         Code::HoldOver => ("the object was held for longer than it may be", "say that it is released, then that it is held"),
+        Code::AboveStart => ("the amplitude is above the channel's start, and a fixed number of pulses would begin below it (from: how many pulses; to: the largest that is played at once)", "ask for at most start, or agree on a larger one with the wearer"),
+        Code::ListTooSteep => ("a pulse of the list is further above the one before than the wearer's rise allows", "list smaller steps, or agree on a larger start with the wearer"),
+        Code::CountedControlled => ("this channel is controlled, and its train has a fixed number of pulses", "leave repeats out"),
         Code::NoFatigue => ("this muscle has no fatigue parameters", "configure the muscle with its fatigue, or choose another rung"),
     }
 }

@@ -64,6 +64,8 @@ struct Run<'a, P> {
     begun: Counters,
     refused: usize,
     ended: Option<(String, &'static str)>,
+    /// Every train of a fixed number of pulses has played: the session is over.
+    is_finished: bool,
     /// The latest forces at the hand that were asked for, with their numbers.
     wishes: VecDeque<(u16, [i32; 3])>,
     /// When the device last said something, in the port's time.
@@ -107,6 +109,7 @@ pub fn run<P: Port>(
         begun: Counters::default(),
         refused: 0,
         ended: None,
+        is_finished: false,
         wishes: VecDeque::new(),
         heard_us: 0,
     };
@@ -262,7 +265,7 @@ impl<P: Port> Run<'_, P> {
             self.trigger(asked_us, due);
             asked_us = due;
             self.listen((begin + due).min(end))?;
-            if begin + due >= end {
+            if begin + due >= end || self.is_finished {
                 break;
             }
             self.post(self.session.setpoints.due_us(index - 1), due)?;
@@ -386,6 +389,9 @@ impl<P: Port> Run<'_, P> {
                 let t_s = self.trial.events.last().map_or(0.0, |(t, _)| *t);
                 return Err(RunError::Ended { t_s, why, advice });
             }
+            if self.is_finished {
+                return Ok(());
+            }
             self.poll_observer()?;
         }
         let silence_us = self.client.port().now_us().saturating_sub(self.heard_us);
@@ -415,7 +421,8 @@ impl<P: Port> Run<'_, P> {
     /// After a stop: waits until the outputs are reported isolated, asks for
     /// counters.
     fn finish(&mut self) -> Result<(), RunError> {
-        let until = self.client.port().now_us() + STOP_US;
+        let wait_us = if self.is_finished { 0 } else { STOP_US };
+        let until = self.client.port().now_us() + wait_us;
         while let Some(incoming) = self.client.next(until)? {
             let is_end = matches!(
                 incoming,

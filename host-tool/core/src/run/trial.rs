@@ -209,7 +209,7 @@ pub fn advice(event: &Event) -> &'static str {
         StopCause::DoseReached => {
             "a channel has put out the wearer's max_dose_mc; it counts from power-up"
         }
-        StopCause::Finished => "every train had played: shorten duration_s or raise repeats",
+        StopCause::Finished => "every train of a fixed number of pulses has played",
     }
 }
 

@@ -148,10 +148,12 @@ fn read_channel(
     };
     let fitted = person.fitted(t, (&stage, &train), notes).ok_or(None)?;
     let fitted = fitted.as_ref();
+    let limit = person.limit(t, fitted).ok_or(None)?;
     let spec = ChannelSpec {
         train,
         stage,
-        limit: person.limit(t, fitted).ok_or(None)?,
+        limit,
+        start: person.start(t, fitted, limit).ok_or(None)?,
         area_mm2: person.area_mm2(t, fitted),
     };
     let mut channel = Channel {

@@ -134,6 +134,7 @@ fn channels() -> Section {
         f("name", Kind::Text(None), Required, "what the wearer calls it"),
         f("stage", Kind::Table(stage()), Required, "output stage"),
         f("limit", nb(UNIT, 3, ChannelSpec::LIMIT, "to full scale"), OrFile, "largest amplitude; must keep the wearer's current, charge and rms limits"),
+        f("start", nb(UNIT, 3, ChannelSpec::START, "to `limit`"), OrTold("0, or the wearer file's".into()), "largest amplitude that is reached at once, without the wearer's rise: a train with `repeats` plays nothing above it"),
         f("area_mm2", n("mm²", 0, ChannelSpec::AREA_MM2), Or(ChannelSpec::ASSUMED_AREA_MM2.into()), "area of its active electrode, under which 2 mA/cm² rms hold at `limit`; a disc of 32 mm is assumed"),
         f("train", Kind::Table(train()), Required, "its pulses"),
         f("muscle", Kind::Table(muscle()), Optional, "predict its force; `{}` takes the wearer file's muscle"),

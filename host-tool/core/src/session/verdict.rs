@@ -104,6 +104,10 @@ pub(crate) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
             train.say(period, Problem::BurstTooLong { min_us });
         }
         Rule::WidthChanges => t.say("muscle", Problem::WidthChanges { channel: *number }),
+        Rule::CountedControlled => {
+            let channel = *number;
+            train.say("repeats", Problem::CountedControlled { channel });
+        }
         Rule::NoMuscle => t.say("force", Problem::NoMuscle { channel: *number }),
         Rule::Setup(SetupError::Range(e)) if e.field == "trigger" => {
             let name = ["triggered", "trigger"][usize::from(train.has("trigger"))];

@@ -236,6 +236,31 @@ impl Person {
         }
     }
 
+    /// What a channel reaches at once: its own `start`, or its electrode's; nothing if it
+    /// may not be, which is told.
+    pub(super) fn start(
+        &self,
+        t: &Table<'_>,
+        fitted: Option<&Electrode>,
+        limit: Amplitude,
+    ) -> Option<Amplitude> {
+        let said = t.has("start").then(|| Amplitude::new(t.whole("start")));
+        match (said, fitted) {
+            (Some(start), Some(electrode)) if start > electrode.start => {
+                let allowed = format!("at most {}", worth(electrode, electrode.start));
+                t.say("start", Problem::Loosened { allowed });
+                None
+            }
+            (Some(start), _) if start > limit => {
+                let allowed = format!("0 to `limit`, {}", in_units(limit.get().into(), 3));
+                t.out_of_range("start", allowed);
+                None
+            }
+            (Some(start), _) => Some(start),
+            (None, fitted) => Some(fitted.map_or(Amplitude::ZERO, |it| it.start.min(limit))),
+        }
+    }
+
     /// The area of a channel's electrode, mm².
     pub(super) fn area_mm2(&self, t: &Table<'_>, fitted: Option<&Electrode>) -> u32 {
         let said: u32 = t.whole("area_mm2");

@@ -27,6 +27,8 @@ pub struct Electrode {
     pub motor_threshold: Amplitude,
     /// The largest that the wearer accepts: I_PT.
     pub limit: Amplitude,
+    /// The largest that the wearer accepts at once, without a rise; 0 for none.
+    pub start: Amplitude,
     /// The least that is used, as an operator set it.
     pub minimum: Option<Amplitude>,
     /// The most that is used, as an operator set it.
@@ -127,7 +129,8 @@ impl Electrode {
         let factor = curve.factor(self.width_us, width_us);
         let times = |it: Amplitude, factor: f64| f64::from(it.get()) * factor;
         let scaled = |it| Amplitude::new(times(it, factor).round() as u32); // saturates
-        let lowered = Amplitude::new(times(self.limit, factor.min(1.0)).floor() as u32);
+        let lower = |it| Amplitude::new(times(it, factor.min(1.0)).floor() as u32);
+        let lowered = lower(self.limit);
         let muscle = self.muscle.map(|muscle| Muscle {
             reference: scaled(muscle.reference),
             slope_micro: (f64::from(muscle.slope_micro) / factor).round() as u32, // saturates
@@ -144,6 +147,7 @@ impl Electrode {
             width_us,
             motor_threshold,
             limit,
+            start: lower(self.start).min(limit),
             minimum: self.minimum.map(|it| scaled(it).min(limit)),
             maximum: self.maximum.map(|it| scaled(it).min(limit)),
             muscle,

@@ -112,6 +112,7 @@ fn electrode() -> Section {
         f("to_hz", rate(), OrTold("`frequency_hz`".into()), "greatest rate at which they are taken to hold"),
         f("motor_threshold", amplitude("below `limit`"), Required, "smallest amplitude that moves: I_MT"),
         f("limit", amplitude("within `[limits]`"), Required, "largest that the wearer accepts: I_PT"),
+        f("start", amplitude("to `limit`"), OrTold("0".into()), "largest that the wearer accepts at once, without a rise (`rise_ms`)"),
         f("minimum", amplitude("to `maximum`"), Optional, "least that is used, as an operator set it"),
         f("maximum", amplitude("to `limit`"), Optional, "most that is used, as an operator set it"),
         f("moves", Kind::Texts(LONGEST), Optional, "what it moves, in words"),

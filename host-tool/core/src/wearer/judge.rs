@@ -19,6 +19,9 @@ pub(super) fn tell_order(t: &Table<'_>, it: &Electrode) {
     if it.motor_threshold >= it.limit {
         disordered("motor_threshold", told("limit"));
     }
+    if it.start > it.limit {
+        disordered("start", told("limit"));
+    }
     let most = it.maximum.unwrap_or(it.limit);
     if it.maximum.is_some_and(|maximum| maximum > it.limit) {
         disordered("maximum", told("limit"));
@@ -112,6 +115,7 @@ impl Electrode {
             train,
             stage,
             limit: self.limit,
+            start: self.start.min(self.limit),
             area_mm2: self.area_mm2,
         }
     }

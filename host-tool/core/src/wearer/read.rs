@@ -173,6 +173,7 @@ fn read_electrode(t: &Table<'_>, draft: &mut Draft) -> Option<Electrode> {
         holds_hz: [holds("from_hz"), holds("to_hz")],
         motor_threshold: Amplitude::new(t.whole("motor_threshold")),
         limit: Amplitude::new(t.whole("limit")),
+        start: optional(t, "start").unwrap_or_default(),
         minimum: optional(t, "minimum"),
         maximum: optional(t, "maximum"),
         moves: t.texts("moves").iter().map(|it| (*it).to_owned()).collect(),

@@ -207,6 +207,7 @@ fn write_electrode(out: &mut Lines, it: &Electrode) {
     }
     out.field("motor_threshold", milli(it.motor_threshold));
     out.field("limit", milli(it.limit));
+    out.given("start", Some(it.start).filter(|it| it.get() > 0).map(milli));
     out.given("minimum", it.minimum.map(milli));
     out.given("maximum", it.maximum.map(milli));
     if !it.moves.is_empty() {

@@ -181,6 +181,7 @@ fn set_up(
                     full_scale_ua: FULL_SCALE_UA,
                 },
                 limit: muscle.base,
+                start: Amplitude::new(0),
                 area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
             };
             client.channel(muscle.channel, spec)?;

@@ -43,7 +43,7 @@ fn session(rate_hz: u32, is_triggered: bool) -> String {
     };
     format!(
         "title = \"latency\"\nduration_s = 60.0\n[wearer]\nmax_current_ma = 20.0\nrise_ms = 1\n\
-         fall_ms = 50\n[[channel]]\nnumber = 1\nname = \"triceps\"\nlimit = 20.0\n\
+         fall_ms = 50\n[[channel]]\nnumber = 1\nname = \"triceps\"\nlimit = 20.0\nstart = 20.0\n\
          stage = {{ kind = \"current\", full_scale_ma = 100.0 }}\n\
          train = {{ shape = \"biphasic-cathodic-first\", width_us = 40, \
          frequency_hz = {rate_hz}.0{triggered} }}\n\

@@ -177,7 +177,7 @@ fn place(guard: &Guard) -> &'static str {
 /// Whether a burst that would begin a window after `now` is put out.
 fn pulses(guard: &mut Guard, now: Micros) -> bool {
     let at = now + us(WINDOW_US);
-    guard.burst(0, at).code.is_some() && guard.may_pulse(0, at + us(500))
+    guard.burst(0, begins(at)).code.is_some() && guard.may_pulse(0, at + us(500))
 }
 
 fn in_words(heard: &Heard) -> String {

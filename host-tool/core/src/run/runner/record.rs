@@ -5,6 +5,7 @@ use crate::link::{Incoming, Port, Refused};
 use crate::run::{Seen, identity, pulses, trial};
 use crate::session::{nearest, newtons};
 use firmware::link::{Code, Event, HelloInfo};
+use firmware::safety::StopCause;
 
 impl<P: Port> Run<'_, P> {
     /// The record says who answered.
@@ -125,7 +126,9 @@ impl<P: Port> Run<'_, P> {
                 let t_s = f64::from((at - self.epoch).us()) * 1e-6;
                 self.observer.see(Seen::Event(t_s, &event));
                 self.note(t_s, text.clone())?;
-                if matches!(
+                if event == Event::Stopped(StopCause::Finished) {
+                    self.is_finished = true;
+                } else if matches!(
                     event,
                     Event::Faulted(_) | Event::Stopping(_) | Event::Stopped(_)
                 ) {

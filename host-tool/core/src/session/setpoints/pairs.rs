@@ -100,6 +100,17 @@ fn check_stimulus(item: &Table<'_>, found: &Channel, setup: &SetupSpec, stimulus
         };
         item.say("value", problem);
     }
+    let stimulus = channel.with_width(stimulus);
+    let pulses = channel.pulses_below(stimulus, &wearer);
+    if pulses > 0 {
+        let problem = Problem::CountedRises {
+            channel: found.number,
+            value: found.display(stimulus.amplitude),
+            start: found.display(channel.start),
+            pulses,
+        };
+        item.say("value", problem);
+    }
 }
 
 /// A channel as the device arms it.

@@ -1,0 +1,67 @@
+//! What of a stimulus may not rise too fast.
+
+use super::Stimulus;
+use crate::units::Amplitude;
+
+/// An amplitude, and the amplitude that has the same charge at the train's own width:
+/// what an amplitude may not do, a width may not either.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Measures(pub(super) [Amplitude; 2]);
+
+impl Measures {
+    /// Of `stimulus` on a train of this width, rounded up.
+    pub(super) fn of(stimulus: Stimulus, own_us: u16) -> Self {
+        let charge = charge(stimulus);
+        let alike = charge.div_ceil(u32::from(own_us).max(1));
+        Self([stimulus.amplitude, Amplitude::new(alike)])
+    }
+
+    /// The same rounded down, to rise from.
+    pub(super) fn at_most(stimulus: Stimulus, own_us: u16) -> Self {
+        let alike = charge(stimulus).checked_div(own_us.into()).unwrap_or(0);
+        Self([stimulus.amplitude, Amplitude::new(alike)])
+    }
+
+    /// Both of this amplitude.
+    pub(super) const fn both(amplitude: Amplitude) -> Self {
+        Self([amplitude; 2])
+    }
+
+    /// The smaller of each.
+    pub(super) fn min(self, other: Self) -> Self {
+        let ([a, b], [c, d]) = (self.0, other.0);
+        Self([a.min(c), b.min(d)])
+    }
+
+    /// Each higher by `by`.
+    pub(super) fn plus(self, by: Amplitude) -> Self {
+        let above = |a: Amplitude| Amplitude::new(a.get().saturating_add(by.get()));
+        Self(self.0.map(above))
+    }
+
+    /// Whether either is above that of `other`.
+    pub(super) fn is_above(self, other: Self) -> bool {
+        let ([a, b], [c, d]) = (self.0, other.0);
+        a > c || b > d
+    }
+
+    /// The largest amplitude of this width that is above neither, rounded down.
+    pub(super) fn amplitude_at(self, width_us: u16, own_us: u16) -> Amplitude {
+        let [amplitude, alike] = self.0;
+        if width_us == own_us {
+            return amplitude.min(alike); // as mostly
+        }
+        // What saturates is far above every limit.
+        let charge = alike.get().saturating_mul(own_us.into());
+        let by_charge = charge.checked_div(width_us.into()).unwrap_or(0);
+        amplitude.min(Amplitude::new(by_charge))
+    }
+}
+
+/// Thousandths times µs, at most 150 000 · 500.
+fn charge(stimulus: Stimulus) -> u32 {
+    stimulus
+        .amplitude
+        .get()
+        .saturating_mul(stimulus.width_us.into())
+}
