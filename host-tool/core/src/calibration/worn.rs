@@ -3,6 +3,7 @@
 use super::{CalibrationError, Entry, Files, Found, Head, Plan, Planned, Step};
 use crate::wearer::{Electrode, Evidence, History, Wearer};
 use firmware::safety::WearerSpec;
+use firmware::units::Amplitude;
 use std::path::Path;
 
 /// Under whose head each electrode's last step was found, by what happened before `now`.
@@ -74,6 +75,7 @@ fn electrode(planned: &Planned, found: &Found) -> Option<Electrode> {
         holds_hz: [planned.frequency_hz; 2],
         motor_threshold: found.threshold?.amplitude(),
         limit: found.limit?.amplitude(),
+        start: Amplitude::ZERO,
         minimum: Some(found.minimum?.amplitude()),
         maximum: Some(found.maximum?.amplitude()),
         moves: found.moves.clone()?,

@@ -25,7 +25,6 @@ pub(super) fn anyone() -> WearerSpec {
 /// wearer allows.
 fn played(channel: &Channel, wearer: &WearerSpec) -> Option<safety::Channel> {
     let spec = ChannelSpec {
-        start: Amplitude::new(0),
         area_mm2: ChannelSpec::AREA_MM2.max.cast_unsigned(),
         ..channel.spec
     };

@@ -30,6 +30,7 @@ mod schema;
 mod setpoints;
 mod setup;
 mod sites;
+mod slopes;
 mod study;
 mod trigger;
 mod verdict;
@@ -225,6 +226,8 @@ impl Session {
         };
         if doc.is_sound() {
             fidelity::read(t, &mut session);
+            let slopes = slopes::notes(&session);
+            session.notes.extend(slopes);
         }
         Some(session)
     }

@@ -101,6 +101,7 @@ impl Study {
             holds_hz: [hz[0], hz[2]],
             motor_threshold: milli(i_mt_ma),
             limit: milli(i_pt_ma),
+            start: Amplitude::ZERO,
             minimum: None,
             maximum: None,
             moves: vec!["wrist extension".to_owned()],

@@ -129,6 +129,7 @@ fn electrode(
         holds_hz: [declared.protocol.frequency_hz; 2],
         motor_threshold: threshold,
         limit: milli(limit_ma),
+        start: Amplitude::ZERO,
         minimum: is_triceps.then(|| milli(PRE_WALL_MA)),
         maximum: is_triceps.then(|| milli(limit_ma)),
         moves: vec![moves.to_owned()],

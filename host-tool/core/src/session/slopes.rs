@@ -1,0 +1,111 @@
+//! What the wearer's rise makes of a session: how long steps take that are known
+//! beforehand, and how fast a control law's amplitudes may rise.
+
+use super::Session;
+use super::channel::Channel;
+use super::setpoints::{Course, StimulusCourse};
+use crate::fields::decimal::in_units;
+use firmware::control::JointSpec;
+use firmware::device::channel_of;
+use firmware::units::Amplitude;
+
+/// Notes on every channel whose amplitudes the rise delays.
+pub(super) fn notes(session: &Session) -> Vec<String> {
+    let mut notes = Vec::new();
+    let Ok(wearer) = session.wearer.validate() else {
+        return notes; // told
+    };
+    for channel in &session.channels {
+        let Ok(armed) = channel_of(&channel.spec, channel.force.as_ref(), &wearer) else {
+            continue; // told
+        };
+        let rise = Rise {
+            channel,
+            start: armed.start,
+            slope: armed.slope(&wearer),
+            rise_us: u64::from(session.wearer.rise_ms) * 1_000,
+            rise_bursts: u64::from(session.wearer.rise_bursts),
+        };
+        let points = session.joint.iter().flat_map(JointSpec::points);
+        let ranges = points
+            .filter(|point| point.channel == channel.index())
+            .map(|point| [point.threshold, point.max]);
+        notes.extend(ranges.filter_map(|range| rise.of_law(range)));
+        if let Course::Stimulus(index, course) = &session.setpoints.course
+            && *index == channel.index()
+        {
+            notes.extend(rise.of_course(course));
+        }
+    }
+    notes
+}
+
+/// How a channel may rise.
+struct Rise<'a> {
+    channel: &'a Channel,
+    start: Amplitude,
+    /// From one burst to the next.
+    slope: Amplitude,
+    rise_us: u64,
+    rise_bursts: u64,
+}
+
+impl Rise<'_> {
+    /// A control law's amplitudes, from threshold to max.
+    fn of_law(&self, [threshold, max]: [Amplitude; 2]) -> Option<String> {
+        let range = max.get().saturating_sub(threshold.get());
+        if max <= self.start || range <= self.slope.get() {
+            return None;
+        }
+        let bursts = u64::from(range.div_ceil(self.slope.get().max(1)));
+        Some(format!(
+            "channel {}: from `threshold` to `max` are {}, and a burst rises by {} at most \
+             (`rise_ms`, `rise_bursts`): {bursts} bursts, {} s",
+            self.channel.number,
+            self.channel.display(Amplitude::new(range)),
+            self.channel.display(self.slope),
+            self.seconds(bursts * self.period_us()),
+        ))
+    }
+
+    /// The step of a course that takes longest.
+    fn of_course(&self, course: &StimulusCourse) -> Option<String> {
+        let first = course.points.first().map(|&(at_us, to)| (0, at_us, to));
+        let pairs = course.points.windows(2).filter_map(|pair| match pair {
+            [(_, from), (at_us, to)] => Some((from.amplitude.get(), *at_us, *to)),
+            _ => None,
+        });
+        let steps = first.into_iter().chain(pairs).filter(|_| course.is_held);
+        let taken = steps.map(|(from, at_us, to)| (self.takes_us(from, to.amplitude), at_us, to));
+        let (takes_us, at_us, to) = taken.max_by_key(|(takes_us, ..)| *takes_us)?;
+        (takes_us > self.period_us()).then(|| {
+            format!(
+                "channel {}: the step to {} at {} s takes {} s (`rise_ms`, `rise_bursts`)",
+                self.channel.number,
+                self.channel.display(to.amplitude),
+                self.seconds(at_us),
+                self.seconds(takes_us)
+            )
+        })
+    }
+
+    /// How long an amplitude needs to rise, µs.
+    fn takes_us(&self, from: u32, to: Amplitude) -> u64 {
+        let by = to.get().saturating_sub(from);
+        if to <= self.start || by == 0 {
+            return 0;
+        }
+        match from {
+            0 => self.rise_us.max(self.rise_bursts * self.period_us()),
+            _ => u64::from(by.div_ceil(self.slope.get().max(1))) * self.period_us(),
+        }
+    }
+
+    fn period_us(&self) -> u64 {
+        self.channel.spec.train.period_us.into()
+    }
+
+    fn seconds(&self, us: u64) -> String {
+        in_units(us.cast_signed(), 6)
+    }
+}
