@@ -108,6 +108,10 @@ const BAD: &[&str] = &[
     "duration_s = 10.0 → duration_s = \"10 s\"",
     "channels = [1, 2] → channels = 1",
     "repeats = 7 → triggered = 1",
+    // What a rise cannot do.
+    "limit = 28.0 → limit = 28.0 ⏎ start = 28.5",
+    "frequency_hz = 40, burst_count → frequency_hz = 40, repeats = 3, burst_count",
+    "offset_deg = 45.0 → offset_deg = 45.0 ⏎ values = [{ channel = 4, value = 9 }]",
     "title = → # title =",
     "limit = 36.0 → # no limit",
     "frequency_hz = 50.0 → offset_us = 0",
@@ -412,7 +416,7 @@ fn every_mistake_is_named_with_its_line() {
     let expected = [
         400, 401, 402, 403, 404, 405, 406, 407, 408, 409, 410, 420, 421, 430, 431, 432, 440, 441,
         450, 451, 452, 453, 460, 461, 462, 463, 465, 466, 467, 468, 470, 471, 472, 473, 474, 480,
-        630, 631, 632, 633, 634, 635, 636,
+        630, 631, 632, 633, 634, 635, 636, 637, 638,
     ];
     assert_eq!(numbers, expected.into_iter().collect());
 }
@@ -451,6 +455,37 @@ fn a_sum_is_told_beside_other_mistakes() {
     let wanted = "allowed are 2 mA, 2 mA/cm² under `wearer.return_area_mm2` = 100; lower limits, \
                   widths or frequencies, or say `wearer.return_area_mm2` of a larger electrode";
     assert!(small.contains(wanted), "{small}");
+}
+
+#[test]
+fn how_amplitudes_rise_is_noted() {
+    let notes = |edits: &str| {
+        let session = Session::parse("notes.toml", &spoil(GOOD, edits)).unwrap();
+        session.rise_notes().join("\n")
+    };
+    let plain = notes("rise_ms = 200 → rise_ms = 200");
+    // 28 V in 200 ms are 2.8 V every 20 ms; 8 V take three of them.
+    let wanted = "channel 1: from `threshold` to `max` are 8 V, and a burst rises by 2.8 V at most \
+                  (`rise_ms`, `rise_bursts`): 3 bursts, 0.06 s";
+    assert_eq!(plain.lines().next(), Some(wanted));
+    assert_eq!(plain.lines().count(), 3);
+    let at_once = notes("limit = 28.0 → limit = 28.0 ⏎ start = 28");
+    assert!(!at_once.contains("channel 1"), "{at_once}");
+    let steps = |start: &str| {
+        let text = format!(
+            "title = \"steps\"\nduration_s = 3.0\n[wearer]\nmax_current_ma = 20.0\nrise_ms = 100\n\
+             [[channel]]\nnumber = 2\nname = \"a\"\nlimit = 15.0\n{start}\
+             stage = {{ kind = \"current\", full_scale_ma = 100.0 }}\n\
+             train = {{ shape = \"biphasic-cathodic-first\", width_us = 200, frequency_hz = 50.0 }}\n\
+             [setpoints]\nkind = \"amplitude-steps\"\nchannel = 2\nrate_hz = 50\n\
+             points = [{{ at_s = 0, value = 0 }}, {{ at_s = 1, value = 2 }}, {{ at_s = 2, value = 15 }}]\n"
+        );
+        Session::parse("steps.toml", &text).unwrap().rise_notes()
+    };
+    // 3 mA a burst: 13 mA in five.
+    let wanted = "channel 2: the step to 15 mA at 2 s takes 0.1 s (`rise_ms`, `rise_bursts`)";
+    assert_eq!(steps(""), [wanted]);
+    assert_eq!(steps("start = 15.0\n"), [""; 0]);
 }
 
 #[test]

@@ -153,8 +153,9 @@ fn a_session_may_tighten() {
 
 /// Mistakes against the file: what is replaced, by what, the number, and what is told.
 #[rustfmt::skip]
-const REFUSED: [(&str, &str, u16, &str); 21] = [
+const REFUSED: [(&str, &str, u16, &str); 22] = [
     ("name = \"extensors\"", "name = \"extensors\"\nlimit = 15.5", 659, "`channel.limit` is 15.5, and the wearer file allows at most 15 mA"),
+    ("name = \"extensors\"", "name = \"extensors\"\nstart = 0.1", 659, "`channel.start` is 0.1, and the wearer file allows at most 0 mA"),
     ("name = \"extensors\"", "name = \"extensors\"\narea_mm2 = 2501", 659, "at most 2500 mm²"),
     ("K05.toml\"", "K05.toml\"\nhost_timeout_ms = 41", 659, "is 41, and the wearer file allows at most 40 ms"),
     ("K05.toml\"", "K05.toml\"\nfall_ms = 51", 659, "at most 50 ms"),
@@ -360,9 +361,9 @@ const TYPED: [(&str, &[(&str, &str)]); 3] = [
     ("hamana_exp4_two_point_wearer.toml", &[
         ("kind = \"finger\"\n", "kind = \"finger\"\nparticipant = \"P\"\n"),
         ("file = \"../wearers/P.toml\"\nname = \"P\"", "max_current_ma = 20.0\nmax_charge_uc = 5.0\nmax_rms_ma = 10.0\nrise_ms = 200\nfall_ms = 50\nhost_timeout_ms = 100"),
-        ("name = \"flexor A\"", "name = \"flexor A\"\nlimit = 28.0\narea_mm2 = 300"),
-        ("name = \"flexor B\"", "name = \"flexor B\"\nlimit = 36.0\narea_mm2 = 300"),
-        ("name = \"extensor\"", "name = \"extensor\"\nlimit = 26.0\narea_mm2 = 300"),
+        ("name = \"flexor A\"", "name = \"flexor A\"\nlimit = 28.0\nstart = 28.0\narea_mm2 = 300"),
+        ("name = \"flexor B\"", "name = \"flexor B\"\nlimit = 36.0\nstart = 36.0\narea_mm2 = 300"),
+        ("name = \"extensor\"", "name = \"extensor\"\nlimit = 26.0\nstart = 26.0\narea_mm2 = 300"),
         ("{ channel = 1 }", "{ channel = 1, threshold = 20.0, max = 28.0 }"),
         ("{ channel = 2 }", "{ channel = 2, threshold = 25.0, max = 36.0 }"),
         ("{ channel = 3 }", "{ channel = 3, threshold = 14.0, max = 26.0 }"),

@@ -9,6 +9,7 @@ mod limb_least_squares;
 mod link_native;
 mod report_page;
 mod report_truth;
+mod run_counted;
 mod run_cut_short;
 mod run_rungs;
 mod session_arm;

@@ -33,16 +33,16 @@ fn read(path: &Path) -> Result<Good, SessionError> {
 
 impl Good {
     /// What it is, in a line, and what is noted of it.
-    fn people(&self) -> (String, &[String]) {
+    fn people(&self) -> (String, Vec<String>) {
         match self {
-            Self::Session(session) => (visible(&session.title), &session.notes),
+            Self::Session(session) => (visible(&session.title), session_notes(session)),
             Self::Wearer(wearer) => {
                 let count = wearer.electrodes.len();
                 let s = if count == 1 { "" } else { "s" };
                 let (name, evidence) = (&wearer.name, wearer.evidence.word());
                 (
                     format!("wearer {name}, {evidence}, {count} electrode{s}"),
-                    &[],
+                    Vec::new(),
                 )
             }
         }
@@ -51,13 +51,19 @@ impl Good {
     fn machines(&self, path: &Path) -> Value {
         match self {
             Self::Session(session) => {
-                json!({ "session": path, "title": session.title, "notes": session.notes, "mistakes": [] })
+                json!({ "session": path, "title": session.title, "notes": session_notes(session), "mistakes": [] })
             }
             Self::Wearer(wearer) => {
                 json!({ "wearer": path, "name": wearer.name, "evidence": wearer.evidence.word(), "mistakes": [] })
             }
         }
     }
+}
+
+/// What is noted of a session: when it is read, and of how it rises.
+fn session_notes(session: &Session) -> Vec<String> {
+    let read = session.notes.iter().cloned();
+    read.chain(session.rise_notes()).collect()
 }
 
 /// # Errors

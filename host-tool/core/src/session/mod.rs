@@ -226,10 +226,16 @@ impl Session {
         };
         if doc.is_sound() {
             fidelity::read(t, &mut session);
-            let slopes = slopes::notes(&session);
-            session.notes.extend(slopes);
         }
         Some(session)
+    }
+
+    /// What the wearer's rise makes of the amplitudes, a line each: how long the longest
+    /// step of a course takes, and by how much a control law's amplitudes may rise from
+    /// burst to burst.
+    #[must_use]
+    pub fn rise_notes(&self) -> Vec<String> {
+        slopes::notes(self)
     }
 
     /// The requests that configure a device, in an order in which each can be

@@ -1,0 +1,52 @@
+//! Sessions whose trains have a fixed number of pulses: all are played at the wanted
+//! amplitude, and then the session is complete.
+
+use host_core::run::{SessionFile, run, simulated};
+use host_core::session::Session;
+
+/// A channel of 8 mA that plays `repeats` pulses, `hz` a second.
+fn session(duration_s: u32, hz: u32, repeats: u32, start_ma: u32) -> String {
+    format!(
+        "title = \"counted\"\nduration_s = {duration_s}.0\n[wearer]\nhost_timeout_ms = 1000\n\
+         rise_ms = 500\n[[channel]]\nnumber = 1\nname = \"flexor\"\nlimit = 15.0\n\
+         start = {start_ma}.0\nstage = {{ kind = \"current\", full_scale_ma = 100.0 }}\n\
+         train = {{ shape = \"biphasic-cathodic-first\", width_us = 200, frequency_hz = {hz}.0, \
+         repeats = {repeats} }}\n[setpoints]\nkind = \"amplitudes\"\nrate_hz = 10\n\
+         values = [{{ channel = 1, value = 8.0 }}]\n"
+    )
+}
+
+#[test]
+fn a_session_whose_trains_have_played_is_complete() {
+    for (duration_s, hz, repeats) in [(1, 10, 1), (16, 3, 48), (5, 50, 20)] {
+        let file = SessionFile::parse("counted.toml", &session(duration_s, hz, repeats, 8));
+        let file = file.unwrap();
+        let boot = firmware::units::Micros::new(0);
+        let device = Box::new(hal_sim::native::native(boot));
+        let port = simulated(&file.session, 1, device, boot).unwrap();
+        let (outcome, port) = run(&file, port, None, |_| ());
+        assert!(outcome.error.is_none(), "{:?}", outcome.error);
+        let events = &outcome.trial.events;
+        assert_eq!(events.last().unwrap().1, "stopped: Finished");
+        assert_eq!(
+            outcome.trial.pulses,
+            Some(repeats.into()),
+            "{repeats} at {hz} Hz"
+        );
+        // 8 mA of 100, each and every one.
+        let dac = &port.unwrap().world.recorder.trace.dac;
+        let last = dac.iter().rev().take(repeats as usize);
+        assert!(last.clone().all(|write| write.code == 5_242), "{dac:?}");
+    }
+}
+
+#[test]
+fn a_fixed_number_of_pulses_that_would_rise_is_refused() {
+    let refused = |text: &str| Session::parse("it.toml", text).unwrap_err().to_string();
+    let seven = refused(&session(5, 50, 20, 7));
+    let wanted = "channel 1 plays 20 pulses of its `repeats` below 8 mA, which is above its \
+                  `start` of 7 mA";
+    assert!(seven.contains(wanted), "{seven}");
+    let many = refused(&session(5, 50, 200, 0));
+    assert!(many.contains("plays 25 pulses"), "{many}");
+}
