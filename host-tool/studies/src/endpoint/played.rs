@@ -18,9 +18,9 @@ use std::fmt::Write;
 
 /// The first contraction begins so long after the session, ms.
 const LEAD_MS: u64 = 1_000;
-/// A force is wanted so long before its first pulse, ms: the device recruits within 5 ms, and
-/// an amplitude that rises from zero has a pulse of none in the period of 25 ms before.
-const BEFORE_MS: u64 = 45;
+/// A force is wanted so long before its first pulse, ms, that the device has recruited, and
+/// no pulse of the period of 25 ms before has it.
+const BEFORE_MS: u64 = 20;
 /// It ends so long before the first pulse that is not to have it, ms.
 const AFTER_MS: u64 = 20;
 /// From no force to a force, ms: a setpoint's period.
@@ -129,7 +129,8 @@ fn wearer(study: &Study, model: &Model) -> String {
              gain_n_per_unit = {gain:.3}\n\
              [[electrode]]\nchannel = {number}\nplace = \"{number}\"\nstage = \"current\"\n\
              area_mm2 = 804\nwidth_us = {width_us}\nfrequency_hz = {hz}\nfrom_hz = 20\nto_hz = 50\n\
-             motor_threshold = {threshold:.3}\nlimit = {limit:.3}\nmoves = [\"the arm\"]\n"
+             motor_threshold = {threshold:.3}\nlimit = {limit:.3}\nstart = {limit:.3}\n\
+             moves = [\"the arm\"]\n"
         );
     }
     text

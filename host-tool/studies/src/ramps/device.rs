@@ -26,14 +26,12 @@ const EARLY: u64 = 2;
 pub struct Apart {
     /// Pulses compared.
     pub pulses: usize,
-    /// Stimulations whose first pulse is silent: an amplitude rises from nothing.
-    pub silent: usize,
     /// Largest difference of a current, mA.
     pub current_ma: f64,
 }
 
 impl Stimulation {
-    /// A session of its channel.
+    /// A session of its channel. The paper's ramps begin with the first pulse: `start`.
     fn session(self, protocol: &Protocol) -> String {
         let (limit_ma, width_us) = match self {
             Self::Current(width_us) => (protocol.current_ramp_ma, width_us),
@@ -53,6 +51,7 @@ impl Stimulation {
         let _ = write!(
             text,
             "[[channel]]\nnumber = {number}\nname = \"{}\"\nlimit = {limit_ma:.1}\n\
+             start = {limit_ma:.1}\n\
              stage = {{ kind = \"current\", full_scale_ma = 100.0 }}\n\
              train = {{ shape = \"biphasic-cathodic-first\", width_us = {width_us}, \
              frequency_hz = {frequency_hz:.1} }}\n\
@@ -180,15 +179,11 @@ pub(super) fn listen(client: &mut Client<Box<dyn Port>>, until_us: u64) -> Resul
 
 /// Compares pulse by pulse.
 fn apart(meant: &[Pulse], found: &[Pulse]) -> Result<Apart, String> {
-    // The first slot of a rise from nothing is played at nothing.
-    let silent = usize::from(found.len() + 1 == meant.len());
-    let meant = meant.get(silent..).unwrap_or_default();
     if meant.len() != found.len() {
         return Err(format!("{} pulses for {}", found.len(), meant.len()));
     }
     let mut apart = Apart {
         pulses: meant.len(),
-        silent,
         current_ma: 0.0,
     };
     for (meant, found) in meant.iter().zip(found) {
@@ -220,7 +215,6 @@ pub fn put_out(declared: &Declared, device: &DeviceName) -> Result<(Pulses, Apar
     {
         let (pulses, apart) = stimulation.put_out(protocol, device)?;
         most.pulses += apart.pulses;
-        most.silent += apart.silent;
         most.current_ma = most.current_ma.max(apart.current_ma);
         all.push((stimulation, pulses));
     }
@@ -234,12 +228,10 @@ impl Apart {
         format!(
             "Everybody got the pulses that --device {} put out, streamed to it once: {} pulses of \
              seven stimulations, each at the microsecond and with the width that was meant, \
-             currents within {:.1} µA (a step of the converter is 1.5 µA). In {} of them the first \
-             pulse is silent, for an amplitude rises from nothing.",
+             currents within {:.1} µA (a step of the converter is 1.5 µA).",
             device.typed(),
             self.pulses,
-            1e3 * self.current_ma,
-            self.silent
+            1e3 * self.current_ma
         )
     }
 }
