@@ -37,6 +37,8 @@ mod live_lines;
 mod monitor_terminal;
 mod muscle_cli;
 #[cfg(unix)]
+mod odd_files;
+#[cfg(unix)]
 mod places;
 mod program;
 #[cfg(unix)]
