@@ -38,6 +38,7 @@ mod monitor_terminal;
 mod muscle_cli;
 #[cfg(unix)]
 mod odd_files;
+mod page_markup;
 #[cfg(unix)]
 mod places;
 mod program;
