@@ -4,13 +4,14 @@
 //! device code in this process, `qemu` its Thumb build, `chip` the flashed
 //! image on a model of the chip; `lockstep`, below them all, is what a device
 //! in virtual time can do.
-//! `images` builds what the last two run. `body` and `trace` know nothing of
-//! the firmware, so that they cannot agree with its mistakes. `random` draws for
-//! all of them.
+//! `images` builds what the last two run, `input` reads files that somebody names.
+//! `body` and `trace` know nothing of the firmware, so that they cannot agree with its
+//! mistakes. `random` draws for all of them.
 
 pub mod body;
 pub mod chip;
 pub mod images;
+pub mod input;
 pub mod lockstep;
 pub mod native;
 pub mod qemu;

@@ -37,6 +37,9 @@ mod live_lines;
 mod monitor_terminal;
 mod muscle_cli;
 #[cfg(unix)]
+mod odd_files;
+mod page_markup;
+#[cfg(unix)]
 mod places;
 mod program;
 #[cfg(unix)]

@@ -8,6 +8,7 @@ use super::board::Around;
 use super::cpu::Size;
 use super::image::{Image, ImageError};
 use super::soc::Ram;
+use crate::input;
 use crate::lockstep::{Device, Output};
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 use firmware::lockstep::{Sensors, Sink};
@@ -90,7 +91,7 @@ impl Log {
     pub fn new(image: &Image, out: Box<dyn Write + Send>) -> Result<Self, LogError> {
         image.require_defmt()?;
         let path = image.path();
-        let elf = std::fs::read(path);
+        let elf = input::read(path, input::LONGEST_DOCUMENT);
         let elf = elf.map_err(|why| ImageError::Unreadable(path.to_owned(), why))?;
         let unusable = |why: String| LogError::Table {
             path: path.to_owned(),

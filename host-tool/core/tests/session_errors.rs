@@ -494,7 +494,8 @@ fn what_a_wearer_s_limits_make_of_a_session_is_noted() {
         let session = Session::parse("notes.toml", &spoil(GOOD, edits)).unwrap();
         session.notes.join("\n")
     };
-    assert_eq!(notes("rise_ms = 200 → rise_ms = 200"), "");
+    let own = notes("rise_ms = 200 → rise_ms = 200");
+    assert!(own.starts_with("channel 4: it is configured and never") && own.lines().count() == 1);
     let rise = notes("rise_ms = 200 → rise_bursts = 500");
     let wanted = "channel 1: the rise of `wearer.rise_bursts` = 500 takes 10 s, and the session \
                   lasts 10 s";
@@ -505,7 +506,7 @@ fn what_a_wearer_s_limits_make_of_a_session_is_noted() {
                   the device stops there";
     assert!(dose.starts_with(wanted), "{dose}");
     // Seven bursts are no dose.
-    assert!(!dose.contains("channel 4"), "{dose}");
+    assert!(!dose.contains("channel 4: at its limit"), "{dose}");
 }
 
 /// A line that nobody reads is not shown, and a value is not quoted whole.

@@ -19,6 +19,7 @@ mod session_files;
 mod session_hand;
 mod session_lift;
 mod session_schema;
+mod session_silent;
 mod session_values;
 mod session_wearer;
 mod statistics;

@@ -320,6 +320,10 @@ fn what_is_no_text_of_a_file_is_refused() {
         assert!(told.starts_with("E650 "), "{told}");
         assert!(told.contains(&*path.to_string_lossy()), "{told}");
     }
-    let e = read("\u{0}not toml").unwrap_err();
+    let e = read("schema = 1\n\u{0}not toml").unwrap_err();
     assert_eq!(e.problem().number(), 401, "{}", e.lines());
+    // What is no wearer file at all is told as that, without a word of it.
+    let e = read("root:x:0:0\u{0}").unwrap_err();
+    assert_eq!(e.problem().number(), 665, "{}", e.lines());
+    assert!(!e.lines().contains("root"), "{}", e.lines());
 }

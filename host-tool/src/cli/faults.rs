@@ -252,7 +252,7 @@ impl Played {
 impl Kept {
     /// The folder `dir` and what it has: nothing, or the first cases of the same campaign.
     fn open(dir: &Path, identity: &Identity) -> anyhow::Result<(Self, Vec<Case>)> {
-        let place = match dir.join(JOURNAL).is_file() {
+        let place = match dir.join(JOURNAL).exists() {
             true => Place::existing(dir)?,
             false => Place::given(dir, false)?,
         };

@@ -7,7 +7,8 @@ use firmware::muscle::{CalciumForce, CalciumForceSpec, CalciumForceState, Gain};
 use firmware::range::OutOfRange;
 use firmware::units::Micros;
 use hal_sim::body::muscle::{Parameters, reference};
-use host_core::record::may_write;
+use hal_sim::input;
+use host_core::record::{RecordError, may_write};
 use std::path::{Path, PathBuf};
 
 /// Rows are written this often, µs.
@@ -246,8 +247,8 @@ impl Muscle {
 }
 
 fn read_pulses(path: &PathBuf) -> anyhow::Result<Vec<u64>> {
-    let text =
-        std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let text = input::read_text(path, input::LONGEST_DOCUMENT);
+    let text = text.map_err(RecordError::io(path))?;
     let mut pulses: Vec<u64> = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
         let at: u64 = match line.trim() {

@@ -6,6 +6,7 @@ use crate::selftest::bench::{Answer, Bench, Doing, Pattern, Sheet, Step, Verdict
 use crate::selftest::bench::{read_value, steps};
 use anyhow::Context;
 use clap::Args;
+use hal_sim::input;
 use host_core::link::Interruption;
 use host_core::run::{DeviceName, identity};
 use serde_json::json;
@@ -251,7 +252,7 @@ impl Asking {
 
 /// Lines `STEP VALUE UNIT`; empty ones and those that begin with # are none.
 fn read_answers(path: &Path) -> anyhow::Result<BTreeMap<String, String>> {
-    let text = std::fs::read_to_string(path);
+    let text = input::read_text(path, input::LONGEST_TYPED);
     let text = text.with_context(|| format!("E789 {} cannot be read", path.display()))?;
     let mut answers = BTreeMap::new();
     let lines = text.lines().map(str::trim);

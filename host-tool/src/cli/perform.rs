@@ -4,6 +4,7 @@
 use super::chip::ChipArgs;
 use super::{Incomplete, Output, interrupt};
 use anyhow::Context;
+use hal_sim::input;
 use hal_sim::trace::Trace;
 use host_core::analysis::{
     ForceMetrics, GapMetrics, Hit, force_limiting_share, force_metrics, hits, limit_cycles,
@@ -74,7 +75,7 @@ pub fn perform(
     // Read at once: it may lie in the record that is about to be replaced.
     let mut own_image = None;
     if let Some(path) = &image {
-        let bytes = std::fs::read(path);
+        let bytes = input::read(path, input::LONGEST_DOCUMENT);
         let bytes = bytes.with_context(|| format!("E576 cannot read {}", path.display()))?;
         record.image_sha256 = Some(sha256(&bytes));
         own_image = order.chip.image().map(|_| bytes);

@@ -19,7 +19,7 @@ pub struct ReportArgs {
 /// # Errors
 /// No record, one that is being written, or no room.
 pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
-    let has = |file: &str| args.record.join(file).is_file();
+    let has = |file: &str| args.record.join(file).exists();
     // An experiment's record that lost its run.json still has its declaration.
     let is_result = has("sweep.json") || (has("result.json") && !has("declaration.toml"));
     if is_result && !has("run.json") {

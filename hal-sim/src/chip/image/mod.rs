@@ -11,11 +11,10 @@ pub(super) mod tests;
 
 pub use symbols::{Symbol, Symbols};
 
+use crate::input;
 use object::elf::{EF_ARM_EABI_VER5, ELFCLASS32, ELFDATA2LSB, EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection};
-use std::fs::File;
-use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -79,22 +78,12 @@ pub struct Image {
     has_defmt: bool,
 }
 
-/// The longest file read: a device that never ends must not fill the memory.
-const LARGEST_BYTES: u64 = 256 << 20;
-
 impl Image {
     /// Reads and checks the file at `path`.
     pub fn open(path: &Path) -> Result<Self, ImageError> {
-        let unreadable = |why| ImageError::Unreadable(path.to_owned(), why);
-        let (file, mut bytes) = (File::open(path).map_err(unreadable)?, Vec::new());
-        let read = file.take(LARGEST_BYTES + 1).read_to_end(&mut bytes);
-        match read.map_err(unreadable)? as u64 {
-            ..=LARGEST_BYTES => Self::parse(path, &bytes),
-            _ => Err(ImageError::NotElf(
-                path.to_owned(),
-                "longer than 256 MiB".into(),
-            )),
-        }
+        let bytes = input::read(path, input::LONGEST_DOCUMENT);
+        let bytes = bytes.map_err(|why| ImageError::Unreadable(path.to_owned(), why))?;
+        Self::parse(path, &bytes)
     }
 
     /// Checks `bytes`, the contents of the file that errors call `path`.

@@ -7,6 +7,7 @@
 use super::found::Value;
 use super::head::{FORMAT, Head};
 use super::{CalibrationError, Level, Step};
+use hal_sim::input;
 use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Write};
@@ -136,6 +137,7 @@ pub struct OnDisk;
 
 impl Files for OnDisk {
     fn append(&self, path: &Path) -> io::Result<Box<dyn Write>> {
+        input::may_go_on(path)?;
         let file = OpenOptions::new().append(true).create(true).open(path)?;
         // Held until it is closed, however the program ends.
         if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
@@ -230,7 +232,7 @@ impl Journal {
 /// # Errors
 /// It cannot be read, or taken away.
 pub fn is_begun(path: &Path) -> io::Result<bool> {
-    match std::fs::read(path) {
+    match input::read(path, input::LONGEST_DOCUMENT) {
         Err(why) if why.kind() == io::ErrorKind::NotFound => Ok(false),
         Err(why) => Err(why),
         Ok(text) if text.contains(&b'\n') => Ok(true),
@@ -257,7 +259,7 @@ pub struct Kept {
 /// It cannot be read, is of a later format, or damaged.
 pub fn read(path: &Path) -> Result<Kept, CalibrationError> {
     let unusable = |why: String| CalibrationError::NotResumable(path.to_owned(), why);
-    let text = std::fs::read(path).map_err(|why| {
+    let text = input::read(path, input::LONGEST_DOCUMENT).map_err(|why| {
         unusable(match why.kind() {
             io::ErrorKind::NotFound => {
                 "there is no journal; without --resume it begins anew".to_owned()

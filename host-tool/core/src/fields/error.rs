@@ -240,6 +240,9 @@ problems! {
     662 OutsideHapticRange { channel: u8, range: String }
         "`{field}` is {given}, outside channel {channel}'s haptic range, {range} (I_MT to 1.5 I_MT)"
         "0 is allowed too; without `wearer.haptic_range` the wearer's `limit` alone holds"
+    665 NotAWearer { file: String }
+        "{file} is no wearer file: it says neither of which `schema` it is, nor by `evidence` where its numbers are from"
+        "name a wearer's file, as docs/wearers.md describes them"
     750 ShareOutside { share: String, at_deg: f64 }
         "`{field}` goes through {given}, and its quartic is {share} at {at_deg}°: a share is 0 to 1 at every angle"
         "move the five values away from there, or narrow the joint's range"

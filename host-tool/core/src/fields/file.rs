@@ -1,6 +1,6 @@
 //! A file as a whole: its text from disk, and held against its fields.
 
-use std::io::Read;
+use hal_sim::input;
 use std::path::Path;
 
 use toml::de::DeTable;
@@ -10,9 +10,6 @@ use super::error::{MOST, Place, Problem};
 use super::field::Section;
 use super::refused::SessionError;
 use super::table::Table;
-
-/// The longest file read: what never ends must not fill the memory.
-const LARGEST_BYTES: u64 = 1 << 20;
 
 /// Holds a text against the fields of `section`, and gives it to `read`, which makes
 /// of it what it is, or tells what is wrong; of a text that is no TOML nothing is read.
@@ -54,19 +51,6 @@ pub(crate) fn parse<T>(
 
 /// The text of a session or wearer file, or why there is none.
 pub(crate) fn text_of(path: &Path) -> Result<String, String> {
-    let name = path.display().to_string();
-    let unreadable = |why: &dyn std::fmt::Display| format!("{name}: {why}");
-    // Opening a pipe waits for somebody who writes.
-    let is = path.metadata().map_err(|e| unreadable(&e))?;
-    if !is.is_file() && !is.is_dir() {
-        return Err(unreadable(&"no regular file"));
-    }
-    let file = std::fs::File::open(path).map_err(|e| unreadable(&e))?;
-    let mut text = String::new();
-    let mut some = file.take(LARGEST_BYTES + 1);
-    some.read_to_string(&mut text).map_err(|e| unreadable(&e))?;
-    if text.len() as u64 > LARGEST_BYTES {
-        return Err(unreadable(&"more than 1 MiB; no such file is that long"));
-    }
-    Ok(text)
+    let text = input::read_text(path, input::LONGEST_TYPED);
+    text.map_err(|why| format!("{}: {why}", path.display()))
 }

@@ -93,6 +93,19 @@ fn path(points: &[At]) -> String {
     String::from_utf8(all).unwrap_or_default() // numbers are
 }
 
+/// A figure as markup; empty without anything to draw. Only a [`Canvas`] makes one, which
+/// escapes every text.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Svg(String);
+
+impl std::ops::Deref for Svg {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.0
+    }
+}
+
 impl Canvas {
     /// Writes one element; a `String` takes every byte.
     fn element(&mut self, element: std::fmt::Arguments) {
@@ -174,15 +187,15 @@ impl Canvas {
     /// The SVG of this width and height that scales with its page; `description` is
     /// what a screen reader says.
     #[must_use]
-    pub fn svg(&self, (width, height): At, description: &str) -> String {
+    pub fn svg(&self, (width, height): At, description: &str) -> Svg {
         let (width, height) = (width.ceil(), height.ceil());
-        format!(
+        Svg(format!(
             "<svg class=\"figure\" xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" \
              width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
              aria-label=\"{}\">\n{}</svg>\n",
             escape(description),
             self.body
-        )
+        ))
     }
 }
 
@@ -207,7 +220,7 @@ pub fn escape(text: &str) -> String {
 
 /// The figure with its style and background, so that it is a file of its own.
 #[must_use]
-pub fn standalone(figure: &str) -> String {
+pub fn standalone(figure: &Svg) -> String {
     let open = figure.find('>').map_or(0, |end| end + 1);
     let (head, body) = figure.split_at(open);
     let (style, paper) = (ink::style(), ink::PAPER);

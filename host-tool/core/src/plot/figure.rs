@@ -1,6 +1,6 @@
 //! A whole figure: what it shows in words, its legend, its panels, notes below.
 
-use super::canvas::{Canvas, Words, standalone};
+use super::canvas::{Canvas, Svg, Words, standalone};
 use super::ink::{EDGE, HALO, INK, MUTED, Paint, Shape, Stroke, stroke};
 use super::panel::{Letters, Margins, Panel};
 use super::words::{folded, width};
@@ -44,7 +44,7 @@ pub struct Figure {
 impl Figure {
     /// The figure for a page, which has [`super::ink::style`].
     #[must_use]
-    pub fn svg(&self) -> String {
+    pub fn svg(&self) -> Svg {
         let mut canvas = Canvas::default();
         let mut y = self.head(&mut canvas);
         y = legend(&mut canvas, Letters(1.0), (0.0, y), &self.legend, WIDTH);

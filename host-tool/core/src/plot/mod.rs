@@ -16,7 +16,7 @@ pub mod series;
 pub mod words;
 
 pub use axis::{Axis, Scale};
-pub use canvas::{Canvas, Words};
+pub use canvas::{Canvas, Svg, Words};
 pub use figure::{Figure, Key};
 pub use ink::{Color, Paint, Shape, Stroke};
 pub use panel::{Mark, Panel};

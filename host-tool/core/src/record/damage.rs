@@ -3,8 +3,8 @@
 
 use super::disk::trial_folder;
 use super::{RecordError, Run, Trial};
+use hal_sim::input;
 use serde::{Deserialize, Serialize};
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 /// How much a trial held when its run was closed.
@@ -110,7 +110,7 @@ fn rows(folder: &Path, held: &Held, now: &Held) -> Vec<String> {
 /// # Errors
 /// It is there, and cannot be opened.
 pub(super) fn missing(path: &Path) -> Result<Option<String>, RecordError> {
-    match File::open(path) {
+    match input::open(path) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
             let folder = path.parent().unwrap_or(path);
             Ok(Some(format!("{}/{} is missing", last(folder), last(path))))

@@ -2,8 +2,10 @@
 
 use super::damage::Counted;
 use super::disk::replace;
+use super::folder::is_lost;
 use super::{RecordError, Run};
 use crate::disk::FileSystem;
+use hal_sim::input;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -58,7 +60,7 @@ impl Ending {
     /// What the record in `dir` says of itself.
     #[must_use]
     pub fn of(dir: &Path) -> Self {
-        read(dir).0
+        read(dir).map_or_else(|_| Self::default(), |it| it.0)
     }
 
     /// `reason` cut it short, and the program exits with `exit_code`.
@@ -127,14 +129,21 @@ pub fn write_summary(dir: &Path, summary: &impl Serialize) -> Result<(), RecordE
 
 /// What `summary.json` says: how the run ended, and what its trials held. Without
 /// one, or where it does not say, nobody came as far as writing it.
-pub(super) fn read(dir: &Path) -> (Ending, Vec<Counted>) {
+///
+/// # Errors
+/// It is no regular file, or cannot be read.
+pub(super) fn read(dir: &Path) -> Result<(Ending, Vec<Counted>), RecordError> {
     #[derive(Default, Deserialize)]
     struct Counts {
         #[serde(default)]
         trials: Vec<Counted>,
     }
-    let text = std::fs::read_to_string(dir.join("summary.json")).unwrap_or_default();
+    let path = dir.join("summary.json");
+    let text = match input::read_text(&path, input::LONGEST_DOCUMENT) {
+        Err(why) if is_lost(&why) => String::new(),
+        read => read.map_err(RecordError::io(&path))?,
+    };
     let ending = serde_json::from_str(&text).unwrap_or_default();
     let counts: Counts = serde_json::from_str(&text).unwrap_or_default();
-    (ending, counts.trials)
+    Ok((ending, counts.trials))
 }

@@ -7,6 +7,7 @@ use super::recorder::Recorder;
 use super::{DeviceKind, FORMAT, RecordError, Run, Trial, ending, read_edges, read_samples};
 use crate::disk::FileSystem;
 use crate::session::KEPT_AS;
+use hal_sim::input;
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::{Path, PathBuf};
 
@@ -56,7 +57,7 @@ pub fn save(dir: &Path, run: &Run) -> Result<(), RecordError> {
 /// [`Run::damage`].
 pub fn load(dir: &Path) -> Result<Run, RecordError> {
     let mut run = read_header(dir)?;
-    let (ending, counted) = ending::read(dir);
+    let (ending, counted) = ending::read(dir)?;
     run.ending = ending;
     let mut found = Vec::new();
     for folder in trial_folders(dir)? {
@@ -68,7 +69,7 @@ pub fn load(dir: &Path) -> Result<Run, RecordError> {
         }
         let edges = folder.join("edges.csv");
         // A trial stopped on its first steps has none.
-        if edges.is_file() {
+        if edges.exists() {
             trial.edges = read_edges(&edges)?;
         }
         // One that nobody closed: it is as long as its rows.
@@ -76,11 +77,9 @@ pub fn load(dir: &Path) -> Result<Run, RecordError> {
             trial.duration_s = trial.samples.last().map_or(0.0, |sample| sample.t_s);
         }
         // Records of the first format have no copy.
-        let text = std::fs::read_to_string(folder.join("session.toml"));
-        trial.session_text = text.unwrap_or_default();
+        trial.session_text = copied(&folder.join("session.toml"))?;
         if let Some(wearer) = &mut trial.wearer {
-            let text = std::fs::read_to_string(folder.join(KEPT_AS));
-            wearer.text = text.unwrap_or_default();
+            wearer.text = copied(&folder.join(KEPT_AS))?;
         }
         found.push((folder, Held::by(&trial)));
         run.trials.push(trial);
@@ -95,7 +94,7 @@ pub fn load(dir: &Path) -> Result<Run, RecordError> {
 /// Reads `run.json` alone.
 pub(super) fn read_header(dir: &Path) -> Result<Run, RecordError> {
     let path = dir.join("run.json");
-    if !path.is_file() {
+    if !path.exists() {
         return Err(RecordError::Absent(dir.to_owned()));
     }
     let any: serde_json::Value = read_json(&path)?;
@@ -111,13 +110,27 @@ pub(super) fn read_header(dir: &Path) -> Result<Run, RecordError> {
 pub(super) fn trial_folders(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
     let entries = std::fs::read_dir(dir).map_err(RecordError::io(dir))?;
     let mut folders: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
-    folders.retain(|folder| folder.join("trial.json").is_file());
+    folders.retain(|folder| folder.join("trial.json").exists());
     folders.sort();
     Ok(folders)
 }
 
+/// The copy of a file that a trial was made of; nothing where there is none, or no text.
+fn copied(path: &Path) -> Result<String, RecordError> {
+    match input::read_text(path, input::LONGEST_TYPED) {
+        Err(why) if is_lost(&why) => Ok(String::new()),
+        read => read.map_err(RecordError::io(path)),
+    }
+}
+
+/// Whether a file is missing or no text: lost or damaged, but harmless to look at.
+pub(super) fn is_lost(why: &std::io::Error) -> bool {
+    use std::io::ErrorKind::{InvalidData, NotFound};
+    matches!(why.kind(), NotFound | InvalidData)
+}
+
 fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {
-    let text = std::fs::read_to_string(path).map_err(RecordError::io(path))?;
+    let text = input::read_text(path, input::LONGEST_DOCUMENT).map_err(RecordError::io(path))?;
     let read = serde_json::from_str(&text);
     read.map_err(|why| RecordError::Format(path.to_owned(), why.line(), why.to_string()))
 }

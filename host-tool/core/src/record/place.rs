@@ -2,6 +2,7 @@
 
 use super::provenance::DECLARED;
 use super::{RecordError, folder};
+use hal_sim::input;
 use std::ffi::{OsStr, OsString};
 use std::fs::{File, TryLockError};
 use std::io::ErrorKind;
@@ -100,6 +101,7 @@ impl Place {
 
     fn lock(dir: PathBuf) -> Result<Self, RecordError> {
         let path = dir.join(LOCK);
+        input::may_go_on(&path).map_err(RecordError::io(&path))?;
         let mut options = File::options();
         let lock = options.create(true).truncate(false).write(true).open(&path);
         let lock = lock.map_err(RecordError::io(&path))?;

@@ -2,6 +2,7 @@
 
 use super::{ChannelInfo, DeviceState, Edge, RecordError, Sample, State, columns};
 use crate::number;
+use hal_sim::input;
 use std::io::{self, Write};
 use std::path::Path;
 use std::str::FromStr;
@@ -241,7 +242,8 @@ struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     fn open(path: &'a Path) -> Result<Self, RecordError> {
-        let mut text = std::fs::read_to_string(path).map_err(RecordError::io(path))?;
+        let text = input::read_text(path, input::LONGEST_TABLE);
+        let mut text = text.map_err(RecordError::io(path))?;
         text.truncate(text.rfind('\n').map_or(0, |end| end + 1));
         let header = text.lines().next().unwrap_or_default();
         let header = header.split(',').map(str::to_owned).collect();

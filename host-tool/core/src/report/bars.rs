@@ -5,7 +5,7 @@ use crate::analysis::metrics_but_lag;
 use crate::plot::axis::Head;
 use crate::plot::ink::{EDGE, HALO, INK, PALETTE};
 use crate::plot::words::shortened;
-use crate::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape};
+use crate::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape, Svg};
 use crate::record::{PaperRow, Trial};
 
 /// Pixels of a bar with its space; of a bar's name.
@@ -20,7 +20,7 @@ struct Bar<'a> {
 }
 
 /// Bars of every trial that has paper rows, or nothing.
-pub(super) fn figure(trials: &[Trial], paper: &[PaperRow]) -> String {
+pub(super) fn figure(trials: &[Trial], paper: &[PaperRow]) -> Svg {
     let groups = trials
         .iter()
         .filter_map(|trial| Some((trial.name.as_str(), group(trial, paper)?)));
@@ -41,7 +41,7 @@ pub(super) fn figure(trials: &[Trial], paper: &[PaperRow]) -> String {
         at += 0.6;
     }
     if ticks.is_empty() {
-        return String::new();
+        return Svg::default();
     }
     let y = Axis {
         grid: false,

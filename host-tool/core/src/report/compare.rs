@@ -1,10 +1,11 @@
 //! Several records side by side.
 
-use super::page::document;
+use super::Html;
+use super::page::{document, figure};
 use super::tables::{degrees, headed, models_in_words, newtons, seconds};
 use super::trajectory;
 use crate::analysis::{force_metrics, hits, limit_cycles, metrics_but_lag};
-use crate::plot::canvas::escape;
+use crate::html;
 use crate::record::{Run, Trial};
 use serde::Serialize;
 use std::path::Path;
@@ -164,28 +165,33 @@ pub fn compare_text(all: &[Compared]) -> String {
 #[must_use]
 pub fn compare_page(all: &[Compared]) -> String {
     let title = format!("{} records side by side", all.len());
-    let mut out = String::new();
+    let mut out = Html::default();
     if all.iter().any(|compared| compared.run.is_simulated()) {
-        out += "<p class=\"facts\"><b>Simulated wearer: no evidence about people.</b></p>\n";
+        out += html!("<p class=\"facts\"><b>Simulated wearer: no evidence about people.</b></p>\n");
     }
-    out += "<ol>\n";
-    for compared in all {
-        let (name, title) = (escape(&compared.name), escape(&compared.run.title));
-        let device = escape(&compared.run.device_in_words());
-        let caveat = compared.run.caveat();
-        let caveat = caveat.map_or_else(String::new, |text| format!(" <b>{}</b>", escape(&text)));
-        out.push_str(&format!(
-            "<li>{title}: {device}, <code>{name}</code>{caveat}</li>\n"
-        ));
-    }
-    out += "</ol>\n";
+    let records = all.iter().map(|compared| {
+        let run = &compared.run;
+        let caveat = run.caveat().map(|text| html!(" <b>{}</b>", text));
+        html!(
+            "<li>{}: {}, <code>{}</code>{}</li>\n",
+            run.title,
+            run.device_in_words(),
+            compared.name,
+            caveat.unwrap_or_default()
+        )
+    });
+    out += html!("<ol>\n{}</ol>\n", records.collect::<Html>());
     let rows = compare_rows(all).into_iter().map(|row| {
-        let cells = cells(&row).map(|cell| format!("<td>{}</td>", escape(&cell)));
-        let (number, name, cells) = (row.number, escape(&row.trial), cells.concat());
-        format!("<tr><td>{number}</td><th scope=\"row\">{name}</th>{cells}</tr>\n")
+        let cells = cells(&row).map(|cell| html!("<td>{}</td>", cell));
+        html!(
+            "<tr><td>{}</td><th scope=\"row\">{}</th>{}</tr>\n",
+            row.number,
+            row.trial,
+            cells.into_iter().collect::<Html>()
+        )
     });
     let heads = ["Record", "Trial"].into_iter().chain(HEADS);
-    out += &headed(heads, &rows.collect::<String>());
+    out += headed(heads, &rows.collect());
     let numbered = all.iter().enumerate();
     let trials: Vec<Trial> = numbered
         .flat_map(|(position, compared)| {
@@ -196,9 +202,6 @@ pub fn compare_page(all: &[Compared]) -> String {
             })
         })
         .collect();
-    let figure = trajectory::figure(&trials);
-    if !figure.is_empty() {
-        out.push_str(&format!("<figure>{figure}</figure>\n"));
-    }
+    out += figure(&trajectory::figure(&trials), "");
     document(&title, &out)
 }

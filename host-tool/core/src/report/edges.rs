@@ -4,7 +4,7 @@
 use crate::plot::axis::Head;
 use crate::plot::ink::{GRID, INK, channel_mark, stroke};
 use crate::plot::series::round_step;
-use crate::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Scale};
+use crate::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Scale, Svg};
 use crate::record::{Edge, State, Trial};
 
 const ROW: f64 = 54.0;
@@ -23,9 +23,9 @@ type Stretch = (u64, u64, State);
 /// The edges of one trial, or nothing if none were recorded; `alike` are trials of
 /// the same edges and perhaps other amplitudes, of which the codes are told as well.
 #[must_use]
-pub fn edges_figure(trial: &Trial, alike: &[&Trial]) -> String {
+pub fn edges_figure(trial: &Trial, alike: &[&Trial]) -> Svg {
     let Some(start) = trial.edges.iter().map(|edge| edge.t_us).min() else {
-        return String::new();
+        return Svg::default();
     };
     let codes = |channel: u8| {
         let all = alike.iter().chain([&trial]).flat_map(|it| &it.edges);

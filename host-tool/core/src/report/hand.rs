@@ -3,7 +3,7 @@
 use super::trajectory::end_s;
 use crate::plot::ink::{INK, PALETTE, stroke};
 use crate::plot::series::{range, round_step, shorten};
-use crate::plot::{Axis, Figure, Key, Mark, Panel, Stroke};
+use crate::plot::{Axis, Figure, Key, Mark, Panel, Stroke, Svg};
 use crate::record::{Run, Sample, Trial};
 
 const HEIGHT: f64 = 90.0;
@@ -16,13 +16,13 @@ const WANTED: Stroke = stroke(INK, 1.0);
 const AXES: [&str; 3] = ["backward (N)", "to the right (N)", "upward (N)"];
 
 /// A panel for each direction of each trial with an arm, or nothing.
-pub(super) fn figure(trials: &[Trial]) -> String {
+pub(super) fn figure(trials: &[Trial]) -> Svg {
     let driven = trials
         .iter()
         .filter(|trial| trial.samples.iter().any(is_wanted));
     let driven: Vec<&Trial> = driven.collect();
     if driven.is_empty() {
-        return String::new();
+        return Svg::default();
     }
     let samples = || driven.iter().flat_map(|trial| &trial.samples);
     let all = samples().flat_map(|s| s.hand_n.iter().chain(&s.hand_true_n));

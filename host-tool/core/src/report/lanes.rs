@@ -5,7 +5,7 @@ use super::trajectory::end_s;
 use crate::plot::axis::Head;
 use crate::plot::ink::{ChannelMark, INK, channel_mark, stroke};
 use crate::plot::series::{Point, range, round_step, shorten};
-use crate::plot::{Axis, Figure, Mark, Panel, Scale};
+use crate::plot::{Axis, Figure, Mark, Panel, Scale, Svg};
 use crate::record::{ChannelInfo, Sample, Trial};
 
 /// Height of a row, pixels.
@@ -68,7 +68,7 @@ struct Lane {
 }
 
 /// Amplitude of every channel over time, or nothing without channels.
-pub(super) fn amplitudes(trials: &[Trial]) -> String {
+pub(super) fn amplitudes(trials: &[Trial]) -> Svg {
     let value = Value::Amplitude;
     let lane = |channel: &ChannelInfo| {
         let top = largest(trials, value, channel.number).max(channel.limit);
@@ -86,14 +86,14 @@ pub(super) fn amplitudes(trials: &[Trial]) -> String {
 
 /// Predicted force of every channel with a muscle over time, and the wanted one
 /// where it is controlled; nothing without muscles.
-pub(super) fn forces(trials: &[Trial]) -> String {
+pub(super) fn forces(trials: &[Trial]) -> Svg {
     let shown = |channel: &ChannelInfo| channel.muscle;
     let what = ("Predicted force over time", "force (N)");
     alike(trials, what, shown, &[Value::Force, Value::Wanted])
 }
 
 /// Pulse rate of every channel under force control over time, or nothing.
-pub(super) fn rates(trials: &[Trial]) -> String {
+pub(super) fn rates(trials: &[Trial]) -> Svg {
     let shown = |channel: &ChannelInfo| channel.force;
     alike(
         trials,
@@ -109,7 +109,7 @@ fn alike(
     (what, unit): (&str, &str),
     shown: fn(&ChannelInfo) -> bool,
     values: &[Value],
-) -> String {
+) -> Svg {
     let rows = || channels(trials).into_iter().filter(|c| shown(c));
     let tops = rows().flat_map(|c| values.iter().map(|value| largest(trials, *value, c.number)));
     let most = tops.fold(0.0, f64::max);
@@ -174,9 +174,9 @@ impl Lane {
     }
 }
 
-fn grid(trials: &[Trial], lanes: &[Lane], description: &str, values: &[Value]) -> String {
+fn grid(trials: &[Trial], lanes: &[Lane], description: &str, values: &[Value]) -> Svg {
     if lanes.is_empty() || trials.is_empty() {
-        return String::new();
+        return Svg::default();
     }
     let numbered = || (0..).map(f64::from).zip(lanes);
     let mut y = Axis::new("", Scale::Rows(lanes.len() as f64));

@@ -10,6 +10,7 @@ mod bars;
 mod compare;
 mod edges;
 mod hand;
+mod html;
 mod lanes;
 mod limb;
 mod overview;
@@ -20,9 +21,10 @@ mod trajectory;
 
 pub use compare::{CompareRow, Compared, compare_page, compare_rows, compare_text};
 pub use edges::edges_figure;
+pub use html::{Html, Piece};
 pub use limb::draw_bones;
 pub use overview::picture as overview_picture;
-pub use page::{document, page};
+pub use page::{document, figure, page};
 pub use summary::write;
 pub use tables::force_remarks;
 

@@ -4,25 +4,25 @@ use super::tables::{
     counter_table, degrees, electrode_table, event_table, force_notes, force_remarks, force_table,
     hits_table, metrics_table, models_in_words, newtons, paper_table, seconds,
 };
-use super::{Report, bars, edges, hand, lanes, trajectory};
+use super::{Html, Report, bars, edges, hand, lanes, trajectory};
 use crate::analysis::{Metrics, force_metrics, hits, metrics_but_lag, unpredicted};
-use crate::plot::canvas::escape;
+use crate::html;
+use crate::plot::Svg;
 use crate::record::{Assumption, Role, Run, Trial};
 
 /// A self-contained HTML document, about 50 kB a trial. No script, no request.
 pub fn page(report: &Report) -> String {
     let run = report.run;
-    let mut out = format!("<p class=\"result\">{}</p>\n", escape(&headline(run)));
-    out.push_str(&figure(&trajectory::figure(&run.trials), ""));
-    out.push_str(&figure(&hand::figure(&run.trials), ""));
-    out.push_str(&format!("<p class=\"facts\">{}</p>\n", facts(run)));
+    let mut out = html!("<p class=\"result\">{}</p>\n", headline(run));
+    out += figure(&trajectory::figure(&run.trials), "");
+    out += figure(&hand::figure(&run.trials), "");
+    out += html!("<p class=\"facts\">{}</p>\n", facts(run));
 
     let tables = metrics_table(&run.trials)
-        + &hits_table(&run.trials)
-        + &force_table(&run.trials)
-        + &force_notes(&run.trials);
-    let log =
-        counter_table(&run.trials) + &electrode_table(&run.trials) + &event_table(&run.trials);
+        + hits_table(&run.trials)
+        + force_table(&run.trials)
+        + force_notes(&run.trials);
+    let log = counter_table(&run.trials) + electrode_table(&run.trials) + event_table(&run.trials);
     for (title, body) in [
         ("Result", tables),
         ("Stimulation", stimulation(run)),
@@ -36,18 +36,26 @@ pub fn page(report: &Report) -> String {
         ("How to reproduce", reproduce(report)),
     ] {
         if !body.is_empty() {
-            out.push_str(&format!("<section><h2>{title}</h2>\n{body}</section>\n"));
+            out += html!("<section><h2>{}</h2>\n{}</section>\n", title, body);
         }
     }
-    document(&escape(&run.title), &out)
+    document(&run.title, &out)
 }
 
-/// A page of this title, both HTML, with the style of all.
+/// What a browser may do with a page: show it with its own style. It runs no script,
+/// whatever a record says, and asks nobody for anything.
+const POLICY: &str =
+    "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
+
+/// A page of this title, a text, with the style of all.
 #[must_use]
-pub fn document(title: &str, body: &str) -> String {
+pub fn document(title: &str, body: &Html) -> String {
     let (style, figures) = (include_str!("page.css"), crate::plot::ink::style());
+    let (title, body) = (Html::text(title), body.as_str());
+    let title = title.as_str();
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
          <meta name=\"color-scheme\" content=\"light dark\">\
          <title>{title}</title><style>{style}{figures}</style></head><body><main>\n\
@@ -190,34 +198,38 @@ fn capitalised(name: &str) -> String {
 }
 
 /// Where the numbers come from, in one line under the main figure.
-fn facts(run: &Run) -> String {
-    let mut facts = format!(
+fn facts(run: &Run) -> Html {
+    let mut facts = html!(
         "Device: {} · seed {}",
-        escape(&run.device_in_words()),
+        run.device_in_words(),
         run.seed_in_words()
     );
     if let Some(factor) = run.host.speed_factor {
-        facts.push_str(&format!(" · {factor:.0} × real time"));
+        facts += format!(" · {factor:.0} × real time").into();
     }
     let models = run.trials.iter().filter_map(models_in_words);
     let mut models: Vec<String> = models.collect();
     models.dedup();
     if !models.is_empty() {
-        let models = escape(&models.join("; "));
-        facts.push_str(&format!(" · muscle model at the start: {models}"));
+        facts += html!(" · muscle model at the start: {}", models.join("; "));
     }
     if run.is_simulated() {
-        facts.push_str(" · <b>Simulated wearer: no evidence about people.</b>");
+        facts += html!(" · <b>Simulated wearer: no evidence about people.</b>");
     }
     facts
 }
 
-/// A figure with a caption; nothing for an empty one.
-fn figure(svg: &str, caption: &str) -> String {
-    match (svg, caption) {
-        ("", _) => String::new(),
-        (_, "") => format!("<figure>{svg}</figure>\n"),
-        _ => format!("<figure>{svg}<figcaption>{caption}</figcaption></figure>\n"),
+/// A figure with a caption, a text; nothing for an empty one.
+#[must_use]
+pub fn figure(svg: &Svg, caption: &str) -> Html {
+    match (svg.is_empty(), caption) {
+        (true, _) => Html::default(),
+        (_, "") => html!("<figure>{}</figure>\n", svg),
+        _ => html!(
+            "<figure>{}<figcaption>{}</figcaption></figure>\n",
+            svg,
+            caption
+        ),
     }
 }
 
@@ -233,45 +245,44 @@ fn forces_caption(run: &Run) -> &'static str {
     }
 }
 
-fn stimulation(run: &Run) -> String {
+fn stimulation(run: &Run) -> Html {
     figure(
         &lanes::amplitudes(&run.trials),
         "Amplitude of the latest burst of every channel. The upper line is the wearer's limit.",
-    ) + &figure(&lanes::forces(&run.trials), forces_caption(run))
-        + &figure(
+    ) + figure(&lanes::forces(&run.trials), forces_caption(run))
+        + figure(
             &lanes::rates(&run.trials),
             "Pulse rate that force control gives each channel.",
         )
 }
 
-fn periods(run: &Run) -> String {
+fn periods(run: &Run) -> Html {
     let drawn = run.trials.iter().map(|trial| {
         let svg = edges::edges_figure(trial, &[]);
-        let heading = format!("<h3>{}</h3>", escape(&trial.name));
         let body = figure(&svg, "");
         if body.is_empty() {
             body
         } else {
-            heading + &body
+            html!("<h3>{}</h3>{}", trial.name, body)
         }
     });
-    let drawn: String = drawn.collect();
+    let drawn: Html = drawn.collect();
     if drawn.is_empty() {
         return drawn;
     }
     // Many of them: printed smaller.
-    format!("<div class=\"edges\">\n{drawn}</div>\n")
+    html!("<div class=\"edges\">\n{}</div>\n", drawn)
 }
 
-fn comparison(report: &Report) -> String {
+fn comparison(report: &Report) -> Html {
     let trials = &report.run.trials;
     let table = paper_table(trials, report.paper);
     if table.is_empty() {
         return table;
     }
-    let mut text = figure(&bars::figure(trials, report.paper), "") + &table;
+    let mut text = figure(&bars::figure(trials, report.paper), "") + table;
     if report.run.is_simulated() {
-        text.push_str(
+        text += html!(
             "<p class=\"note\">The paper's numbers come from people, these from a simulated \
              body. Agreement shows that the simulation is plausible; it is no evidence about \
              people and does not confirm the paper.</p>\n",
@@ -280,34 +291,34 @@ fn comparison(report: &Report) -> String {
     text
 }
 
-fn assumptions(all: &[Assumption]) -> String {
+fn assumptions(all: &[Assumption]) -> Html {
     let list = |role: Role, title: &str| {
         let own = all.iter().filter(|assumption| assumption.role == role);
-        let items: String = own
-            .map(|assumption| format!("<li>{}</li>\n", escape(&assumption.text)))
+        let items: Html = own
+            .map(|assumption| html!("<li>{}</li>\n", assumption.text))
             .collect();
         if items.is_empty() {
             return items;
         }
-        format!("<div><h3>{title}</h3><ul>\n{items}</ul></div>\n")
+        html!("<div><h3>{}</h3><ul>\n{}</ul></div>\n", title, items)
     };
-    let both = list(Role::PutIn, "Put in") + &list(Role::CameOut, "Came out");
+    let both = list(Role::PutIn, "Put in") + list(Role::CameOut, "Came out");
     if both.is_empty() {
         return both;
     }
-    format!("<div class=\"columns\">\n{both}</div>\n")
+    html!("<div class=\"columns\">\n{}</div>\n", both)
 }
 
-fn reproduce(report: &Report) -> String {
+fn reproduce(report: &Report) -> Html {
     let run = report.run;
     if run.trials.iter().all(|trial| trial.identity.is_none()) {
-        return "<p>No device answered: there is nothing to repeat.</p>\n".to_owned();
+        return html!("<p>No device answered: there is nothing to repeat.</p>\n");
     }
-    let mut text = format!(
+    let mut text = html!(
         "<pre>{}</pre>\n<p>Seed {}, Flexor {}. The data are beside this page: a folder per \
          trial with <code>samples.csv</code> and <code>edges.csv</code>, and \
          <code>summary.json</code>.</p>\n",
-        escape(report.command),
+        report.command,
         run.seed_in_words(),
         env!("CARGO_PKG_VERSION"),
     );
@@ -315,19 +326,19 @@ fn reproduce(report: &Report) -> String {
         .trials
         .iter()
         .filter(|trial| !trial.session_file.is_empty());
-    let items: String = files
+    let items: Html = files
         .map(|trial| {
-            let (name, file) = (escape(&trial.name), escape(&trial.session_file));
             let worn = trial.wearer.as_ref().map(|worn| {
-                let (name, evidence) = (escape(&worn.name), escape(&worn.evidence));
+                let (name, evidence) = (&worn.name, &worn.evidence);
                 format!(", thresholds and limits of {name} ({evidence})")
             });
             let worn = worn.unwrap_or_default();
-            format!("<li>{name}: <code>{file}</code>{worn}</li>\n")
+            let (name, file) = (&trial.name, &trial.session_file);
+            html!("<li>{}: <code>{}</code>{}</li>\n", name, file, worn)
         })
         .collect();
     if !items.is_empty() {
-        text.push_str(&format!("<ul>\n{items}</ul>\n"));
+        text += html!("<ul>\n{}</ul>\n", items);
     }
     text
 }

@@ -4,7 +4,7 @@ use super::tables::{degrees, seconds};
 use crate::analysis::{hits, metrics_but_lag};
 use crate::plot::ink::{INK, PALETTE, SHADE};
 use crate::plot::series::{range, round_step, shorten};
-use crate::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Stroke, ink::stroke};
+use crate::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Stroke, Svg, ink::stroke};
 use crate::record::{Sample, Trial};
 
 const HEIGHT: f64 = 130.0;
@@ -40,10 +40,10 @@ pub(super) fn course<'a>(
 }
 
 /// The main figure; nothing where no angle matters.
-pub(super) fn figure(trials: &[Trial]) -> String {
+pub(super) fn figure(trials: &[Trial]) -> Svg {
     let has_angle = |trial: &Trial| trial.joint || trial.wall.is_some();
     if !trials.is_empty() && !trials.iter().any(has_angle) {
-        return String::new();
+        return Svg::default();
     }
     // Scales shared by all panels, so that they compare at a glance.
     let samples = || trials.iter().flat_map(|trial| &trial.samples);

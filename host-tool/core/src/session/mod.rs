@@ -29,6 +29,7 @@ mod muscle;
 mod schema;
 mod setpoints;
 mod setup;
+mod silent;
 mod sites;
 mod slopes;
 mod study;
@@ -115,8 +116,8 @@ pub struct Session {
     pub try_us: u64,
     /// Telemetry period, ms.
     pub telemetry_ms: u16,
-    /// What is played differently from what the file says, for people: a
-    /// frequency whose period is no whole number of microseconds.
+    /// What is played differently from what the file says, for people: a frequency whose
+    /// period is no whole number of microseconds, a channel that nothing drives.
     pub notes: Vec<String>,
     /// What only people know of the study, for its record.
     pub study: Study,
@@ -225,6 +226,7 @@ impl Session {
             worn: person.worn,
         };
         if doc.is_sound() {
+            silent::note(&mut session);
             fidelity::read(t, &mut session);
         }
         Some(session)

@@ -45,8 +45,13 @@ pub fn is_one(text: &str) -> bool {
 /// The wearer that `text`, called `name`, describes.
 ///
 /// # Errors
-/// Everything that is wrong; of another schema that alone.
+/// Everything that is wrong; of another schema that alone. E665 alone where it is of
+/// something else: nothing of an unrelated file is shown.
 pub(super) fn parse(name: &str, text: &str) -> Result<Wearer, SessionError> {
+    if !is_one(text) {
+        let file = visible(name);
+        return Err(SessionError::nowhere(Problem::NotAWearer { file }));
+    }
     match other_schema(text) {
         Some(place) => {
             let problem = Problem::WearerSchema { known: SCHEMA };

@@ -1,6 +1,7 @@
 //! What was measured, in a file that is whole after every step.
 
 use super::{Pattern, Step, steps};
+use hal_sim::input;
 use host_core::record::{DeviceKind, Identity, replace_file, sha256};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -145,7 +146,8 @@ impl Sheet {
     /// [`SheetError::Unfit`].
     pub fn go_on(path: &Path, next: &Self, pattern: &Pattern) -> Result<Self, SheetError> {
         let unfit = |why: String| SheetError::Unfit(path.to_owned(), why);
-        let text = std::fs::read_to_string(path).map_err(|why| unfit(why.to_string()))?;
+        let text = input::read_text(path, input::LONGEST_DOCUMENT);
+        let text = text.map_err(|why| unfit(why.to_string()))?;
         let mut sheet: Self =
             serde_json::from_str(&text).map_err(|why| unfit(format!("it is none: {why}")))?;
         if sheet.format != FORMAT {

@@ -3,9 +3,10 @@
 use super::metrics::force;
 use super::participant::DIRECTION_NAMES;
 use super::replication::{Person, Replication};
+use host_core::html;
 use host_core::plot::ink::{GRID, INK, MUTED, PALETTE, stroke};
-use host_core::plot::{At, Canvas, Paint, Words};
-use host_core::report::{document, draw_bones};
+use host_core::plot::{At, Canvas, Paint, Svg, Words};
+use host_core::report::{Html, document, draw_bones};
 
 /// Size of a picture, CSS pixels.
 const SIZE: At = (320.0, 330.0);
@@ -17,10 +18,6 @@ const PER_M: f64 = 420.0;
 const LONGEST: f64 = 95.0;
 /// From where it is seen: so far to the right of straight ahead, and above, degrees.
 const SEEN_DEG: [f64; 2] = [40.0, 20.0];
-
-/// Around the pictures of one participant.
-const SIDE_BY_SIDE: &str =
-    "<div style=\"display:grid;grid-template-columns:repeat(3,minmax(0,1fr));gap:8px\">";
 
 /// A direction of our axes on the screen, right and down.
 fn seen([x, y, z]: [f64; 3]) -> At {
@@ -75,7 +72,7 @@ fn forces(person: &Person, name: &str) -> Vec<[[f64; 3]; 2]> {
 }
 
 /// The picture of one condition.
-fn picture(person: &Person, name: &str, title: &str) -> String {
+fn picture(person: &Person, name: &str, title: &str) -> Svg {
     let mut canvas = Canvas::default();
     let all = forces(person, name);
     let sizes = all.iter().flatten().map(|it| {
@@ -110,7 +107,7 @@ fn picture(person: &Person, name: &str, title: &str) -> String {
 }
 
 /// What each colour is.
-fn legend() -> String {
+fn legend() -> Svg {
     let mut canvas = Canvas::default();
     for (at, name) in DIRECTION_NAMES.iter().enumerate() {
         let x = 16.0 + 120.0 * at as f64;
@@ -123,7 +120,7 @@ fn legend() -> String {
 /// A page of the arms of this study's participants.
 #[must_use]
 pub fn page(study: &Replication) -> String {
-    let mut body = format!(
+    let mut body = html!(
         "<p class=\"facts\">Simulated arms, no evidence about people. Seen from the front, the \
          right and above; a broad line is the wanted force at full size, the arrow of its colour \
          the mean of five measured, turned about the vertical as the study turns all of a \
@@ -131,16 +128,21 @@ pub fn page(study: &Replication) -> String {
         legend()
     );
     for (at, person) in study.people.iter().enumerate() {
-        body += &format!("<section><h2>S{}</h2>\n{SIDE_BY_SIDE}\n", at + 1);
-        for (name, told) in [
+        let pictures = [
             ("C2", "C2: S1's frame"),
             ("C3", "C3: calibrated"),
             ("squares", "C3 by least squares"),
-        ] {
+        ];
+        let pictures = pictures.map(|(name, told)| {
             let title = format!("S{}, {told}", at + 1);
-            body += &format!("<figure>{}</figure>\n", picture(person, name, &title));
-        }
-        body += "</div></section>\n";
+            html!("<figure>{}</figure>\n", picture(person, name, &title))
+        });
+        body += html!(
+            "<section><h2>S{}</h2>\n<div style=\"display:grid;\
+             grid-template-columns:repeat(3,minmax(0,1fr));gap:8px\">\n{}</div></section>\n",
+            at + 1,
+            pictures.into_iter().collect::<Html>()
+        );
     }
     document("Wanted and given forces at the hand", &body)
 }

@@ -6,11 +6,12 @@
 use super::case::Case;
 use super::declaration::Declaration;
 use super::error::FaultsError;
+use hal_sim::input;
 use host_core::record::{Program, sha256};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// In the folder of a campaign.
@@ -114,11 +115,11 @@ impl Journal {
         let path = dir.join(JOURNAL);
         let told = |why: String| FaultsError::Journal(path.display().to_string(), why);
         let io = |error: std::io::Error| told(error.to_string());
+        input::may_go_on(&path).map_err(io)?;
         let mut options = File::options();
         let options = options.create(true).truncate(false).read(true).write(true);
         let mut file = options.open(&path).map_err(io)?;
-        let mut text = String::new();
-        file.read_to_string(&mut text).map_err(io)?;
+        let mut text = input::read_text(&path, input::LONGEST_TABLE).map_err(io)?;
         // What follows the last end of a line was cut off.
         let whole = text.rfind('\n').map_or(0, |at| at + 1);
         text.truncate(whole);

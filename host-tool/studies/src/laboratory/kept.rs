@@ -2,6 +2,7 @@
 
 use super::error::LaboratoryError;
 use super::experiment::{Experiment, WORN};
+use hal_sim::input;
 use host_core::record::{Declared, Difference, replace_file, sha256};
 use std::fs;
 use std::io::ErrorKind;
@@ -50,7 +51,7 @@ pub fn differs(
 
 /// The lines of a file, each with its end; none of a file that is not there.
 fn lines(path: &Path) -> Result<Vec<String>, LaboratoryError> {
-    match fs::read_to_string(path) {
+    match input::read_text(path, input::LONGEST_TABLE) {
         Ok(text) => Ok(text.split_inclusive('\n').map(str::to_owned).collect()),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
         Err(error) => Err(LaboratoryError::File(path.display().to_string(), error)),
@@ -97,7 +98,8 @@ impl Experiment {
                 file: path.display().to_string(),
                 reason,
             };
-            let text = fs::read_to_string(&path).map_err(|error| refuse(error.to_string()))?;
+            let text = input::read_text(&path, input::LONGEST_TYPED);
+            let text = text.map_err(|error| refuse(error.to_string()))?;
             if sha256(text.as_bytes()) != one.sha256 {
                 return Err(refuse(
                     "its SHA-256 is another than the record's".to_owned(),

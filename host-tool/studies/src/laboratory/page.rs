@@ -15,10 +15,11 @@ use super::error::LaboratoryError;
 use super::quoted::quoted;
 use super::result::{Outcome, Shown};
 use figures::{beside, measures, multiples, shares};
+use hal_sim::input;
 pub use headline::headline;
-use host_core::plot::canvas::escape;
+use host_core::html;
 use host_core::record::{Trial, replace_file};
-use host_core::report::document;
+use host_core::report::{Html, document, figure};
 use std::path::{Path, PathBuf};
 use tables::{rows_table, shares_table};
 
@@ -43,11 +44,11 @@ pub fn publish(dir: &Path, outcome: &Outcome, trials: &[Conducted]) -> Result<()
 /// E608: it says what this program does not write. The page cannot be written.
 pub fn renew(dir: &Path, trials: &[Trial]) -> Result<Option<PathBuf>, LaboratoryError> {
     let json = dir.join(JSON);
-    if !json.is_file() {
+    if !json.exists() {
         return Ok(None);
     }
     let file = json.display().to_string();
-    let text = std::fs::read_to_string(&json)
+    let text = input::read_text(&json, input::LONGEST_DOCUMENT)
         .map_err(|error| LaboratoryError::File(file.clone(), error))?;
     let outcome: Outcome = serde_json::from_str(&text).map_err(|error| {
         let reason = error.to_string();
@@ -68,28 +69,28 @@ type Rows<'a> = Vec<Vec<(&'a Shown, Option<&'a Trial>)>>;
 fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
     let rows = rows(outcome, trials);
     let cut_short = outcome.cut_short.iter();
-    let cut_short = cut_short.map(|what| format!("<p class=\"result\">{}</p>\n", escape(what)));
-    let mut body = cut_short.collect::<String>();
-    body += &format!(
+    let cut_short = cut_short.map(|what| html!("<p class=\"result\">{}</p>\n", what));
+    let mut body = cut_short.collect::<Html>();
+    body += html!(
         "<p class=\"result\">{}</p>\n<p class=\"facts\">{}</p>\n",
-        escape(&headline(outcome)),
+        headline(outcome),
         facts(outcome)
     );
     let claims = match grid::is_large(outcome) {
         true => {
-            let all = folded("Each share with its interval", &shares_table(outcome));
-            grid::section(outcome) + &all
+            let all = folded("Each share with its interval", shares_table(outcome));
+            grid::section(outcome) + all
         }
-        false => figure(&shares(outcome), "") + &shares_table(outcome),
+        false => figure(&shares(outcome), "") + shares_table(outcome),
     };
     let kinds = pivot::kinds_table(outcome);
     let numbers = match grid::is_large(outcome) || !kinds.is_empty() {
-        true => measures(outcome) + &kinds + &folded("Each number", &rows_table(outcome)),
-        false => measures(outcome) + &rows_table(outcome),
+        true => measures(outcome) + kinds + folded("Each number", rows_table(outcome)),
+        false => measures(outcome) + rows_table(outcome),
     };
     // What has no conditions, such as drawn participants, has no trials to record.
     let timing = match outcome.conditions.is_empty() {
-        true => String::new(),
+        true => Html::default(),
         false => timing::section(&rows),
     };
     for (title, text) in [
@@ -107,17 +108,21 @@ fn page(outcome: &Outcome, trials: &[&Trial]) -> String {
         ("Declared before looking", declared(outcome)),
     ] {
         if !text.is_empty() {
-            body += &format!("<section><h2>{title}</h2>\n{text}</section>\n");
+            body += html!("<section><h2>{}</h2>\n{}</section>\n", title, text);
         }
     }
-    document(&escape(&outcome.title), &body)
+    document(&outcome.title, &body)
 }
 
 /// What opens where its heading is clicked; nothing of nothing.
-fn folded(heading: &str, text: &str) -> String {
+fn folded(heading: &str, text: Html) -> Html {
     match text.is_empty() {
-        true => String::new(),
-        false => format!("<details><summary>{heading}</summary>\n{text}</details>\n"),
+        true => text,
+        false => html!(
+            "<details><summary>{}</summary>\n{}</details>\n",
+            heading,
+            text
+        ),
     }
 }
 
@@ -137,7 +142,7 @@ fn shown<'a, 'r>(rows: &'r Rows<'a>) -> impl Iterator<Item = (&'a Shown, &'a Tri
 }
 
 /// Where the numbers come from, in one line.
-fn facts(outcome: &Outcome) -> String {
+fn facts(outcome: &Outcome) -> Html {
     let drawn = match (outcome.declared.draws, &outcome.declared.drawn) {
         (draws, Some(what)) => format!("{draws} {what} drawn"),
         (0, None) => "no wearer drawn".to_owned(),
@@ -146,34 +151,28 @@ fn facts(outcome: &Outcome) -> String {
     };
     let who = match outcome.simulated {
         Some(true) if outcome.declared.drawn.is_some() => {
-            " · <b>Simulated: a model of chip and stages; no board and no person.</b>"
+            html!(" · <b>Simulated: a model of chip and stages; no board and no person.</b>")
         }
-        Some(true) => " · <b>Simulated wearers: no evidence about people.</b>",
-        Some(false) => "",
-        None => " · <b>No device answered: simulated or not is unknown.</b>",
+        Some(true) => html!(" · <b>Simulated wearers: no evidence about people.</b>"),
+        Some(false) => Html::default(),
+        None => html!(" · <b>No device answered: simulated or not is unknown.</b>"),
     };
-    let source = escape(&outcome.declared.source);
-    format!("{source} · seed {} · {drawn}{who}", outcome.seed)
+    html!(
+        "{} · seed {} · {}{}",
+        outcome.declared.source,
+        outcome.seed,
+        drawn,
+        who
+    )
 }
 
-/// A figure with a caption in HTML; nothing for an empty one.
-fn figure(svg: &str, caption: &str) -> String {
-    match (svg, caption) {
-        ("", _) => String::new(),
-        (svg, "") => format!("<figure>{svg}</figure>\n"),
-        _ => format!("<figure>{svg}<figcaption>{caption}</figcaption></figure>\n"),
-    }
-}
-
-fn notes(outcome: &Outcome) -> String {
+fn notes(outcome: &Outcome) -> Html {
     let notes = outcome.notes.iter();
-    let notes: String = notes
-        .map(|note| format!("<li>{}</li>\n", escape(note)))
-        .collect();
-    format!("<ul>\n{notes}</ul>\n")
+    let notes: Html = notes.map(|note| html!("<li>{}</li>\n", note)).collect();
+    html!("<ul>\n{}</ul>\n", notes)
 }
 
-fn declared(outcome: &Outcome) -> String {
+fn declared(outcome: &Outcome) -> Html {
     let (seed, draws) = (outcome.seed, outcome.declared.draws);
     let name = match &*outcome.declared.asked {
         "" => &outcome.name, // an older result
@@ -190,20 +189,22 @@ fn declared(outcome: &Outcome) -> String {
         ),
     };
     let shown = quoted(name);
-    let command = escape(&match (&outcome.declared.command, draws) {
+    let command = match (&outcome.declared.command, draws) {
         (Some(command), _) => format!("flexor {command} --seed {seed}"),
         (None, 0) => format!("flexor experiment {shown}{device} --seed {seed} --draws 0"),
         (None, draws) => format!("flexor sweep {shown} --seed {seed} --draws {draws} --out DIR"),
-    });
+    };
     let place = match name.ends_with(".toml") {
-        true => "<p>In the folder of the declaration:</p>\n",
-        false => "",
+        true => html!("<p>In the folder of the declaration:</p>\n"),
+        false => Html::default(),
     };
     let files = outcome.declared.sha256.iter();
     let files = files.map(|(file, hash)| format!("{hash}  {file}\n"));
-    format!(
-        "<p>{own}</p>\n{place}<pre>{command}</pre>\n\
-         <p>SHA-256 of what was declared:</p>\n<pre>{}</pre>\n",
-        escape(&files.collect::<String>())
+    html!(
+        "<p>{}</p>\n{}<pre>{}</pre>\n<p>SHA-256 of what was declared:</p>\n<pre>{}</pre>\n",
+        own,
+        place,
+        command,
+        files.collect::<String>()
     )
 }

@@ -20,19 +20,31 @@ pub(super) fn sessions(
     let (mut all, mut mistakes) = (Vec::new(), Vec::new());
     for (session, level) in d.sessions() {
         match texts(session) {
-            Ok(text) => all.push((session.to_owned(), text)),
-            Err(error) => mistakes.push(absent(d, text, (session, level), &error)),
+            Ok(own) if is_session(&own) => all.push((session.to_owned(), own)),
+            // Nothing of an unrelated file is shown.
+            Ok(_) => {
+                let why = "it has neither `channel` nor `setpoints`, and so is no session";
+                mistakes.push(absent(d, text, (session, level), why));
+            }
+            Err(error) => mistakes.push(absent(d, text, (session, level), &error.reason())),
         }
     }
     (all, mistakes)
 }
 
-/// That a session cannot be read, and who asks for it.
+/// Whether a text is meant as a session: it has a channel, or says what is streamed.
+fn is_session(text: &str) -> bool {
+    let (root, _) = toml::de::DeTable::parse_recoverable(text);
+    let has = |field: &&str| root.get_ref().contains_key(*field);
+    ["channel", "setpoints"].iter().any(has)
+}
+
+/// That a session cannot be read, why, and who asks for it.
 fn absent(
     d: &Declaration,
     text: &str,
     (session, level): (&str, Option<(usize, usize)>),
-    error: &LaboratoryError,
+    why: &str,
 ) -> Mistake {
     let written = Written::new(text);
     let line = match level {
@@ -49,9 +61,8 @@ fn absent(
     });
     let of_level = of_level.unwrap_or_default();
     let what = format!(
-        "the session `{session}`{of_level} cannot be read: {}; its path is relative to the \
-         declaration's folder",
-        error.reason()
+        "the session `{session}`{of_level} cannot be read: {why}; its path is relative to the \
+         declaration's folder"
     );
     Mistake::at(line, &what)
 }

@@ -46,7 +46,7 @@ impl StimulusCourse {
     /// What it asks for where a pair may have the most charge: at its points and, between
     /// two, where amplitude times width is largest. Each with the place of the point
     /// before.
-    pub(super) fn peaks(&self) -> Vec<(usize, Stimulus)> {
+    pub(in crate::session) fn peaks(&self) -> Vec<(usize, Stimulus)> {
         let points = self.points.iter().enumerate();
         let mut all: Vec<_> = points.map(|(n, (_, it))| (n, self.playable(*it))).collect();
         for (n, pair) in self.points.windows(2).enumerate() {

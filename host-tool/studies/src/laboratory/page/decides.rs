@@ -3,11 +3,12 @@
 use super::tables::{digits, table};
 use crate::laboratory::decides::{Decided, Field, LEAST_WEARERS};
 use crate::laboratory::result::Outcome;
-use host_core::plot::canvas::escape;
+use host_core::html;
+use host_core::report::Html;
 
 /// What it is about, and a table; empty where no wearers were drawn.
-pub(super) fn section(outcome: &Outcome) -> String {
-    let rows: String = outcome.decides.iter().map(rows_of).collect();
+pub(super) fn section(outcome: &Outcome) -> Html {
+    let rows: Html = outcome.decides.iter().map(rows_of).collect();
     let heads = [
         "Claim",
         "Drawn field",
@@ -19,7 +20,7 @@ pub(super) fn section(outcome: &Outcome) -> String {
     ];
     match table(&heads, rows) {
         empty if empty.is_empty() => empty,
-        table => format!("<p>{}</p>\n{table}", meaning()),
+        table => html!("<p>{}</p>\n{}", meaning(), table),
     }
 }
 
@@ -35,12 +36,13 @@ fn meaning() -> String {
     )
 }
 
-fn rows_of(claim: &Decided) -> String {
+fn rows_of(claim: &Decided) -> Html {
     let all = claim.holds + claim.fails;
-    let name = format!(
-        "<th scope=\"row\">{}: {} of {all} wearers</th>",
-        escape(&claim.claim),
-        claim.holds
+    let name = html!(
+        "<th scope=\"row\">{}: {} of {} wearers</th>",
+        claim.claim,
+        claim.holds,
+        all
     );
     let mut fields: Vec<&Field> = claim.fields.iter().filter(|it| it.decides).collect();
     let strength = |field: &Field| (field.superiority - 0.5).abs();
@@ -50,27 +52,34 @@ fn rows_of(claim: &Decided) -> String {
         () if fields.is_empty() => "no field found to decide it",
         () => {
             let rows = fields.iter().enumerate();
-            let rows = rows.map(|(nth, it)| row(if nth == 0 { &name } else { "<th></th>" }, it));
+            let other = html!("<th></th>");
+            let rows = rows.map(|(nth, it)| row(if nth == 0 { &name } else { &other }, it));
             return rows.collect();
         }
     };
-    format!("<tr>{name}<td colspan=\"6\">{said}</td></tr>\n")
+    html!("<tr>{}<td colspan=\"6\">{}</td></tr>\n", name, said)
 }
 
-fn row(name: &str, field: &Field) -> String {
+fn row(name: &Html, field: &Field) -> Html {
     let p = match field.p_holm {
-        small if small < 1e-4 => "&lt; 0.0001".to_owned(),
+        small if small < 1e-4 => "< 0.0001".to_owned(),
         p => format!("{p:.4}"),
     };
     let thirds = field
         .thirds
         .map(|share| format!("{:.1}", 100.0 * share))
         .join(", ");
-    format!(
-        "<tr>{name}<td>{}</td><td>{}</td><td>{}</td><td>{:.2}</td><td>{p}</td><td>{thirds} %</td></tr>\n",
-        escape(&field.field),
+    let cells = [
+        field.field.clone(),
         digits(field.holds),
         digits(field.fails),
-        field.superiority,
-    )
+        format!("{:.2}", field.superiority),
+        p,
+        format!("{thirds} %"),
+    ];
+    let cells: Html = cells
+        .iter()
+        .map(|cell| html!("<td>{}</td>", cell))
+        .collect();
+    html!("<tr>{}{}</tr>\n", name, cells)
 }

@@ -1,14 +1,15 @@
 //! The figures of an experiment's page.
 
-use super::{Rows, figure, shown};
+use super::{Rows, shown};
 use crate::laboratory::claims::Share;
 use crate::laboratory::measure::{Measure, named};
 use crate::laboratory::result::{Outcome, Row, Shown};
 use host_core::plot::ink::{INK, MUTED, PALETTE, stroke};
 use host_core::plot::series::{range, shorten};
 use host_core::plot::words::shortened;
-use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape};
+use host_core::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape, Svg};
 use host_core::record::{Sample, Trial};
+use host_core::report::{Html, figure};
 use std::collections::BTreeSet;
 
 /// Pixels of a row with its space; of a row's name; of a small multiple's height.
@@ -20,10 +21,10 @@ const BESIDE: usize = 4;
 const POINTS: usize = 300;
 
 /// A bar for each claim, with its interval and what the paper says.
-pub(super) fn shares(outcome: &Outcome) -> String {
+pub(super) fn shares(outcome: &Outcome) -> Svg {
     let shares = &outcome.shares;
     if shares.is_empty() {
-        return String::new();
+        return Svg::default();
     }
     // A row for each claim, and one for each point of a grid before its claims.
     let (mut names, mut marks, mut point) = (Vec::new(), Vec::new(), "");
@@ -83,13 +84,13 @@ fn share_marks(share: &Share, at: f64) -> Vec<Mark> {
 }
 
 /// The course of each recorded trial.
-pub(super) fn multiples(rows: &Rows<'_>) -> String {
+pub(super) fn multiples(rows: &Rows<'_>) -> Html {
     let trials: Vec<&Trial> = shown(rows).map(|(_, trial)| trial).collect();
     let angles = trials
         .iter()
         .flat_map(|trial| trial.samples.iter().filter_map(angle));
     let Some((low, high)) = range(angles) else {
-        return String::new();
+        return Html::default();
     };
     let last_s = trials
         .iter()
@@ -189,7 +190,7 @@ pub(super) fn beside(conditions: &[Shown]) -> usize {
 }
 
 /// Each measure: median and range of the wearers in each condition.
-pub(super) fn measures(outcome: &Outcome) -> String {
+pub(super) fn measures(outcome: &Outcome) -> Html {
     let id = |row: &Row| Some(row.id.rsplit_once('/')?.1.to_owned());
     let mut ids: Vec<String> = outcome.rows.iter().filter_map(id).collect();
     let mut known = BTreeSet::new();

@@ -4,7 +4,8 @@
 use super::tables::table;
 use crate::laboratory::claims::{Share, Verdict};
 use crate::laboratory::result::Outcome;
-use host_core::plot::canvas::escape;
+use host_core::html;
+use host_core::report::Html;
 
 /// A grid of more points than this is large.
 const LARGE: usize = 20;
@@ -22,10 +23,10 @@ pub(super) fn is_large(outcome: &Outcome) -> bool {
 
 /// In how many of a hundred cases each claim holds at each point, and at how many points
 /// that is as in the paper.
-pub(super) fn section(outcome: &Outcome) -> String {
+pub(super) fn section(outcome: &Outcome) -> Html {
     let points = points(outcome);
     let Some(claims) = points.first().copied() else {
-        return String::new();
+        return Html::default();
     };
     let item = |share: &Share| {
         let paper = match share.paper {
@@ -33,50 +34,55 @@ pub(super) fn section(outcome: &Outcome) -> String {
             Some(false) => " (the paper: no)",
             None => "",
         };
-        format!("<li>{}{paper}</li>\n", escape(&share.claim))
+        html!("<li>{}{}</li>\n", share.claim, paper)
     };
-    let list: String = claims.iter().map(item).collect();
+    let list: Html = claims.iter().map(item).collect();
     let numbers: Vec<String> = (1..=claims.len()).map(|it| it.to_string()).collect();
     let heads: Vec<&str> = std::iter::once("At")
         .chain(numbers.iter().map(String::as_str))
         .collect();
-    let rows: String = points.iter().map(|point| row(point)).collect();
-    format!(
-        "<ol>\n{list}</ol>\n<p>In how many of a hundred cases each of these holds:</p>\n{}",
-        table(&heads, rows + &like(&points, claims))
+    let rows: Html = points.iter().map(|point| row(point)).collect();
+    html!(
+        "<ol>\n{}</ol>\n<p>In how many of a hundred cases each of these holds:</p>\n{}",
+        list,
+        table(&heads, rows + like(&points, claims))
     )
 }
 
 /// A line: the darker, the more.
-fn row(point: &[Share]) -> String {
+fn row(point: &[Share]) -> Html {
     let at = point.first().map_or("", |share| &share.at);
     let cell = |share: &Share| match share.of {
-        0 => "<td>–</td>".to_owned(),
+        0 => html!("<td>–</td>"),
         of => {
             let percent = 100.0 * share.holds as f64 / of as f64;
             // At most half, so that what is written stays legible.
             let tint = 0.5 * percent;
-            format!(
-                "<td style=\"background:color-mix(in srgb,var(--accent) {tint:.0}%,transparent)\">\
-                 {percent:.0}</td>"
+            html!(
+                "<td style=\"background:color-mix(in srgb,var(--accent) {}%,transparent)\">{}</td>",
+                format!("{tint:.0}"),
+                format!("{percent:.0}")
             )
         }
     };
-    let cells: String = point.iter().map(cell).collect();
-    format!("<tr><th scope=\"row\">{}</th>{cells}</tr>\n", escape(at))
+    let cells: Html = point.iter().map(cell).collect();
+    html!("<tr><th scope=\"row\">{}</th>{}</tr>\n", at, cells)
 }
 
 /// The last line: at how many points most cases are as in the paper.
-fn like(points: &[&[Share]], claims: &[Share]) -> String {
+fn like(points: &[&[Share]], claims: &[Share]) -> Html {
     let count = |(nth, claim): (usize, &Share)| {
         let at = points.iter().filter_map(|point| point.get(nth));
         let like = at.filter(|share| share.verdict() == Some(Verdict::Like));
         match claim.paper {
-            Some(_) => format!("<td>{}</td>", like.count()),
-            None => "<td>–</td>".to_owned(),
+            Some(_) => html!("<td>{}</td>", like.count()),
+            None => html!("<td>–</td>"),
         }
     };
-    let cells: String = claims.iter().enumerate().map(count).collect();
-    let of = points.len();
-    format!("<tr><th scope=\"row\">of {of} points, most as the paper says</th>{cells}</tr>\n")
+    let cells: Html = claims.iter().enumerate().map(count).collect();
+    html!(
+        "<tr><th scope=\"row\">of {} points, most as the paper says</th>{}</tr>\n",
+        points.len(),
+        cells
+    )
 }

@@ -1,7 +1,7 @@
 //! The limb of each recorded trial, drawn at the angles that its record has.
 
+use super::Rows;
 use super::figures::heading;
-use super::{Rows, figure};
 use crate::laboratory::result::Shown;
 use host_core::plot::figure::{WIDTH, legend};
 use host_core::plot::ink::{Color, INK, MUTED, PALETTE, channel_mark, stroke};
@@ -10,7 +10,7 @@ use host_core::plot::series::range;
 use host_core::plot::words::shortened;
 use host_core::plot::{At, Canvas, Key, Paint, Shape, Words};
 use host_core::record::{Sample, Trial};
-use host_core::report::draw_bones;
+use host_core::report::{Html, draw_bones, figure};
 use host_core::run::SessionFile;
 use host_core::session::BodySpec;
 
@@ -52,7 +52,7 @@ enum Bound {
 }
 
 /// The limb of each condition's trial; nothing where no joint was measured.
-pub(super) fn section<'a>(rows: &'a Rows<'a>) -> String {
+pub(super) fn section<'a>(rows: &'a Rows<'a>) -> Html {
     let row = |row: &'a Vec<(&'a Shown, Option<&'a Trial>)>| -> Vec<_> {
         let limbs = row.iter();
         limbs
@@ -62,7 +62,7 @@ pub(super) fn section<'a>(rows: &'a Rows<'a>) -> String {
     let rows: Vec<Vec<(&Shown, Option<Limb<'_>>)>> = rows.iter().map(row).collect();
     let all = || rows.iter().flatten().filter_map(|(_, limb)| limb.as_ref());
     let Some(first) = all().next() else {
-        return String::new();
+        return Html::default();
     };
     let columns = rows.iter().map(Vec::len).max().unwrap_or(1);
     let cell = WIDTH / columns as f64;

@@ -2,18 +2,19 @@
 
 use super::tables::{printed, table};
 use crate::laboratory::result::{Outcome, Row};
-use host_core::plot::canvas::escape;
+use host_core::html;
+use host_core::report::Html;
 
 /// A row for each kind of cases that were drawn, and a column for each measure that any has;
 /// nothing where there are no kinds.
-pub(super) fn kinds_table(outcome: &Outcome) -> String {
+pub(super) fn kinds_table(outcome: &Outcome) -> Html {
     let parts = |row: &'_ Row| {
         let (kind, measure) = row.quantity.split_once(": ")?;
         Some((kind.to_owned(), measure.to_owned()))
     };
     let all: Option<Vec<_>> = outcome.rows.iter().map(parts).collect();
     let (Some(all), true) = (all, outcome.declared.drawn.is_some()) else {
-        return String::new();
+        return Html::default();
     };
     let kinds = distinct(all.iter().map(|it| &it.0));
     let measures = distinct(all.iter().map(|it| &it.1));
@@ -29,21 +30,23 @@ pub(super) fn kinds_table(outcome: &Outcome) -> String {
     let rows = kinds.iter().map(|kind| {
         let drawn = cell(kind, measures.first()?).map(|row| row.n)?;
         let values = measures.iter().map(|measure| match cell(kind, measure) {
-            Some(row) => format!("<td>{}</td>", printed(row.ours, &row.unit)),
-            None => "<td>—</td>".to_owned(),
+            Some(row) => html!("<td>{}</td>", printed(row.ours, &row.unit)),
+            None => html!("<td>—</td>"),
         });
-        let values = values.collect::<String>();
+        let values = values.collect::<Html>();
         let kind = kind.split_once('/').map_or("all", |it| it.1);
-        let kind = escape(kind);
-        Some(format!(
-            "<tr><th scope=\"row\">{kind}</th><td>{drawn}</td>{values}</tr>\n"
+        Some(html!(
+            "<tr><th scope=\"row\">{}</th><td>{}</td>{}</tr>\n",
+            kind,
+            drawn,
+            values
         ))
     });
     let heads = measures.iter().map(|measure| {
         let unit = kinds.iter().find_map(|kind| cell(kind, measure));
         match unit.map_or("cases", |row| &row.unit) {
-            "cases" => escape(measure),
-            unit => format!("{}, {unit}", escape(measure)),
+            "cases" => measure.to_string(),
+            unit => format!("{measure}, {unit}"),
         }
     });
     let heads: Vec<_> = ["kind".to_owned(), "drawn".to_owned()]
@@ -52,7 +55,7 @@ pub(super) fn kinds_table(outcome: &Outcome) -> String {
         .collect();
     let heads: Vec<_> = heads.iter().map(String::as_str).collect();
     let table = table(&heads, rows.flatten().collect());
-    format!("<div class=\"wide\">{table}</div>\n")
+    html!("<div class=\"wide\">{}</div>\n", table)
 }
 
 /// Each once, in the order of their first.

@@ -1,32 +1,31 @@
 //! Tables and figures under a paper's own numbers.
 
-use super::figure;
 use super::tables::table;
 use crate::laboratory::sheet::{Along, Band, Bar, Curve, Matrix, Plot, Plots, Sheet, Shows};
-use host_core::plot::canvas::escape;
+use host_core::html;
 use host_core::plot::ink::{Color, GRID, INK, MUTED, PALETTE, stroke};
-use host_core::plot::{Axis, Canvas, Figure, Key, Mark, Paint, Panel, Scale, Shape, Words};
+use host_core::plot::{Axis, Canvas, Figure, Key, Mark, Paint, Panel, Scale, Shape, Svg, Words};
+use host_core::report::{Html, figure};
 
 /// Pixels of a plot's height: of one that stands alone in its row, and of others.
 const ALONE: f64 = 260.0;
 const MULTIPLE: f64 = 170.0;
 
 /// Every sheet, in order, each with what it shows.
-pub(super) fn sheets(all: &[Sheet]) -> String {
+pub(super) fn sheets(all: &[Sheet]) -> Html {
     all.iter().map(sheet).collect()
 }
 
-fn sheet(it: &Sheet) -> String {
-    let caption = escape(&it.caption);
-    let heading = format!("<h3>{}: {}</h3>\n", escape(&it.number), escape(&it.title));
+fn sheet(it: &Sheet) -> Html {
+    let heading = html!("<h3>{}: {}</h3>\n", it.number, it.title);
     let body = match &it.shows {
         Shows::Table(grid) => {
             let row = |row: &Vec<String>| {
                 let cells = row.iter().enumerate().map(|(place, cell)| match place {
-                    0 => format!("<th scope=\"row\">{}</th>", unbroken(cell)),
-                    _ => format!("<td>{}</td>", unbroken(cell)),
+                    0 => html!("<th scope=\"row\">{}</th>", unbroken(cell)),
+                    _ => html!("<td>{}</td>", unbroken(cell)),
                 });
-                format!("<tr>{}</tr>\n", cells.collect::<String>())
+                html!("<tr>{}</tr>\n", cells.collect::<Html>())
             };
             let heads: Vec<String> = grid.heads.iter().map(|it| unbroken(it)).collect();
             let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
@@ -36,7 +35,7 @@ fn sheet(it: &Sheet) -> String {
         Shows::Matrix(matrix) => figure(&shaded(matrix, &it.title), ""),
     };
     // Not within the figure: on a narrow screen that scrolls, and this stays.
-    format!("{heading}{body}<p class=\"note\">{caption}</p>\n")
+    heading + body + html!("<p class=\"note\">{}</p>\n", it.caption)
 }
 
 /// Pixels of a matrix' names to its left, of a cell and of what stands over them.
@@ -45,7 +44,7 @@ const CELL: (f64, f64) = (30.0, 24.0);
 const HEADS: f64 = 24.0;
 
 /// A number in each cell, the darker the larger; rounded so that none is `-0`.
-fn shaded(matrix: &Matrix, description: &str) -> String {
+fn shaded(matrix: &Matrix, description: &str) -> Svg {
     let mut canvas = Canvas::default();
     let all = matrix.rows.iter().flat_map(|(_, cells)| cells);
     let largest = all.fold(0.0_f64, |most, it| most.max(*it)).max(1e-9);
@@ -80,14 +79,14 @@ fn shaded(matrix: &Matrix, description: &str) -> String {
     canvas.svg((right, bottom + HEADS), description)
 }
 
-/// In HTML, a per cent sign beside its number on narrow screens too.
+/// A per cent sign beside its number on narrow screens too.
 fn unbroken(cell: &str) -> String {
-    escape(cell).replace(" %", "\u{a0}%")
+    cell.replace(" %", "\u{a0}%")
 }
 
-fn drawn(plots: &Plots, description: &str) -> String {
+fn drawn(plots: &Plots, description: &str) -> Svg {
     if plots.plots.is_empty() {
-        return String::new();
+        return Svg::default();
     }
     let beside = plots.beside.max(1);
     let height = match beside {
@@ -247,7 +246,7 @@ mod tests {
             "<th scope=\"row\">P &lt; Q</th><td>8.4</td>",
             "<p class=\"note\">Simulated.</p>",
         ] {
-            assert!(page.contains(part), "{part}: {page}");
+            assert!(page.as_str().contains(part), "{part}: {page:?}");
         }
     }
 
@@ -278,6 +277,6 @@ mod tests {
         // Its axis' name stands once, at the left of the row.
         assert_eq!(svg.matches(">torque<").count(), 1);
         assert!(svg.contains("the paper") && svg.contains("isolated"));
-        assert_eq!(drawn(&Plots::default(), ""), "");
+        assert!(drawn(&Plots::default(), "").is_empty());
     }
 }

@@ -1,10 +1,11 @@
 //! The tables of an experiment's page.
 
 use crate::laboratory::result::Outcome;
-use host_core::plot::canvas::escape;
+use host_core::html;
+use host_core::report::Html;
 
 /// A row for each claim, and for each point of a grid.
-pub(super) fn shares_table(outcome: &Outcome) -> String {
+pub(super) fn shares_table(outcome: &Outcome) -> Html {
     let is_grid = outcome.is_grid();
     let rows = outcome.shares.iter().map(|share| {
         let paper = match share.paper {
@@ -19,17 +20,18 @@ pub(super) fn shares_table(outcome: &Outcome) -> String {
                 format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
             });
         let place = if is_grid {
-            format!("<td>{}</td>", escape(&share.at))
+            html!("<td>{}</td>", share.at)
         } else {
-            String::new()
+            Html::default()
         };
-        format!(
-            "<tr><th scope=\"row\">{}</th>{place}<td>{paper}</td><td>{}</td>\
-             <td>{interval}</td><td>{} of {}</td></tr>\n",
-            escape(&share.claim),
+        html!(
+            "<tr><th scope=\"row\">{}</th>{}<td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+            share.claim,
+            place,
+            paper,
             share.percent(),
-            share.holds,
-            share.of
+            interval,
+            format!("{} of {}", share.holds, share.of)
         )
     });
     let place = if is_grid { &["At"][..] } else { &[] };
@@ -43,7 +45,7 @@ pub(super) fn shares_table(outcome: &Outcome) -> String {
 }
 
 /// Rows *paper | ours | interval*; without paper or interval where no row has one.
-pub(super) fn rows_table(outcome: &Outcome) -> String {
+pub(super) fn rows_table(outcome: &Outcome) -> Html {
     let all = &outcome.rows;
     let has_paper = all.iter().any(|row| row.paper.is_some());
     let has_range = all.iter().any(|row| row.low.is_some());
@@ -54,16 +56,17 @@ pub(super) fn rows_table(outcome: &Outcome) -> String {
             || "—".to_owned(),
             |(low, high)| format!("{} to {}", digits(low), digits(high)),
         );
-        let cells = [Some(escape(&row.unit)), paper];
+        let cells = [Some(row.unit.clone()), paper];
         let ours = [
             Some(printed(row.ours, &row.unit)),
             has_range.then_some(range),
         ];
         let cells = cells.into_iter().chain(ours).flatten();
-        let cells: String = cells.map(|cell| format!("<td>{cell}</td>")).collect();
-        format!(
-            "<tr><th scope=\"row\">{}</th>{cells}<td>{}</td></tr>\n",
-            escape(&row.quantity),
+        let cells: Html = cells.map(|cell| html!("<td>{}</td>", cell)).collect();
+        html!(
+            "<tr><th scope=\"row\">{}</th>{}<td>{}</td></tr>\n",
+            row.quantity,
+            cells,
             row.n
         )
     });
@@ -87,16 +90,19 @@ pub(super) fn printed(value: Option<f64>, unit: &str) -> String {
     }
 }
 
-pub(super) fn table(heads: &[&str], rows: String) -> String {
-    let heads = heads
+/// A table of these rows, under heads that are text; nothing without a row.
+pub(super) fn table(heads: &[&str], rows: Html) -> Html {
+    let heads: Html = heads
         .iter()
-        .map(|head| format!("<th scope=\"col\">{head}</th>"))
-        .collect::<String>();
+        .map(|head| html!("<th scope=\"col\">{}</th>", head))
+        .collect();
     match rows.is_empty() {
         true => rows,
-        false => {
-            format!("<table><thead><tr>{heads}</tr></thead><tbody>\n{rows}</tbody></table>\n")
-        }
+        false => html!(
+            "<table><thead><tr>{}</tr></thead><tbody>\n{}</tbody></table>\n",
+            heads,
+            rows
+        ),
     }
 }
 

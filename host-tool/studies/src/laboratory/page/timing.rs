@@ -1,9 +1,9 @@
 //! The pulses of one period, as they were put out.
 
-use super::{Rows, figure, shown};
-use host_core::plot::canvas::escape;
+use super::{Rows, shown};
+use host_core::html;
 use host_core::record::{State, Trial};
-use host_core::report::edges_figure;
+use host_core::report::{Html, edges_figure, figure};
 
 /// Moments, channels and states of a period's edges; their amplitudes left out.
 fn pattern(trial: &Trial) -> impl Iterator<Item = (u64, u8, State)> {
@@ -13,7 +13,7 @@ fn pattern(trial: &Trial) -> impl Iterator<Item = (u64, u8, State)> {
 
 /// A drawing for each pattern that is another one's, with the conditions that have
 /// it; why there is none, where no edge is recorded.
-pub(super) fn section(rows: &Rows<'_>) -> String {
+pub(super) fn section(rows: &Rows<'_>) -> Html {
     let mut patterns: Vec<Vec<&Trial>> = Vec::new();
     let (mut silent, mut unseen) = (Vec::new(), Vec::new());
     for (_, trial) in shown(rows) {
@@ -30,27 +30,28 @@ pub(super) fn section(rows: &Rows<'_>) -> String {
         }
     }
     let note = |what: &str, of: &[&Trial]| match of {
-        [] => String::new(),
-        all => format!("<p class=\"note\">{what}: {}.</p>\n", names(all)),
+        [] => Html::default(),
+        all => html!("<p class=\"note\">{}: {}.</p>\n", what, names(all)),
     };
-    let drawn: String = patterns.iter().map(|alike| drawing(alike)).collect();
+    let drawn: Html = patterns.iter().map(|alike| drawing(alike)).collect();
     let drawn = match drawn.is_empty() {
         true => drawn,
-        false => format!("<div class=\"edges\">\n{drawn}</div>\n"),
+        false => html!("<div class=\"edges\">\n{}</div>\n", drawn),
     };
     if rows.is_empty() {
-        return "<p class=\"note\">No trial was recorded here, so no edge of a pulse is known; \
+        return html!(
+            "<p class=\"note\">No trial was recorded here, so no edge of a pulse is known; \
                 <code>flexor experiment</code> records trials.</p>\n"
-            .to_owned();
+        );
     }
     drawn
-        + &note("No pulse after the middle of the trial", &silent)
-        + &note("Nobody saw the outputs, as of every board", &unseen)
+        + note("No pulse after the middle of the trial", &silent)
+        + note("Nobody saw the outputs, as of every board", &unseen)
 }
 
-fn drawing(alike: &[&Trial]) -> String {
+fn drawing(alike: &[&Trial]) -> Html {
     let Some((first, others)) = alike.split_first() else {
-        return String::new();
+        return Html::default();
     };
     let more = match others {
         [] => String::new(),
@@ -63,13 +64,13 @@ fn drawing(alike: &[&Trial]) -> String {
         "One period: the first from the middle of the trial on in which most channels play.{more}"
     );
     let heading = match others.len() {
-        0 => escape(&first.name),
-        n => format!("{}, and {n} like it", escape(&first.name)),
+        0 => first.name.clone(),
+        n => format!("{}, and {n} like it", first.name),
     };
-    format!("<h3>{heading}</h3>\n") + &figure(&edges_figure(first, others), &caption)
+    html!("<h3>{}</h3>\n", heading) + figure(&edges_figure(first, others), &caption)
 }
 
 fn names(trials: &[&Trial]) -> String {
-    let names: Vec<String> = trials.iter().map(|it| escape(&it.name)).collect();
+    let names: Vec<String> = trials.iter().map(|it| it.name.clone()).collect();
     names.join("; ")
 }

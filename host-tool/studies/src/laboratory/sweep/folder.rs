@@ -4,6 +4,7 @@
 use super::Sweep;
 use super::drawing::Drawing;
 use crate::laboratory::error::LaboratoryError;
+use hal_sim::input;
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Write};
@@ -31,7 +32,7 @@ impl Folder {
         fs::create_dir_all(dir).map_err(failed(dir))?;
         refuse_other(dir, sweep)?;
         let rows = dir.join("draws.csv");
-        let (known, text) = match about(dir).is_file() && rows.is_file() {
+        let (known, text) = match about(dir).exists() && rows.exists() {
             true => whole_rows(&rows, sweep, drawing)?,
             false => (BTreeMap::new(), header(drawing)),
         };
@@ -75,7 +76,7 @@ pub(super) fn refuse_other(dir: &Path, sweep: &Sweep) -> Result<(), LaboratoryEr
             wanted,
         })
     };
-    if about(dir).is_file() {
+    if about(dir).exists() {
         let found = about_of(dir)?;
         let (there, here) = (found.in_words(), sweep.in_words());
         return match found == *sweep {
@@ -123,7 +124,7 @@ pub(super) fn about(dir: &Path) -> PathBuf {
 /// What the sweep in `dir` is.
 pub(super) fn about_of(dir: &Path) -> Result<Sweep, LaboratoryError> {
     let path = about(dir);
-    let text = fs::read_to_string(&path).map_err(failed(&path))?;
+    let text = input::read_text(&path, input::LONGEST_DOCUMENT).map_err(failed(&path))?;
     serde_json::from_str(&text).map_err(|error| LaboratoryError::Damaged {
         file: path.display().to_string(),
         reason: format!("{error}; begin the sweep anew in another folder"),
@@ -168,10 +169,11 @@ fn whole_rows<D: Drawing>(
         file: path.display().to_string(),
         reason,
     };
-    let text = fs::read_to_string(path).map_err(|error| match error.kind() {
-        ErrorKind::InvalidData => damaged("it is no text".to_owned()),
-        _ => failed(path)(error),
-    })?;
+    let text =
+        input::read_text(path, input::LONGEST_TABLE).map_err(|error| match error.kind() {
+            ErrorKind::InvalidData => damaged("it is no text".to_owned()),
+            _ => failed(path)(error),
+        })?;
     let head = header(drawing);
     let Some(body) = text.strip_prefix(&head) else {
         return Err(damaged(

@@ -1,0 +1,183 @@
+//! Files that somebody names to be read: regular ones, up to a length.
+//!
+//! A pipe would be waited for without end, and a device read until the memory is full;
+//! opening some devices already does something.
+
+use std::fs::{File, FileType};
+use std::io::{self, Read};
+use std::path::Path;
+
+/// Longest file of a person's hand, bytes: a session, a wearer, a declaration, answers.
+pub const LONGEST_TYPED: u64 = 1 << 20;
+/// Longest document that the program writes and reads as a whole, bytes: the parts of a
+/// record but its tables, journals, an image.
+pub const LONGEST_DOCUMENT: u64 = 256 << 20;
+/// Longest table of a record or a sweep, bytes: samples of a day are a third of it.
+pub const LONGEST_TABLE: u64 = 4 << 30;
+
+/// Bytes looked at before more are read.
+const PART: u64 = 1 << 20;
+
+/// Opens the regular file at `path`, or what it links to.
+///
+/// # Errors
+/// It is none (`InvalidInput`), or cannot be opened.
+pub fn open(path: &Path) -> io::Result<File> {
+    is_regular(path.metadata()?.file_type())?;
+    let file = File::open(path)?;
+    // Another may lie there since.
+    is_regular(file.metadata()?.file_type())?;
+    Ok(file)
+}
+
+/// That `path` may be opened to be written on: a regular file is there, or nothing.
+///
+/// # Errors
+/// Something else is (`InvalidInput`).
+pub fn may_go_on(path: &Path) -> io::Result<()> {
+    path.metadata()
+        .map_or(Ok(()), |it| is_regular(it.file_type()))
+}
+
+/// The bytes of the regular file at `path`, at most `longest`.
+///
+/// # Errors
+/// As [`open`]; it is longer (`FileTooLarge`).
+pub fn read(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    take(&open(path)?, longest, &mut bytes)?;
+    Ok(bytes)
+}
+
+/// The text of the regular file at `path`, at most `longest` bytes.
+///
+/// # Errors
+/// As [`read`]; it is no UTF-8, or has a zero byte (`InvalidData`): a table of zeros is
+/// not read to its end.
+pub fn read_text(path: &Path, longest: u64) -> io::Result<String> {
+    let (file, mut bytes) = (open(path)?, Vec::new());
+    take(&file, PART.min(longest), &mut bytes).or_else(|why| match why.kind() {
+        io::ErrorKind::FileTooLarge if longest > PART => Ok(()),
+        _ => Err(why),
+    })?;
+    if bytes.contains(&0) {
+        let why = "it has a zero byte, and so is no text";
+        return Err(io::Error::new(io::ErrorKind::InvalidData, why));
+    }
+    take(&file, longest, &mut bytes)?;
+    String::from_utf8(bytes).map_err(|_| {
+        let why = "it is no text (UTF-8)";
+        io::Error::new(io::ErrorKind::InvalidData, why)
+    })
+}
+
+/// Adds the rest of `file` to `bytes`, which are at most `longest` then.
+fn take(mut file: &File, longest: u64, bytes: &mut Vec<u8>) -> io::Result<()> {
+    let room = longest.saturating_sub(bytes.len() as u64);
+    file.by_ref().take(room + 1).read_to_end(bytes)?;
+    if bytes.len() as u64 > longest {
+        let why = match longest {
+            ..0x10_0000 => format!("longer than {longest} bytes"),
+            _ => format!("more than {} MiB; no such file is that long", longest >> 20),
+        };
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, why));
+    }
+    Ok(())
+}
+
+fn is_regular(kind: FileType) -> io::Result<()> {
+    if kind.is_file() {
+        return Ok(());
+    }
+    let is = if kind.is_dir() {
+        "a folder"
+    } else {
+        special(kind)
+    };
+    let why = format!("it is {is}, and no regular file");
+    Err(io::Error::new(io::ErrorKind::InvalidInput, why))
+}
+
+#[cfg(unix)]
+fn special(kind: FileType) -> &'static str {
+    use std::os::unix::fs::FileTypeExt;
+    match () {
+        () if kind.is_fifo() => "a pipe",
+        () if kind.is_socket() => "a socket",
+        () => "a device",
+    }
+}
+
+#[cfg(not(unix))]
+fn special(_: FileType) -> &'static str {
+    "a device"
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::io::ErrorKind;
+
+    fn folder(name: &str) -> std::path::PathBuf {
+        let dir = std::env::temp_dir().join(format!("flexor-input-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&dir);
+        std::fs::create_dir_all(&dir).unwrap();
+        dir
+    }
+
+    #[test]
+    fn what_is_no_regular_file_is_refused_by_its_kind() {
+        let dir = folder("kinds");
+        let pipe = dir.join("pipe");
+        nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
+        let socket = dir.join("socket");
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+        let link = dir.join("link");
+        std::os::unix::fs::symlink(&pipe, &link).unwrap();
+        for (path, is) in [
+            (&*pipe, "a pipe"),
+            (&*socket, "a socket"),
+            (&*link, "a pipe"),
+            (&*dir, "a folder"),
+            (Path::new("/dev/zero"), "a device"),
+        ] {
+            let why = read(path, 9).unwrap_err();
+            assert_eq!(why.kind(), ErrorKind::InvalidInput, "{is}");
+            assert_eq!(why.to_string(), format!("it is {is}, and no regular file"));
+        }
+        std::fs::remove_dir_all(&dir).unwrap();
+    }
+
+    #[test]
+    fn a_file_is_read_up_to_its_longest_length_and_no_further() {
+        let dir = folder("lengths");
+        let path = dir.join("file");
+        std::fs::write(&path, "0123456789").unwrap();
+        assert_eq!(read_text(&path, 10).unwrap(), "0123456789");
+        assert_eq!(read(&path, 9).unwrap_err().kind(), ErrorKind::FileTooLarge);
+        let long = "x".repeat(PART as usize + 3);
+        std::fs::write(&path, &long).unwrap();
+        assert_eq!(read_text(&path, PART + 3).unwrap(), long);
+        assert_eq!(
+            read_text(&path, PART + 2).unwrap_err().kind(),
+            ErrorKind::FileTooLarge
+        );
+        // A hole of a terabyte: of zeros, which no table has.
+        std::fs::File::create(&path)
+            .unwrap()
+            .set_len(1 << 40)
+            .unwrap();
+        for (longest, kind) in [
+            (LONGEST_TYPED, ErrorKind::FileTooLarge),
+            (LONGEST_TABLE, ErrorKind::InvalidData),
+        ] {
+            assert_eq!(read_text(&path, longest).unwrap_err().kind(), kind);
+        }
+        std::fs::write(&path, b"\xff\xfe").unwrap();
+        assert_eq!(
+            read_text(&path, 9).unwrap_err().kind(),
+            ErrorKind::InvalidData
+        );
+        std::fs::remove_dir_all(&dir).unwrap();
+    }
+}

@@ -1,0 +1,157 @@
+//! Markup of a page, into which text gets escaped only.
+
+use crate::plot::canvas::{Svg, escape};
+use std::borrow::Cow;
+use std::fmt;
+use std::ops::{Add, AddAssign};
+
+/// Markup as it stands in a page.
+///
+/// It is made of the program's own literals with [`html!`](crate::html), of figures, and
+/// of text, which is escaped on the way: no `String` becomes markup as it is.
+#[derive(Clone, PartialEq, Eq, Default, Debug)]
+pub struct Html(String);
+
+/// What fills a place of [`html!`](crate::html).
+pub trait Piece {
+    /// It as markup: text escaped, markup as it is.
+    fn markup(&self) -> Cow<'_, str>;
+}
+
+/// Markup in which each `{}` is a [`Piece`]. Its literal captures no variables: each
+/// would stand there unescaped.
+#[macro_export]
+macro_rules! html {
+    ($form:literal $(, $piece:expr)* $(,)?) => {
+        $crate::report::Html::filled(::core::format_args!(
+            ::core::concat!($form)
+            $(, $crate::report::Piece::markup(&$piece))*
+        ))
+    };
+}
+
+impl Html {
+    /// A literal of [`html!`](crate::html) with its pieces; not to be called otherwise.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn filled(parts: fmt::Arguments<'_>) -> Self {
+        Self(parts.to_string())
+    }
+
+    /// Text as markup.
+    #[must_use]
+    pub fn text(text: &str) -> Self {
+        Self(escape(text))
+    }
+
+    /// Whether there is nothing.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The markup.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// These with `separator`, a text, between them.
+    #[must_use]
+    pub fn joined(parts: impl IntoIterator<Item = Self>, separator: &str) -> Self {
+        let parts: Vec<String> = parts.into_iter().map(|part| part.0).collect();
+        Self(parts.join(&escape(separator)))
+    }
+}
+
+impl Piece for str {
+    fn markup(&self) -> Cow<'_, str> {
+        Cow::Owned(escape(self))
+    }
+}
+
+impl Piece for String {
+    fn markup(&self) -> Cow<'_, str> {
+        self.as_str().markup()
+    }
+}
+
+impl Piece for Html {
+    fn markup(&self) -> Cow<'_, str> {
+        Cow::Borrowed(&self.0)
+    }
+}
+
+impl Piece for Svg {
+    fn markup(&self) -> Cow<'_, str> {
+        Cow::Borrowed(self)
+    }
+}
+
+impl<T: Piece + ?Sized> Piece for &T {
+    fn markup(&self) -> Cow<'_, str> {
+        (**self).markup()
+    }
+}
+
+macro_rules! numbers {
+    ($($number:ty)*) => {
+        $(impl Piece for $number {
+            fn markup(&self) -> Cow<'_, str> {
+                Cow::Owned(self.to_string())
+            }
+        })*
+    };
+}
+
+numbers! { u8 u64 usize }
+
+impl From<&str> for Html {
+    fn from(text: &str) -> Self {
+        Self::text(text)
+    }
+}
+
+impl From<String> for Html {
+    fn from(text: String) -> Self {
+        Self::text(&text)
+    }
+}
+
+impl Add for Html {
+    type Output = Self;
+
+    fn add(mut self, other: Self) -> Self {
+        self += other;
+        self
+    }
+}
+
+impl AddAssign for Html {
+    fn add_assign(&mut self, other: Self) {
+        self.0.push_str(&other.0);
+    }
+}
+
+impl FromIterator<Html> for Html {
+    fn from_iter<I: IntoIterator<Item = Html>>(parts: I) -> Self {
+        Self(parts.into_iter().map(|part| part.0).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EVIL: &str = "\"><img src=x onerror=alert(1)>&";
+
+    #[test]
+    fn text_is_escaped_once_and_markup_is_not() {
+        let cell = html!("<td>{}</td>", EVIL);
+        let row = html!("<tr>{}{}</tr>", cell, Html::from(EVIL.to_owned()));
+        let text = "&quot;&gt;&lt;img src=x onerror=alert(1)&gt;&amp;";
+        assert_eq!(row.as_str(), format!("<tr><td>{text}</td>{text}</tr>"));
+        let both = Html::joined([Html::text("a"), html!("<b>{}</b>", 7_u64)], " < ");
+        assert_eq!(both.as_str(), "a &lt; <b>7</b>");
+    }
+}

@@ -1,0 +1,104 @@
+//! Channels that a session configures, and that never receive an amplitude.
+
+use firmware::control::JointSpec;
+use firmware::haptics::{ModulationSpec, WallSpec};
+use firmware::safety::Stimulus;
+use firmware::units::Amplitude;
+
+use super::{BodySpec, Channel, Course, Session};
+
+/// Notes of each such channel what the session does with it: nothing.
+pub(super) fn note(session: &mut Session) {
+    let silent = session.channels.iter();
+    let silent = silent.filter(|it| !is_driven(session, it.index()) && !is_meant(session, it));
+    let notes: Vec<String> = silent
+        .map(|channel| {
+            let (number, zero) = (channel.number, channel.display(Amplitude::ZERO));
+            format!(
+                "channel {number}: it is configured and never receives an amplitude: it stays at \
+                 {zero}; name it in `[setpoints]` or in what controls it, or leave it out"
+            )
+        })
+        .collect();
+    session.notes.extend(notes);
+}
+
+/// Whether the file says that a channel is to stay at 0: a partner in a group whose value is
+/// 0, one for the lists of a live client, a muscle of a simulated elbow, which has two.
+fn is_meant(session: &Session, channel: &Channel) -> bool {
+    let index = channel.index();
+    let mut groups = session.groups.iter();
+    let is_partner = groups.any(|group| group.members & (1 << index) != 0);
+    let is_zero = constant(session).iter().any(|(own, _)| *own == index);
+    let is_muscle = match &session.body {
+        Some(BodySpec::Elbow(elbow)) => {
+            [elbow.triceps.channel, elbow.biceps.channel].contains(&usize::from(index))
+        }
+        _ => false,
+    };
+    (is_partner && is_zero) || channel.spec.train.lists || is_muscle
+}
+
+/// Amplitudes that stay, by channel on the link.
+fn constant(session: &Session) -> &[(u8, Stimulus)] {
+    match &session.setpoints.course {
+        Course::Amplitudes(values) => values,
+        _ => &session.setpoints.beside,
+    }
+}
+
+/// Whether anything of the session may ever ask for more than 0 on a channel on the link
+/// (0–9), a live client within its bounds included.
+fn is_driven(session: &Session, channel: u8) -> bool {
+    let setpoints = &session.setpoints;
+    let joint = session.joint.iter().flat_map(JointSpec::points);
+    let wall = session.wall.iter().flat_map(WallSpec::demands);
+    let bounds = setpoints.bounds.iter();
+    joint.map(|it| it.channel).any(|it| it == channel)
+        || wall.into_iter().any(|it| is_more(it.0, it.1, channel))
+        || is_held(session, channel)
+        || is_recruited(session, channel)
+        || is_streamed(session, channel)
+        || bounds.map(|it| it.channel).any(|it| it == channel)
+}
+
+fn is_more(own: u8, most: Amplitude, channel: u8) -> bool {
+    own == channel && most > Amplitude::ZERO
+}
+
+/// By a modulated joint, once an object is held.
+fn is_held(session: &Session, channel: u8) -> bool {
+    let joints = session.modulations.iter();
+    let demands = joints.flat_map(|joint| ModulationSpec::demands(&joint.spec));
+    let is_grabbed = match &session.setpoints.course {
+        Course::Held(points) => points.iter().any(|(_, is_held)| *is_held),
+        _ => false,
+    };
+    is_grabbed && demands.into_iter().any(|it| is_more(it.0, it.1, channel))
+}
+
+/// By the arm, for a force at the hand.
+fn is_recruited(session: &Session, channel: u8) -> bool {
+    let lines = session.limb.iter().flat_map(|limb| &limb.lines);
+    let is_wanted = match &session.setpoints.course {
+        Course::Wrench(course) => course.0.iter().any(|(_, force_mn)| *force_mn != [0; 3]),
+        _ => false,
+    };
+    is_wanted && lines.into_iter().any(|line| line.channel == channel)
+}
+
+/// By the host: an amplitude, a force, or a list of pulses.
+fn is_streamed(session: &Session, channel: u8) -> bool {
+    let setpoints = &session.setpoints;
+    let most = match &setpoints.course {
+        Course::Stimulus(own, course) if *own == channel => {
+            let peaks = course.peaks().into_iter();
+            peaks.map(|(_, it)| it.amplitude.get()).max()
+        }
+        _ => setpoints.extremes(channel).map(|(_, most)| most),
+    };
+    let lists = setpoints.lists.iter().map(|(_, list)| list);
+    let own = lists.filter(|list| list.channel == channel);
+    let listed = own.flat_map(|list| list.pulses.iter().map(|it| it.amplitude.get()));
+    most.max(listed.max()) > Some(0)
+}

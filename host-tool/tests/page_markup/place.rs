@@ -1,0 +1,57 @@
+//! Strings and keys of a JSON document.
+
+use serde_json::Value;
+
+/// Where something stands in a document: keys and places, the last one a key itself.
+#[derive(Clone, Debug)]
+pub struct Place {
+    pub way: Vec<String>,
+    pub is_key: bool,
+}
+
+/// Every string and key of `value`, which stands at `way`.
+pub fn places(value: &Value, way: &[String], all: &mut Vec<Place>) {
+    let below = |name: String| [way, &[name]].concat();
+    match value {
+        Value::String(_) => all.push(Place {
+            way: way.to_vec(),
+            is_key: false,
+        }),
+        Value::Array(items) => {
+            for (at, item) in items.iter().enumerate() {
+                places(item, &below(at.to_string()), all);
+            }
+        }
+        Value::Object(items) => {
+            for (name, item) in items {
+                let way = below(name.clone());
+                places(item, &way, all);
+                all.push(Place { way, is_key: true });
+            }
+        }
+        _ => {}
+    }
+}
+
+/// The document with this after what stands at the place.
+pub fn lengthened(document: &Value, place: &Place, more: &str) -> Value {
+    let mut whole = document.clone();
+    let (last, way) = place.way.split_last().unwrap();
+    let pointer: String = way.iter().map(|it| format!("/{}", escaped(it))).collect();
+    let parent = whole.pointer_mut(&pointer).unwrap();
+    match (parent, place.is_key) {
+        (Value::Object(items), true) => {
+            let value = items.remove(last).unwrap();
+            items.insert(format!("{last}{more}"), value);
+        }
+        (parent, _) => {
+            let own = parent.pointer_mut(&format!("/{}", escaped(last))).unwrap();
+            *own = format!("{}{more}", own.as_str().unwrap()).into();
+        }
+    }
+    whole
+}
+
+fn escaped(name: &str) -> String {
+    name.replace('~', "~0").replace('/', "~1")
+}
