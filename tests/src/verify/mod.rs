@@ -12,6 +12,7 @@ mod arguments;
 mod budget;
 mod command;
 mod console;
+mod fresh;
 mod image;
 mod report;
 mod rules;
@@ -45,6 +46,7 @@ const STEPS: &[(&str, Run)] = &[
     ("images", image::build),
     ("budgets", |at, _| budget::run(at)),
     ("tests", suite::run),
+    ("fresh", fresh::run),
     ("readme", readme),
 ];
 
