@@ -5,7 +5,9 @@ use super::{Output, interrupt, wrong};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
 use firmware::link::{Code, Refusal, Response, encode};
-use hal_sim::wire::{ByteStream, pty::PtyWire, tcp::TcpWire};
+#[cfg(unix)]
+use hal_sim::wire::pty::PtyWire;
+use hal_sim::wire::{ByteStream, tcp::TcpWire};
 use hal_sim::world::World;
 use host_core::link::Port;
 use host_core::run::{DeviceName, SessionFile};
@@ -50,12 +52,18 @@ impl Serve {
     /// The wire to clients, and its place in words. A client may connect at once.
     fn wire(&self) -> anyhow::Result<(Box<dyn ByteStream>, String)> {
         match (&self.pty, &self.tcp) {
+            #[cfg(unix)]
             (Some(path), _) => {
                 let wire = PtyWire::open(path).with_context(|| {
                     format!("cannot open a pseudo-terminal at {}", path.display())
                 })?;
                 Ok((Box::new(wire), path.display().to_string()))
             }
+            #[cfg(not(unix))]
+            (Some(path), _) => bail!(
+                "cannot open a pseudo-terminal at {}: this system has none; serve with --tcp",
+                path.display()
+            ),
             (None, Some(address)) => {
                 let cannot = || format!("cannot listen at {address}");
                 let places: Vec<SocketAddr> =

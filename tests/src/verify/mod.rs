@@ -6,7 +6,7 @@
 //! In: the working tree, and names of steps to run only those, or how long to
 //! search with fresh seeds.
 //! Out: lines for people; exit code 0 (all passed), 1 (something failed) or
-//! 2 (asked for what there is not); as the last line `N passed, N failed`.
+//! 2 (asked for what there is not); as the last line `N passed, N failed[, N skipped]`.
 
 mod arguments;
 mod budget;
@@ -19,6 +19,7 @@ mod rules;
 mod setup;
 mod soak;
 mod suite;
+mod windows;
 
 use arguments::Wanted;
 use command::cargo;
@@ -42,6 +43,7 @@ const STEPS: &[(&str, Run)] = &[
     ("rules", |at, _| rules::run(&at.root)),
     ("format", format),
     ("lints", lints),
+    ("windows", windows::run),
     ("image-lints", image::lint),
     ("images", image::build),
     ("budgets", |at, _| budget::run(at)),
@@ -135,10 +137,12 @@ fn close(done: &mut [(&str, Duration, Report)], total: Duration) -> ExitCode {
     if total > WHOLE_RUN {
         println!("note: longer than the {} it may take", seconds(WHOLE_RUN));
     }
-    let passed: u32 = done.iter().map(|(_, _, report)| report.passed).sum();
-    let failed: u32 = done.iter().map(|(_, _, report)| report.failed).sum();
-    println!("{passed} passed, {failed} failed");
-    ExitCode::from(u8::from(failed > 0))
+    let mut whole = Report::default();
+    for (_, _, report) in done.iter_mut() {
+        whole.add(std::mem::take(report));
+    }
+    println!("{}", whole.counts());
+    ExitCode::from(u8::from(whole.failed > 0))
 }
 
 /// The whole workspace, and the fuzz targets, which are a workspace of their
