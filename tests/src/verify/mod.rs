@@ -18,6 +18,7 @@ mod report;
 mod rules;
 mod setup;
 mod soak;
+mod stalled;
 mod suite;
 mod windows;
 
@@ -52,6 +53,9 @@ const STEPS: &[(&str, Run)] = &[
     ("readme", readme),
 ];
 
+/// Steps that run only by name.
+const BY_NAME: &[(&str, Run)] = &[("stalled", stalled::run)];
+
 /// Where things are.
 #[derive(Debug)]
 struct Workspace {
@@ -76,7 +80,8 @@ impl Workspace {
 /// Does what the words after `cargo verify` ask for.
 #[must_use]
 pub fn main(words: &[String]) -> ExitCode {
-    let names: Vec<_> = STEPS.iter().map(|(name, _)| *name).collect();
+    let steps = STEPS.iter().chain(BY_NAME);
+    let names: Vec<_> = steps.map(|(name, _)| *name).collect();
     let wanted = match arguments::parse(words, &names) {
         Ok(wanted) => wanted,
         Err(problem) => {
@@ -107,10 +112,14 @@ fn verify(workspace: &Workspace, wanted: &[String]) -> ExitCode {
     let begin = Instant::now();
     let mut console = Console::new();
     let mut done = Vec::new();
-    let steps: Vec<_> = STEPS
-        .iter()
-        .filter(|(name, _)| wanted.is_empty() || wanted.iter().any(|w| w == name))
-        .collect();
+    let steps: Vec<_> = match wanted.is_empty() {
+        true => STEPS.iter().collect(),
+        false => {
+            let all = STEPS.iter().chain(BY_NAME);
+            all.filter(|(name, _)| wanted.iter().any(|w| w == name))
+                .collect()
+        }
+    };
     for (index, (name, run)) in steps.iter().enumerate() {
         console.begin(&format!("[{}/{}] {name}", index + 1, steps.len()));
         let since = Instant::now();
