@@ -1,12 +1,13 @@
 //! `flexor calibrate` as people and programs start it.
 
 use crate::calibrate_lines;
-use crate::program::{Said, folder, ran, said, written};
+use crate::program::{Board, Said, folder, ran, said, written};
+use crate::steady::steadily;
 use std::io::{BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout};
 
-const PLAN: &str = "wearer = \"W01\"
+pub const PLAN: &str = "wearer = \"W01\"
 [limits]
 max_current_ma = 30.0
 [[electrode]]
@@ -21,7 +22,7 @@ fn calibrate(folder: &Path, more: &[&str]) -> Said {
     ran(folder, &words)
 }
 
-fn read(folder: &Path, name: &str) -> String {
+pub fn read(folder: &Path, name: &str) -> String {
     std::fs::read_to_string(folder.join(name)).unwrap()
 }
 
@@ -37,7 +38,7 @@ fn a_plan_becomes_a_wearer_file_and_only_its_owner_goes_on() {
         (&"done".into(), &1.into())
     );
     let file = read(&folder, "w.toml");
-    assert!(file.contains("motor_threshold = ") && file.contains("host_timeout_ms = 40"));
+    assert!(file.contains("motor_threshold = ") && file.contains("host_timeout_ms = 100"));
     let refused = |more: &[&str], number: &str, what: &str| {
         let (exit, told, error) = calibrate(&folder, more);
         assert_eq!(exit, Some(1), "{told}{error}");
@@ -121,18 +122,18 @@ fn every_mistake_of_a_plan_is_told_at_once_before_a_device_is_touched() {
     }
     let beyond = PLAN.replace(
         "max_current_ma = 30.0",
-        "max_current_ma = 20.0\nhost_timeout_ms = 100",
+        "max_current_ma = 20.0\nhost_timeout_ms = 101",
     );
     written(&folder, "plan.toml", &beyond);
     let (_, _, error) = calibrate(&folder, &["--out", "w.toml"]);
     assert!(
-        error.contains("E670") && error.contains("needs 40 or less"),
+        error.contains("E670") && error.contains("needs 100 or less"),
         "{error}"
     );
     written(
         &folder,
         "plan.toml",
-        beyond.replace("\nhost_timeout_ms = 100", ""),
+        beyond.replace("\nhost_timeout_ms = 101", ""),
     );
     let (_, _, error) = calibrate(&folder, &["--out", "w.toml"]);
     assert!(error.contains("E670") && error.contains("24 mA"), "{error}");
@@ -230,8 +231,8 @@ fn a_level_changed_in_the_journal_is_no_limit() {
 }
 
 /// The program, driven by lines.
-struct Driven {
-    process: Child,
+pub struct Driven {
+    pub process: Child,
     orders: Option<ChildStdin>,
     lines: BufReader<ChildStdout>,
 }
@@ -241,7 +242,7 @@ impl Driven {
         Self::start_on(folder, &[])
     }
 
-    fn start_on(folder: &Path, more: &[&str]) -> Self {
+    pub fn start_on(folder: &Path, more: &[&str]) -> Self {
         let mut process = calibrate_lines::driven(folder, more);
         let orders = process.stdin.take();
         let lines = BufReader::new(process.stdout.take().unwrap());
@@ -252,20 +253,20 @@ impl Driven {
         }
     }
 
-    fn order(&mut self, line: &str) {
+    pub fn order(&mut self, line: &str) {
         writeln!(self.orders.as_mut().unwrap(), "{line}").unwrap();
     }
 
     /// The next line of which this is so.
-    fn next(&mut self, is: impl Fn(&serde_json::Value) -> bool) -> serde_json::Value {
+    pub fn next(&mut self, is: impl Fn(&serde_json::Value) -> bool) -> serde_json::Value {
         calibrate_lines::next(&mut self.lines, is)
     }
 
-    fn ready(&mut self) -> serde_json::Value {
+    pub fn ready(&mut self) -> serde_json::Value {
         self.next(|it| it["event"] == "view" && it["phase"] == "ready" && it["question"].is_null())
     }
 
-    fn ended(mut self) -> Said {
+    pub fn ended(mut self) -> Said {
         drop(self.orders.take());
         let mut rest = String::new();
         std::io::Read::read_to_string(&mut self.lines, &mut rest).unwrap();
@@ -276,6 +277,12 @@ impl Driven {
 
 #[test]
 fn another_program_orders_by_lines_and_nonsense_changes_nothing() {
+    let name = "another_program_orders_by_lines_and_nonsense_changes_nothing";
+    steadily(name, order_by_lines);
+}
+
+/// The second raise comes within the second that the first one is given.
+fn order_by_lines() {
     let folder = folder("calibrate_lines");
     written(&folder, "plan.toml", PLAN);
     let mut driven = Driven::start(&folder);
@@ -360,7 +367,7 @@ fn an_input_that_ends_and_a_signal_end_it_with_the_journal_whole() {
 fn a_board_behind_a_port_is_ordered_by_lines_until_it_is_lost() {
     let folder = folder("calibrate_port");
     written(&folder, "plan.toml", PLAN);
-    let board = crate::program::Board::tcp(&folder);
+    let board = Board::tcp(&folder);
     let at = board.at.clone();
     let mut driven = Driven::start_on(&folder, &["--device", &at]);
     let view = driven.ready();

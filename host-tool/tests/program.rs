@@ -79,7 +79,8 @@ pub fn repeats(folder: &Path, out: &str) {
     );
 }
 
-/// A simulated board in a process of its own, killed when dropped.
+/// A simulated board in a process of its own, killed when dropped. Its time waits for its
+/// host: no stall of this computer becomes a silence.
 pub struct Board {
     process: Child,
     /// As `--device` names it.
@@ -88,7 +89,17 @@ pub struct Board {
 
 impl Board {
     pub fn serve(folder: &Path, wire: &[&str]) -> Self {
-        let mut command = flexor(folder, &["--json", "serve", "--seconds", "60"]);
+        Self::start(folder, &[wire, &["--wait-for-host"]].concat())
+    }
+
+    /// One whose time waits for nobody.
+    #[cfg(unix)]
+    pub fn in_real_time(folder: &Path) -> Self {
+        Self::start(folder, &["--tcp", "127.0.0.1:0"])
+    }
+
+    fn start(folder: &Path, wire: &[&str]) -> Self {
+        let mut command = flexor(folder, &["--json", "serve", "--seconds", "600"]);
         let mut process = command.args(wire).stdout(Stdio::piped()).spawn().unwrap();
         let mut line = String::new();
         let stdout = process.stdout.take().unwrap();

@@ -11,6 +11,8 @@ mod calibrate_lines;
 #[cfg(unix)]
 mod calibrate_orders;
 #[cfg(unix)]
+mod calibrate_stalled;
+#[cfg(unix)]
 mod calibrate_terminal;
 mod calibration_frame;
 #[cfg(unix)]
@@ -54,5 +56,6 @@ mod search_cli;
 #[cfg(unix)]
 mod seated;
 mod serve;
+mod steady;
 mod trigger;
 mod two_points_cli;

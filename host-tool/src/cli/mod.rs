@@ -18,6 +18,7 @@ mod explain_model;
 mod faults;
 mod hamana;
 mod interrupt;
+mod keep_alives;
 mod lee;
 mod lift;
 mod monitor;

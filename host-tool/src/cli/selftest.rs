@@ -1,6 +1,7 @@
 //! `flexor selftest`: what the device code shows on this machine, in numbers.
 
 use super::chip::Prefetched;
+use super::keep_alives::{self, KeepAliveOptions};
 use super::on_bench::{self, BenchOptions};
 use super::{Output, interrupt, wrong};
 use crate::selftest::{
@@ -40,6 +41,8 @@ pub struct Selftest {
     #[arg(long, value_enum)]
     prefetched: Option<Prefetched>,
     #[command(flatten)]
+    keep_alive: KeepAliveOptions,
+    #[command(flatten)]
     bench: BenchOptions,
 }
 
@@ -53,6 +56,9 @@ pub fn main(args: &Selftest, output: Output) -> anyhow::Result<()> {
         return on_bench::main(&args.bench, &args.device, output);
     }
     interrupt::end_at_once()?;
+    if let Some(seconds) = args.keep_alive.keep_alives {
+        return keep_alives::main(&args.keep_alive, seconds, output);
+    }
     match args.device {
         DeviceName::Native if args.prefetched.is_some() || args.image.is_some() => {
             wrong("--image and --prefetched need --device chip")

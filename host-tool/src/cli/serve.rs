@@ -1,14 +1,18 @@
 //! `flexor serve`: a simulated board for any client, in real time.
 
+mod pace;
+
 use super::chip::ChipArgs;
 use super::{Output, interrupt, wrong};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
 use firmware::link::{Code, Refusal, Response, encode};
-use hal_sim::wire::{ByteStream, pty::PtyWire, tcp::TcpWire};
-use hal_sim::world::World;
+#[cfg(unix)]
+use hal_sim::wire::pty::PtyWire;
+use hal_sim::wire::{ByteStream, tcp::TcpWire};
 use host_core::link::Port;
 use host_core::run::{DeviceName, SessionFile};
+use pace::Pace;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -39,6 +43,10 @@ pub struct Serve {
     /// Stop after this many seconds; default: never
     #[arg(long)]
     seconds: Option<f64>,
+    /// Let device time wait for a host that stimulates and is late: whatever stalls this
+    /// computer ends nothing, and what the host's silence ends cannot be seen
+    #[arg(long)]
+    wait_for_host: bool,
     #[command(flatten)]
     chip: ChipArgs,
 }
@@ -50,12 +58,18 @@ impl Serve {
     /// The wire to clients, and its place in words. A client may connect at once.
     fn wire(&self) -> anyhow::Result<(Box<dyn ByteStream>, String)> {
         match (&self.pty, &self.tcp) {
+            #[cfg(unix)]
             (Some(path), _) => {
                 let wire = PtyWire::open(path).with_context(|| {
                     format!("cannot open a pseudo-terminal at {}", path.display())
                 })?;
                 Ok((Box::new(wire), path.display().to_string()))
             }
+            #[cfg(not(unix))]
+            (Some(path), _) => bail!(
+                "cannot open a pseudo-terminal at {}: this system has none; serve with --tcp",
+                path.display()
+            ),
             (None, Some(address)) => {
                 let cannot = || format!("cannot listen at {address}");
                 let places: Vec<SocketAddr> =
@@ -126,7 +140,7 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         || serde_json::json!({ "device": name, "at": place, "image": image }),
     )?;
     let begin = Instant::now();
-    let mut pace = Pace::new(world.now_us());
+    let mut pace = Pace::new(world.now_us(), args.wait_for_host);
     let mut buffer = [0; 4096];
     while args
         .seconds
@@ -142,9 +156,12 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
             eprintln!("note: the simulator is slower than real time; device time lags behind");
         }
         for bytes in world.received().collect::<Vec<_>>() {
+            pace.told(&bytes);
             wire.write_all(&bytes)?;
         }
-        match wire.read(&mut buffer)? {
+        let count = wire.read(&mut buffer)?;
+        pace.heard(world.now_us(), &buffer[..count], wire.connected());
+        match count {
             0 if pace.is_ahead(world) => std::thread::sleep(POLL),
             0 => {}
             count => world.send(&buffer[..count]),
@@ -152,53 +169,6 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         world.recorder.forget();
     }
     Ok(())
-}
-
-/// Device time held to the wall clock, in steps small enough for the wire.
-struct Pace {
-    start: Instant,
-    /// Device time at `start`, µs.
-    origin: u64,
-    was_slow: bool,
-}
-
-impl Pace {
-    /// Device time goes on by at most this much between two looks at the wire.
-    const STEP_US: u64 = 2_000;
-    /// A longer lag is given up: caught up, its host, which by default may be silent for
-    /// 100 ms, would seem so.
-    const LAG_US: u64 = 50_000;
-
-    fn new(now_us: u64) -> Self {
-        Self {
-            start: Instant::now(),
-            origin: now_us,
-            was_slow: false,
-        }
-    }
-
-    fn due(&self) -> u64 {
-        let elapsed = u64::try_from(self.start.elapsed().as_micros()).unwrap_or(u64::MAX);
-        self.origin.saturating_add(elapsed)
-    }
-
-    fn is_ahead(&self, world: &World) -> bool {
-        world.now_us() >= self.due()
-    }
-
-    /// Lets `world` go on by a step; says, the first time only, that it cannot
-    /// follow the clock.
-    fn follow(&mut self, world: &mut World) -> std::io::Result<bool> {
-        let now = world.now_us();
-        world.run_until(self.due().min(now + Self::STEP_US))?;
-        let is_slow = self.due() > world.now_us() + Self::LAG_US;
-        if is_slow {
-            (self.start, self.origin) = (Instant::now(), world.now_us());
-        }
-        let is_news = is_slow && !self.was_slow;
-        self.was_slow |= is_slow;
-        Ok(is_news)
-    }
 }
 
 /// What a second client is told.

@@ -1,17 +1,20 @@
 //! Numbers that the whole device must show, measured on a simulator from its
-//! outputs and its answers: latency, host silence, a noisy soak, full load.
+//! outputs and its answers: latency, host silence, a noisy soak, full load;
+//! and how late this computer's keep-alives are.
 //!
 //! Lives here: the measurements. Not here: what is allowed (`tests` asserts,
 //! `flexor selftest` prints). In: seeds and sizes. Out: plain numbers.
 
 pub mod bench;
 mod full_load;
+mod keep_alive;
 mod latency;
 mod silence;
 mod soak;
 mod subject;
 
 pub use full_load::{FullLoad, full_load};
+pub use keep_alive::{KeepAlives, keep_alives};
 pub use latency::{Distribution, Latency, Path, latency};
 pub use silence::{Silence, silence};
 pub use soak::{Soak, soak};

@@ -14,6 +14,7 @@ mod metronome;
 mod program;
 
 use crate::program::{folder, one_channel, written};
+use crate::steady::steadily;
 use board::{Board, Wire};
 use case::{Case, Fate, Way, run_case};
 use hal_sim::wire::pty::PtyWire;
@@ -86,6 +87,11 @@ fn tell(fates: &[(Case, Fate)]) {
 
 #[test]
 fn a_run_that_is_cut_short_says_so_and_keeps_its_rows() {
+    let name = "a_run_that_is_cut_short_says_so_and_keeps_its_rows";
+    steadily(name, are_cut_short);
+}
+
+fn are_cut_short() {
     let fates = campaign("short", 18);
     assert_eq!(fates.len(), 18);
     tell(&fates);

@@ -62,9 +62,8 @@ impl Console {
         }
         let verdict = if report.failed > 0 { "FAILED" } else { "ok" };
         println!(
-            " {verdict}: {} passed, {} failed, {}",
-            report.passed,
-            report.failed,
+            " {verdict}: {}, {}",
+            report.counts(),
             seconds(self.since.elapsed())
         );
         for line in &report.lines {

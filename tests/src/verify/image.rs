@@ -53,13 +53,8 @@ impl Image {
         at.target.join(TARGET).join("release").join(&self.name)
     }
 
-    fn cargo(
-        &self,
-        at: &Workspace,
-        console: &mut Console,
-        command: &str,
-        rest: &[&str],
-    ) -> anyhow::Result<Report> {
+    /// Of cargo's `command` on this image.
+    pub fn arguments(&self, command: &str) -> Vec<String> {
         let features = self.required_features.join(",");
         let package = self.folder.rsplit('/').next().unwrap_or(self.folder);
         let mut arguments = vec![command, "--release", "--package", package];
@@ -67,7 +62,19 @@ impl Image {
         if !features.is_empty() {
             arguments.extend(["--features", &features]);
         }
-        arguments.extend(rest);
+        arguments.into_iter().map(str::to_owned).collect()
+    }
+
+    fn cargo(
+        &self,
+        at: &Workspace,
+        console: &mut Console,
+        command: &str,
+        rest: &[&str],
+    ) -> anyhow::Result<Report> {
+        let own = self.arguments(command);
+        let own = own.iter().map(String::as_str);
+        let arguments: Vec<&str> = own.chain(rest.iter().copied()).collect();
         cargo(at, console, &arguments)
     }
 }

@@ -6,18 +6,21 @@
 //! In: the working tree, and names of steps to run only those, or how long to
 //! search with fresh seeds.
 //! Out: lines for people; exit code 0 (all passed), 1 (something failed) or
-//! 2 (asked for what there is not); as the last line `N passed, N failed`.
+//! 2 (asked for what there is not); as the last line `N passed, N failed[, N skipped]`.
 
 mod arguments;
 mod budget;
 mod command;
 mod console;
+mod fresh;
 mod image;
 mod report;
 mod rules;
 mod setup;
 mod soak;
+mod stalled;
 mod suite;
+mod windows;
 
 use arguments::Wanted;
 use command::cargo;
@@ -41,12 +44,17 @@ const STEPS: &[(&str, Run)] = &[
     ("rules", |at, _| rules::run(&at.root)),
     ("format", format),
     ("lints", lints),
+    ("windows", windows::run),
     ("image-lints", image::lint),
     ("images", image::build),
     ("budgets", |at, _| budget::run(at)),
     ("tests", suite::run),
+    ("fresh", fresh::run),
     ("readme", readme),
 ];
+
+/// Steps that run only by name.
+const BY_NAME: &[(&str, Run)] = &[("stalled", stalled::run)];
 
 /// Where things are.
 #[derive(Debug)]
@@ -72,7 +80,8 @@ impl Workspace {
 /// Does what the words after `cargo verify` ask for.
 #[must_use]
 pub fn main(words: &[String]) -> ExitCode {
-    let names: Vec<_> = STEPS.iter().map(|(name, _)| *name).collect();
+    let steps = STEPS.iter().chain(BY_NAME);
+    let names: Vec<_> = steps.map(|(name, _)| *name).collect();
     let wanted = match arguments::parse(words, &names) {
         Ok(wanted) => wanted,
         Err(problem) => {
@@ -103,10 +112,14 @@ fn verify(workspace: &Workspace, wanted: &[String]) -> ExitCode {
     let begin = Instant::now();
     let mut console = Console::new();
     let mut done = Vec::new();
-    let steps: Vec<_> = STEPS
-        .iter()
-        .filter(|(name, _)| wanted.is_empty() || wanted.iter().any(|w| w == name))
-        .collect();
+    let steps: Vec<_> = match wanted.is_empty() {
+        true => STEPS.iter().collect(),
+        false => {
+            let all = STEPS.iter().chain(BY_NAME);
+            all.filter(|(name, _)| wanted.iter().any(|w| w == name))
+                .collect()
+        }
+    };
     for (index, (name, run)) in steps.iter().enumerate() {
         console.begin(&format!("[{}/{}] {name}", index + 1, steps.len()));
         let since = Instant::now();
@@ -133,10 +146,12 @@ fn close(done: &mut [(&str, Duration, Report)], total: Duration) -> ExitCode {
     if total > WHOLE_RUN {
         println!("note: longer than the {} it may take", seconds(WHOLE_RUN));
     }
-    let passed: u32 = done.iter().map(|(_, _, report)| report.passed).sum();
-    let failed: u32 = done.iter().map(|(_, _, report)| report.failed).sum();
-    println!("{passed} passed, {failed} failed");
-    ExitCode::from(u8::from(failed > 0))
+    let mut whole = Report::default();
+    for (_, _, report) in done.iter_mut() {
+        whole.add(std::mem::take(report));
+    }
+    println!("{}", whole.counts());
+    ExitCode::from(u8::from(whole.failed > 0))
 }
 
 /// The whole workspace, and the fuzz targets, which are a workspace of their

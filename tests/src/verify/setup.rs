@@ -31,12 +31,21 @@ fn works(at: &Workspace, console: &mut Console, program: &str, arguments: &[&str
     execute(at, console, program, arguments).is_ok_and(|finished| finished.success)
 }
 
-/// Asks the compiler, which also works without rustup.
-fn target(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
-    let question = ["--print", "target-libdir", "--target", TARGET];
+/// Whether the compiler has the library for `target`. Asks the compiler, which also works
+/// without rustup.
+pub(super) fn has_target(
+    at: &Workspace,
+    console: &mut Console,
+    target: &str,
+) -> anyhow::Result<bool> {
+    let question = ["--print", "target-libdir", "--target", target];
     let answer = execute(at, console, "rustc", &question)?;
     let folder = answer.lines.last().map(Path::new);
-    if answer.success && folder.is_some_and(Path::is_dir) {
+    Ok(answer.success && folder.is_some_and(Path::is_dir))
+}
+
+fn target(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    if has_target(at, console, TARGET)? {
         return Ok(Report::pass());
     }
     let done = execute(at, console, "rustup", &["target", "add", TARGET])?;

@@ -37,6 +37,8 @@ struct Checking<'a> {
     /// The level given last of an electrode, and how many there were.
     level: Level,
     tried: u32,
+    /// `level` before the latest.
+    before: Level,
     presentation: Presentation,
 }
 
@@ -123,7 +125,7 @@ impl Procedure for Checking<'_> {
                 self.presentation.may_give(t_us)?;
                 let level = self.next();
                 let level = level.ok_or_else(|| Refusal::beyond("there is no higher level"))?;
-                self.level = level;
+                (self.before, self.level) = (self.level, level);
                 self.tried += 1;
                 self.presentation.give(t_us);
                 let channel = self.channel();
@@ -149,6 +151,14 @@ impl Procedure for Checking<'_> {
             _ => Err(Refusal::beyond(
                 "a check knows raise, yes, no, lower and abort",
             )),
+        }
+    }
+
+    fn void(&mut self, t_us: u64) {
+        if self.is_on() || self.presentation.has_question {
+            self.level = self.before;
+            self.tried = self.tried.saturating_sub(1);
+            self.presentation.end(t_us);
         }
     }
 
@@ -224,6 +234,7 @@ pub fn check<P: Port>(
         drifts: Vec::new(),
         level: Level(0),
         tried: 0,
+        before: Level(0),
         presentation: Presentation::new(&plan),
     };
     let (result, spent, _) = conduct(port, &plan, &mut checking, journal, desk, checked.head);

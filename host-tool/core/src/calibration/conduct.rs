@@ -2,8 +2,10 @@
 //! a time, the host alive, the instrument read.
 
 mod device;
+mod stall;
 
 use super::instrument::{Instrument, READ_US};
+use super::plan::HOST_TIMEOUT_MS;
 use super::{
     Action, CalibrationError, Entry, Head, Journal, Operator, Order, Phase, Plan, Refusal, Told,
     View, setup,
@@ -11,6 +13,9 @@ use super::{
 use crate::link::{Client, Interruption, Port};
 use crate::run::acknowledge;
 use crate::session::Session;
+use firmware::safety::StopCause;
+use std::collections::VecDeque;
+use std::time::Duration;
 
 /// From look to look at operator and machine, µs.
 const LOOK_US: u64 = 5_000;
@@ -23,6 +28,9 @@ pub(super) trait Procedure {
     fn pass(&mut self, t_us: u64) -> Vec<Action>;
     /// Carries out an order at `t_us`, or nothing of it.
     fn order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal>;
+    /// What was given at `t_us`, or has just ended, was cut short: it counts for nothing,
+    /// and what raises next gives the same level.
+    fn void(&mut self, t_us: u64);
     /// What there is to be seen at `t_us`.
     fn view(&self, t_us: u64) -> View;
     /// Whether something is being given.
@@ -64,10 +72,18 @@ struct Conduct<'a, 'd, P, M> {
     seen: View,
     /// When the device is owed a sign of life, and the instrument a reading, µs.
     due_us: u64,
+    /// Signs of life come from a thread of their own.
+    is_kept: bool,
     read_us: u64,
     begun_us: u64,
     keep_alive_us: u64,
     is_armed: bool,
+    /// A level was asked of the device and not taken back.
+    is_given: bool,
+    /// Why the device ended stimulation by itself.
+    ended: Option<StopCause>,
+    /// When this computer held it up, µs.
+    stalls: VecDeque<u64>,
     given: usize,
 }
 
@@ -86,7 +102,17 @@ pub(super) fn conduct<P: Port, M: Procedure>(
         Err(error) => return (Err(error), Spent::default(), None),
     };
     let begun_us = client.port().now_us();
-    let timeout_ms = sessions.first().map_or(40, |it| it.wearer.host_timeout_ms);
+    let keep_alive_us = u64::from(host_timeout_ms(&sessions)) * 1000 / 4;
+    let is_kept = match client.keep_alive_apart(Duration::from_micros(keep_alive_us)) {
+        Ok(is_kept) => is_kept,
+        Err(error) => {
+            return (
+                Err(error.into()),
+                Spent::default(),
+                Some(client.into_port()),
+            );
+        }
+    };
     let mut conduct = Conduct {
         client,
         sessions,
@@ -98,8 +124,12 @@ pub(super) fn conduct<P: Port, M: Procedure>(
         due_us: begun_us,
         read_us: begun_us,
         begun_us,
-        keep_alive_us: u64::from(timeout_ms) * 1000 / 4,
+        keep_alive_us,
+        is_kept,
         is_armed: false,
+        is_given: false,
+        ended: None,
+        stalls: VecDeque::new(),
         given: 0,
     };
     let result = conduct.run(head);
@@ -125,13 +155,24 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         let entry = Entry::Begun(head.clone());
         self.record(&entry)?;
         let first = self.machine.begin();
-        self.act(first)?;
-        while !self.machine.is_over() {
-            let until_us = self.client.port().now_us() + LOOK_US;
-            self.pass(until_us)?;
-            self.look()?;
+        let mut done = self.act(first);
+        loop {
+            done = match done {
+                Ok(()) if self.machine.is_over() => return self.record(&Entry::Done),
+                Ok(()) => self.turn(),
+                // What a stall of this computer ended goes on where it was.
+                Err(error) => match self.stall(&error)? {
+                    Some(pause) => self.recover(pause),
+                    None => return Err(error),
+                },
+            };
         }
-        self.record(&Entry::Done)
+    }
+
+    fn turn(&mut self) -> Result<(), CalibrationError> {
+        let until_us = self.client.port().now_us() + LOOK_US;
+        self.pass(until_us)?;
+        self.look()
     }
 
     /// Stops the device, whatever happened; then the journal says why.
@@ -200,11 +241,15 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
     }
 
     fn act(&mut self, actions: Vec<Action>) -> Result<(), CalibrationError> {
-        // Silence first, then everything that may take time.
+        // Silence first, then everything that may take time. What the device did not take
+        // keeps nothing from being recorded but that it was given.
+        let mut refused = Ok(());
         for action in actions {
             match action {
-                Action::Arm(at) => self.arm(at)?,
-                Action::Give(channel, level) => self.give(channel, level)?,
+                Action::Arm(_) | Action::Give(..) if refused.is_err() => {}
+                Action::Record(Entry::Given { .. }) if refused.is_err() => {}
+                Action::Arm(at) => refused = self.arm(at),
+                Action::Give(channel, level) => refused = self.give(channel, level),
                 Action::Record(entry) => self.record(&entry)?,
                 Action::Write => self.write()?,
                 Action::Tell(refusal) => self.tell_refusal(&refusal),
@@ -214,7 +259,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
                 }
             }
         }
-        Ok(())
+        refused
     }
 
     fn record(&mut self, entry: &Entry) -> Result<(), CalibrationError> {
@@ -292,6 +337,12 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
             ..view
         }
     }
+}
+
+/// The host silence that every electrode's session has, ms.
+fn host_timeout_ms(sessions: &[Session]) -> u16 {
+    let first = sessions.first();
+    first.map_or(HOST_TIMEOUT_MS, |it| it.wearer.host_timeout_ms)
 }
 
 /// Where it stood, in words.

@@ -44,6 +44,10 @@ impl Procedure for Writing<'_> {
         self.machine.order(t_us, order)
     }
 
+    fn void(&mut self, t_us: u64) {
+        self.machine.void(t_us);
+    }
+
     fn view(&self, t_us: u64) -> View {
         self.machine.view(t_us)
     }

@@ -65,6 +65,14 @@ pub enum CalibrationError {
     /// The device ended it.
     #[error("E677 the device ended stimulation ({0}) at {1}; {2}, then go on with --resume")]
     Ended(String, String, &'static str),
+    /// This computer stalls again and again: how often within a minute, the last pause in
+    /// ms, and where.
+    #[error(
+        "E697 this computer stalled {0} times within a minute, the last time for {1} ms, at {2}: \
+         each time the device ended stimulation by itself; close other programs, or use another \
+         computer, then go on with --resume"
+    )]
+    Stalls(usize, u32, String),
     /// The sensor stands still under stimulation.
     #[error(
         "E680 the instrument saturates at {0:.3} N: it reads nothing else under stimulation; \

@@ -67,6 +67,14 @@ pub enum Entry {
         /// From 1.
         channel: u8,
     },
+    /// This computer did not tell the device for so long that it was there, and the device
+    /// ended stimulation: what was being given counts for nothing.
+    Stalled {
+        /// From 1.
+        channel: u8,
+        /// The longest pause between two keep-alives.
+        pause_ms: u32,
+    },
     /// The wearer file was written with so many electrodes.
     Written {
         /// Complete ones.

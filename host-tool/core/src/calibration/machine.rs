@@ -42,6 +42,8 @@ pub struct Machine {
     moved: Option<Level>,
     /// Threshold: the first level of this climb.
     first: Option<Level>,
+    /// `level` and `first` before the latest presentation.
+    before: (Level, Option<Level>),
     /// Comfort: the highest accepted.
     accepted: Option<Level>,
 }
@@ -60,6 +62,7 @@ impl Machine {
             level: Level(0),
             moved: None,
             first: None,
+            before: (Level(0), None),
             accepted: None,
         };
         for entry in entries {
@@ -112,6 +115,15 @@ impl Machine {
         }
     }
 
+    /// What was given at `t_us`, or has just ended, was cut short: it counts for nothing,
+    /// and a raise gives the same level.
+    pub fn void(&mut self, t_us: u64) {
+        if self.is_on() || self.presentation.has_question {
+            (self.level, self.first) = self.before;
+            self.presentation.end(t_us);
+        }
+    }
+
     /// Carries out an order at `t_us`, or nothing of it. Lowering, too much and abort
     /// are always carried out.
     ///
@@ -161,6 +173,7 @@ impl Machine {
     }
 
     fn give(&mut self, t_us: u64, level: Level) -> Vec<Action> {
+        self.before = (self.level, self.first);
         self.level = level;
         if self.step == Step::Threshold {
             self.first.get_or_insert(level);
@@ -216,6 +229,7 @@ impl Machine {
     fn lower(&mut self, at: usize) -> Vec<Action> {
         self.level = self.level.below(self.stride(at));
         (self.moved, self.first) = (None, None);
+        self.before = (self.level, None);
         self.presentation.has_question = false;
         match self.is_on() {
             true => vec![Action::Give(self.channel(), self.level)],

@@ -42,7 +42,7 @@ pub use level::Level;
 pub use machine::{Action, Machine};
 pub use operator::{Operator, Told};
 pub use order::{Order, OrderError, Refusal};
-pub use plan::{Plan, Planned};
+pub use plan::{HOST_TIMEOUT_MS, Plan, Planned};
 pub use setup::board;
 pub use step::Step;
 pub use unread::Unread;

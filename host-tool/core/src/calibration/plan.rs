@@ -7,11 +7,18 @@ use serde::Deserialize;
 use std::collections::BTreeSet;
 use toml::Table;
 
-/// Longest host silence of a calibration, ms.
-const HOST_TIMEOUT_MS: i64 = 40;
+/// Longest host silence of a calibration, ms: `flexor selftest --keep-alives` has what it
+/// must be longer than, docs/safety.md what it must not be longer than.
+pub const HOST_TIMEOUT_MS: u16 = 100;
 
 /// Longest fall when it ends, ms.
 const FALL_MS: i64 = 50;
+
+/// Limits that are tighter in a calibration, with their largest values, ms.
+const MOST_MS: [(&str, i64); 2] = [
+    ("host_timeout_ms", HOST_TIMEOUT_MS as i64),
+    ("fall_ms", FALL_MS),
+];
 
 /// Rise of an amplitude from zero unless the plan says otherwise, ms: less than half of
 /// a presentation of 1 s.
@@ -253,7 +260,7 @@ fn millis(name: &str, seconds: f64, [least, most]: [f64; 2], told: &mut Vec<Stri
 
 /// A wearer's limits, as tight as a calibration needs them.
 fn tightened(mut limits: Table) -> Table {
-    for (name, most) in [("host_timeout_ms", HOST_TIMEOUT_MS), ("fall_ms", FALL_MS)] {
+    for (name, most) in MOST_MS {
         let said = limits.get(name).and_then(toml::Value::as_integer);
         limits.insert(name.to_owned(), said.unwrap_or(most).min(most).into());
     }
@@ -262,7 +269,7 @@ fn tightened(mut limits: Table) -> Table {
 
 /// What the plan says, and what a calibration needs at least.
 fn limited(mut limits: Table, told: &mut Vec<String>) -> Table {
-    for (name, most) in [("host_timeout_ms", HOST_TIMEOUT_MS), ("fall_ms", FALL_MS)] {
+    for (name, most) in MOST_MS {
         let said = limits.entry(name).or_insert(most.into());
         if said.as_integer().is_some_and(|said| said > most) {
             told.push(format!(

@@ -1,19 +1,26 @@
 //! A host's view of one device.
 
 use super::clock::{Clock, Fit};
-use super::{Error, Interruption, Port, Refused};
+use super::{Error, Interruption, Keeper, Port, Refused};
 use firmware::link::{
     Code, Decoder, Event, HelloInfo, Request, Response, SCHEMA, SetupSum, Status, Telemetry,
     ToDevice, encode,
 };
 use firmware::units::Micros;
 use std::collections::VecDeque;
+use std::io::Write;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// How long an ordinary answer may take, µs.
 const ANSWER_US: u64 = 500_000;
 
 /// Posted requests whose answers are still awaited, at most.
 const MAX_AWAITED: usize = 256;
+
+/// A look at the port that ends so much later than asked for, µs, shows that this computer
+/// stalled.
+const STALL_US: u64 = 20_000;
 
 /// Longest wait between two looks for a signal, µs of port time; a multiple of
 /// the steps in which virtual time goes on, so that it changes nothing there.
@@ -49,7 +56,8 @@ pub struct Client<P> {
     port: P,
     decoder: Decoder,
     session: u16,
-    seq: u16,
+    numbers: Numbers,
+    keeper: Option<Keeper>,
     clock: Clock,
     awaited: VecDeque<(u16, u64)>,
     incoming: VecDeque<Incoming>,
@@ -80,7 +88,8 @@ impl<P: Port> Client<P> {
             port,
             decoder: Decoder::default(),
             session: 0,
-            seq: 0,
+            numbers: Numbers::default(),
+            keeper: None,
             clock: Clock::default(),
             awaited: VecDeque::new(),
             incoming: VecDeque::new(),
@@ -96,25 +105,23 @@ impl<P: Port> Client<P> {
     /// # Errors
     /// As [`Client::open`].
     pub fn hello(&mut self) -> Result<HelloInfo, Error> {
+        self.keeper = None; // it speaks in the session before
         // Ends what an earlier host may have left half said.
         self.port.send(&[0])?;
         let sent_us = self.port.now_us();
         let seq = self.send("Hello", Request::Hello { schema: SCHEMA })?;
-        while self.port.now_us() < sent_us + ANSWER_US {
-            match self.receive(sent_us + ANSWER_US, Some((seq, sent_us)))? {
-                Some(Answer::Hello(info)) => {
-                    // What came before it was meant for an earlier host.
-                    self.incoming.clear();
-                    self.awaited.clear();
-                    self.session = info.session;
-                    self.setup = SetupSum::default();
-                    return Ok(*info);
-                }
-                Some(Answer::Refused(refused)) => return Err(Error::Refused(refused)),
-                _ => {}
+        match self.answer((seq, sent_us))? {
+            Some(Answer::Hello(info)) => {
+                // What came before it was meant for an earlier host.
+                self.incoming.clear();
+                self.awaited.clear();
+                self.session = info.session;
+                self.setup = SetupSum::default();
+                Ok(*info)
             }
+            Some(Answer::Refused(refused)) => Err(Error::Refused(refused)),
+            _ => Err(no_answer("Hello")),
         }
-        Err(no_answer("Hello"))
     }
 
     /// From now on waits last as long as they must: for the answer to a stop.
@@ -125,6 +132,33 @@ impl<P: Port> Client<P> {
     /// The port.
     pub fn port(&mut self) -> &mut P {
         &mut self.port
+    }
+
+    /// From now on a thread of its own tells the device every `period` that the host is
+    /// alive, as long as [`Self::next`] is called. Whether it does: where time is virtual,
+    /// the caller must.
+    ///
+    /// # Errors
+    /// [`Error::Lost`]: the port, or the system gives no thread.
+    pub fn keep_alive_apart(&mut self, period: Duration) -> Result<bool, Error> {
+        let Some(mut outlet) = self.port.outlet()? else {
+            return Ok(false);
+        };
+        let (session, numbers) = (self.session, self.numbers.clone());
+        let send = move || {
+            let mut seq = numbers.next();
+            let request = Request::KeepAlive;
+            // Always fits.
+            let frame = framed(session, &mut seq, request).unwrap_or_default();
+            outlet.write_all(&frame)
+        };
+        self.keeper = Some(Keeper::start(period, send)?);
+        Ok(true)
+    }
+
+    /// What sends keep-alives by itself, if something does.
+    pub const fn keeper(&self) -> Option<&Keeper> {
+        self.keeper.as_ref()
     }
 
     /// Gives the port back; the device notices silence.
@@ -173,6 +207,9 @@ impl<P: Port> Client<P> {
     /// [`Error::Lost`].
     pub fn next(&mut self, until_us: u64) -> Result<Option<Incoming>, Error> {
         loop {
+            if let Some(keeper) = &self.keeper {
+                keeper.attend();
+            }
             if let Some(incoming) = self.incoming.pop_front() {
                 return Ok(Some(incoming));
             }
@@ -208,26 +245,37 @@ impl<P: Port> Client<P> {
     fn call(&mut self, name: &'static str, request: Request) -> Result<Answer, Error> {
         let sent_us = self.port.now_us();
         let seq = self.send(name, request)?;
-        let until = sent_us + ANSWER_US;
-        while self.port.now_us() < until {
-            match self.receive(until, Some((seq, sent_us)))? {
-                Some(Answer::Refused(refused)) => return Err(Error::Refused(refused)),
-                Some(answer) => return Ok(answer),
-                None => {}
+        match self.answer((seq, sent_us))? {
+            Some(Answer::Refused(refused)) => Err(Error::Refused(refused)),
+            Some(answer) => Ok(answer),
+            None => Err(no_answer(name)),
+        }
+    }
+
+    /// The answer to the request of this number, sent at this time; none within
+    /// [`ANSWER_US`]. Time in which this computer did not look does not count.
+    fn answer(&mut self, wanted: (u16, u64)) -> Result<Option<Answer>, Error> {
+        let (mut look_us, mut until_us) = (wanted.1, wanted.1 + ANSWER_US);
+        loop {
+            let now_us = self.port.now_us();
+            let late_us = now_us.saturating_sub(look_us);
+            if late_us > STALL_US {
+                until_us += late_us;
+            }
+            if now_us >= until_us {
+                return Ok(None);
+            }
+            look_us = until_us.min(now_us + POLL_US);
+            if let Some(answer) = self.receive(look_us, Some(wanted))? {
+                return Ok(Some(answer));
             }
         }
-        Err(no_answer(name))
     }
 
     fn send(&mut self, name: &'static str, request: Request) -> Result<u16, Error> {
-        let seq = self.seq;
-        self.seq = self.seq.wrapping_add(1);
-        let message = ToDevice {
-            session: self.session,
-            seq,
-            request,
-        };
-        let frame = encode(&message).ok_or(Error::TooLarge(name))?;
+        let mut next = self.numbers.next();
+        let seq = *next;
+        let frame = framed(self.session, &mut next, request).ok_or(Error::TooLarge(name))?;
         self.port.send(&frame)?;
         Ok(seq)
     }
@@ -296,6 +344,29 @@ impl<P: Port> Client<P> {
         });
         None
     }
+}
+
+/// The number of the next request. Whoever has it sends: one frame at a time, in the order
+/// of numbers.
+#[derive(Clone, Default)]
+struct Numbers(Arc<Mutex<u16>>);
+
+impl Numbers {
+    fn next(&self) -> MutexGuard<'_, u16> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A request as it is sent, with the next number.
+fn framed(session: u16, next: &mut u16, request: Request) -> Option<Vec<u8>> {
+    let seq = *next;
+    *next = seq.wrapping_add(1);
+    let message = ToDevice {
+        session,
+        seq,
+        request,
+    };
+    encode(&message).map(|frame| frame.to_vec())
 }
 
 enum Sorted {

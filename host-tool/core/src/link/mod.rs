@@ -1,13 +1,15 @@
 //! The client side of the link: one typed method per request.
 //!
 //! Lives here: [`Client`], the [`Port`] it talks through (real or virtual
-//! time), refusals with what to do about them, the device-clock estimate.
+//! time), refusals with what to do about them, the device-clock estimate, the thread that
+//! keeps a device told that its host is alive.
 //! Not here: what a session asks for (`session`, `run`).
 
 mod client;
 mod clock;
 mod error;
 mod interruption;
+mod keeper;
 mod paced;
 mod port;
 mod requests;
@@ -17,6 +19,7 @@ pub use client::{Client, Incoming};
 pub use clock::Fit;
 pub use error::{Error, Refused, advice, what};
 pub use interruption::{Interruption, Signal};
+pub use keeper::{Keeper, Lateness, UNATTENDED};
 pub use paced::Paced;
 pub use port::{Port, SimulatedPort};
 pub use serial::{SerialPort, TcpPort};

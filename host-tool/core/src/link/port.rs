@@ -2,7 +2,7 @@
 
 use firmware::limb::AXES;
 use hal_sim::world::World;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// A byte path to a device, with the time that goes with it.
@@ -20,6 +20,14 @@ pub trait Port {
     /// # Errors
     /// The device is gone.
     fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>>;
+    /// A second way in for frames, for another thread, where time is real; none where it
+    /// is virtual. Who uses both sends one frame at a time.
+    ///
+    /// # Errors
+    /// The device is gone.
+    fn outlet(&mut self) -> io::Result<Option<Box<dyn Write + Send>>> {
+        Ok(None)
+    }
     /// The simulated world behind this port, if there is one.
     fn world(&mut self) -> Option<&mut World> {
         None
@@ -58,6 +66,10 @@ impl<P: Port + ?Sized> Port for Box<P> {
 
     fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
         (**self).receive(until_us)
+    }
+
+    fn outlet(&mut self) -> io::Result<Option<Box<dyn Write + Send>>> {
+        (**self).outlet()
     }
 
     fn world(&mut self) -> Option<&mut World> {

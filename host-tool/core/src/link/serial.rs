@@ -82,13 +82,35 @@ impl<S> Stream<S> {
     }
 }
 
-impl<S: Read + Write> Port for Stream<S> {
+/// A stream that can be written to from two threads.
+trait Forked: Read + Write {
+    /// A second end to write to.
+    fn forked(&self) -> io::Result<Box<dyn Write + Send>>;
+}
+
+impl Forked for TcpStream {
+    fn forked(&self) -> io::Result<Box<dyn Write + Send>> {
+        Ok(Box::new(self.try_clone()?))
+    }
+}
+
+impl Forked for Box<dyn serialport::SerialPort> {
+    fn forked(&self) -> io::Result<Box<dyn Write + Send>> {
+        Ok(Box::new(self.try_clone()?))
+    }
+}
+
+impl<S: Forked> Port for Stream<S> {
     fn now_us(&mut self) -> u64 {
         self.elapsed_us()
     }
 
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {
         self.stream.write_all(frame)
+    }
+
+    fn outlet(&mut self) -> io::Result<Option<Box<dyn Write + Send>>> {
+        self.stream.forked().map(Some)
     }
 
     fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {

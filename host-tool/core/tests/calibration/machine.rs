@@ -21,11 +21,17 @@ fn order() -> impl Strategy<Value = Order> {
     ]
 }
 
+/// An order, or a stall that voids what is given.
+fn ordered() -> impl Strategy<Value = Option<Order>> {
+    prop_oneof![12 => order().prop_map(Some), 1 => Just(None)]
+}
+
 proptest! {
-    /// Whatever is ordered, whenever: a level rises only by an order that raises, is
-    /// never above the ceiling, and what was too much never comes again.
+    /// Whatever is ordered, whenever, and whenever this computer stalls: a level rises only
+    /// by an order that raises, is never above the ceiling, and what was too much never
+    /// comes again.
     #[test]
-    fn nothing_rises_by_itself(orders in proptest::collection::vec((order(), 0_u64..1_500_000), 1..200)) {
+    fn nothing_rises_by_itself(orders in proptest::collection::vec((ordered(), 0_u64..1_500_000), 1..200)) {
         let (plan, _) = plan_of(2);
         let mut machine = Machine::new(plan, &[]);
         machine.begin();
@@ -39,6 +45,16 @@ proptest! {
                 }
             }
             let before = machine.view(t_us);
+            let Some(order) = order else {
+                machine.void(t_us);
+                let after = machine.view(t_us);
+                prop_assert!(after.level <= before.level && after.given == Level(0));
+                let most = before.level.max(before.raise.unwrap_or_default());
+                prop_assert!(after.raise.is_none_or(|raise| raise <= most));
+                prop_assert_eq!(after.question, None);
+                given = 0;
+                continue;
+            };
             let Ok(actions) = machine.order(t_us, &order) else {
                 let after = machine.view(t_us);
                 prop_assert_eq!(before, after, "a refused order changes nothing");
@@ -163,4 +179,39 @@ fn a_threshold_that_is_too_much_leaves_nothing_to_give() {
     assert!(machine.order(later_us, &Order::Enough).is_err());
     machine.order(later_us, &Order::Skip).unwrap();
     assert!(machine.is_over());
+}
+
+/// What a stall cut short is given again at the same level, at every step.
+#[test]
+fn what_was_cut_short_counts_for_nothing() {
+    for step in Step::ALL {
+        let (mut machine, t_us) = at(step);
+        let ready = machine.view(t_us);
+        let order = match ready.raise {
+            Some(_) => Order::Raise,
+            None => Order::Again,
+        };
+        machine.order(t_us, &order).unwrap();
+        let given = machine.view(t_us).given;
+        assert!(given > Level(0), "{step:?}");
+        // While it is given, and when it has just ended.
+        for later_us in [500_000, 1_000_000] {
+            let mut machine = machine.clone();
+            machine.pass(t_us + later_us);
+            machine.void(t_us + later_us);
+            let t_us = t_us + later_us + 1_500_000;
+            machine.pass(t_us);
+            let after = machine.view(t_us);
+            assert_eq!(after.phase, Phase::Ready, "{step:?}");
+            let same = [(after.level, ready.level), (after.top, ready.top)];
+            assert!(
+                same.iter().all(|(is, was)| is == was),
+                "{step:?}: {after:?}"
+            );
+            assert_eq!((after.raise, after.again), (ready.raise, ready.again));
+            assert_eq!((&after.found, after.question), (&ready.found, None));
+            machine.order(t_us, &order).unwrap();
+            assert_eq!(machine.view(t_us).given, given, "{step:?}");
+        }
+    }
 }

@@ -4,7 +4,9 @@ use super::scene::*;
 use hal_sim::body::Array;
 use hal_sim::body::array::MOVEMENTS;
 use hal_sim::body::bench::SensorSpec;
-use host_core::calibration::{Auto, CalibrationError, Gone, OnDisk, Operator, Order, View};
+use host_core::calibration::{
+    Auto, CalibrationError, Gone, HOST_TIMEOUT_MS, OnDisk, Operator, Order, View,
+};
 use host_core::wearer::{Evidence, Wearer};
 
 /// The instrument tells some 60 mN from its noise: the truth is the lowest step at which
@@ -52,7 +54,7 @@ fn ten_electrodes_are_found_in_a_quarter_of_an_hour() {
     assert_eq!(wearer.electrodes.len(), 10);
     assert_eq!(wearer.history.len(), 10);
     assert_eq!(wearer.evidence, Evidence::Simulated);
-    assert!(wearer.limits.host_timeout_ms <= 40 && wearer.limits.fall_ms <= 50);
+    assert!(wearer.limits.host_timeout_ms <= HOST_TIMEOUT_MS && wearer.limits.fall_ms <= 50);
 }
 
 /// 200 searches on 20 arms: found below the first fibre is false.

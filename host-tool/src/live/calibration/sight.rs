@@ -32,7 +32,10 @@ impl Sight {
     pub(super) fn tell(&mut self, told: Told<'_>, view: &View) {
         let (text, is_bad) = match told {
             Told::Recorded(entry) => match noted(entry) {
-                Some(text) => (text, matches!(entry, Entry::TooMuch { .. })),
+                Some(text) => {
+                    let is_bad = matches!(entry, Entry::TooMuch { .. } | Entry::Stalled { .. });
+                    (text, is_bad)
+                }
                 None => return,
             },
             Told::Refused(refusal) => (refusal.to_string(), true),
@@ -60,6 +63,9 @@ fn noted(entry: &Entry) -> Option<String> {
         }
         Entry::Found { channel, step, .. } => format!("channel {channel}: {} found", step.name()),
         Entry::TooMuch { channel, level } => format!("channel {channel}: {level} was too much"),
+        Entry::Stalled { pause_ms, .. } => {
+            format!("this computer stalled for {pause_ms} ms: silent; give the same level again")
+        }
         Entry::Skipped { channel } => format!("channel {channel} left out"),
         _ => return None,
     })

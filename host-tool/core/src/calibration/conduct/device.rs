@@ -6,6 +6,7 @@ use crate::calibration::{CalibrationError, Entry, Level};
 use crate::link::{Error, Incoming, Port};
 use crate::run::event;
 use firmware::link::{Event, Request};
+use firmware::safety::StopCause;
 
 /// Longest wait for the outputs to be reported isolated after a stop, µs.
 const STOP_US: u64 = 300_000;
@@ -17,6 +18,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
             self.stop()?;
         }
         self.forget();
+        (self.is_given, self.ended) = (false, None);
         self.instrument = Instrument::default();
         let Some(session) = self.sessions.get(at) else {
             return Ok(());
@@ -57,7 +59,9 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
 
     pub(super) fn give(&mut self, channel: u8, level: Level) -> Result<(), CalibrationError> {
         let index = channel.saturating_sub(1);
+        self.is_given |= level > Level(0);
         self.client.amplitudes(&[(index, level.amplitude())])?;
+        self.is_given = level > Level(0);
         self.due_us = self.client.port().now_us() + self.keep_alive_us;
         Ok(())
     }
@@ -78,11 +82,14 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
     /// Lets time pass until `until_us`, the host alive.
     pub(super) fn pass(&mut self, until_us: u64) -> Result<(), CalibrationError> {
         while self.client.port().now_us() < until_us {
-            if self.client.port().now_us() >= self.due_us {
+            if !self.is_kept && self.client.port().now_us() >= self.due_us {
                 self.client.post(Request::KeepAlive)?;
                 self.due_us = self.client.port().now_us() + self.keep_alive_us;
             }
-            let soon_us = until_us.min(self.due_us);
+            let soon_us = match self.is_kept {
+                true => until_us,
+                false => until_us.min(self.due_us),
+            };
             while let Some(incoming) = self.client.next(soon_us)? {
                 self.heed(incoming)?;
             }
@@ -96,6 +103,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
                 _,
                 happened @ (Event::Stopping(_) | Event::Stopped(_) | Event::Faulted(_)),
             ) => {
+                self.note_end(&happened);
                 let (view, what) = (self.view(), advice(&happened));
                 Err(CalibrationError::Ended(
                     event(&happened),
@@ -115,6 +123,9 @@ fn advice(event: &Event) -> &'static str {
         Event::Faulted(_) => {
             "find the cause (an electrode, its lead), acknowledge the fault with --acknowledge"
         }
-        _ => "find out why (the hand-held stop, a stalled computer)",
+        Event::Stopping(StopCause::HostSilent) | Event::Stopped(StopCause::HostSilent) => {
+            "it did not hear this computer: check the cable and what else uses the port"
+        }
+        _ => "find out why (the hand-held stop)",
     }
 }

@@ -5,12 +5,14 @@ use super::milli::Milli;
 use super::plan::Search;
 use super::stair::Probe;
 use firmware::link::{Event, Request};
+use firmware::safety::StopCause;
 use firmware::units::Amplitude;
 use hal_sim::random::standard_normal;
 use host_core::link::{Client, Error, Incoming, Interruption, Port};
 use host_core::run::event;
 use host_core::session::Session;
 use std::fmt;
+use std::time::Duration;
 
 /// From reading to reading of the sensor, µs.
 const READ_US: u64 = 10_000;
@@ -76,6 +78,12 @@ pub enum DeviceError {
     /// The device ended it.
     #[error("E537 the device ended the search ({0}); find out why, then search again")]
     Ended(String),
+    /// This computer stalled, for so many ms, and the device ended it.
+    #[error(
+        "E698 this computer stalled for {0} ms, and the device, which heard of no host, ended \
+         stimulation; close other programs, or use another computer, then search again"
+    )]
+    Stalled(u128),
 }
 
 /// A device that is armed for one search, its channels silent but for presentations.
@@ -85,9 +93,11 @@ pub struct OnDevice<'a, P> {
     search: &'a Search,
     /// Of a device that no simulator in this process is.
     operator: Option<&'a mut dyn Operator>,
-    keep_alive_us: u64,
+    host_timeout_us: u64,
     /// When the device is owed a sign of life.
     due_us: u64,
+    /// Signs of life come from a thread of their own.
+    is_kept: bool,
     pulses: u64,
     counted: u32,
     seed: u64,
@@ -130,13 +140,15 @@ impl<'a, P: Port> OnDevice<'a, P> {
             }
         }
         client.arm()?;
-        let keep_alive_us = u64::from(session.wearer.host_timeout_ms) * 1000 / 4;
+        let host_timeout_us = u64::from(session.wearer.host_timeout_ms) * 1000;
+        let is_kept = client.keep_alive_apart(Duration::from_micros(host_timeout_us / 4))?;
         let mut probe = Self {
             client,
             search,
             operator: (!is_simulated).then_some(operator),
-            keep_alive_us,
+            host_timeout_us,
             due_us: 0,
+            is_kept,
             pulses: 0,
             counted: 0,
             seed,
@@ -172,30 +184,45 @@ impl<'a, P: Port> OnDevice<'a, P> {
             .map(|site| (site.channel - 1, Amplitude::new(site.amplitude(level).0)))
             .collect();
         self.client.amplitudes(&list)?;
-        self.due_us = self.client.port().now_us() + self.keep_alive_us;
+        self.due_us = self.client.port().now_us() + self.host_timeout_us / 4;
         Ok(())
     }
 
     /// Lets time pass until `until_us`, the host alive.
     fn pass(&mut self, until_us: u64) -> Result<(), DeviceError> {
         while self.client.port().now_us() < until_us {
-            if self.client.port().now_us() >= self.due_us {
+            if !self.is_kept && self.client.port().now_us() >= self.due_us {
                 self.client.post(Request::KeepAlive)?;
-                self.due_us = self.client.port().now_us() + self.keep_alive_us;
+                self.due_us = self.client.port().now_us() + self.host_timeout_us / 4;
             }
-            let soon = until_us.min(self.due_us);
+            let soon = match self.is_kept {
+                true => until_us,
+                false => until_us.min(self.due_us),
+            };
             while let Some(incoming) = self.client.next(soon)? {
                 match incoming {
                     Incoming::Event(
                         _,
                         happened @ (Event::Stopping(_) | Event::Stopped(_) | Event::Faulted(_)),
-                    ) => return Err(DeviceError::Ended(event(&happened))),
+                    ) => return Err(self.ended(&happened)),
                     Incoming::Refused(_, refused) => return Err(Error::Refused(refused).into()),
                     _ => {}
                 }
             }
         }
         Ok(())
+    }
+
+    /// Why it did: this computer, if it stalled.
+    fn ended(&self, happened: &Event) -> DeviceError {
+        let silence = StopCause::HostSilent;
+        let is_silence =
+            *happened == Event::Stopping(silence) || *happened == Event::Stopped(silence);
+        let keeper = self.client.keeper().filter(|_| is_silence);
+        match keeper.and_then(|it| it.explains(Duration::from_micros(self.host_timeout_us))) {
+            Some(pause) => DeviceError::Stalled(pause.as_millis()),
+            None => DeviceError::Ended(event(happened)),
+        }
     }
 
     fn pass_ms(&mut self, ms: u32) -> Result<(), DeviceError> {

@@ -1,0 +1,85 @@
+//! A computer that stalls: told as that, and gone on from.
+//!
+//! Keep-alives come from a thread of their own. If the device ends stimulation because it
+//! heard of no host, and that thread knows of a pause of its own that is long enough, the
+//! computer was to blame and not the device: the electrode is armed anew, silent, at the
+//! step where it was, and what was cut short counts for nothing.
+
+use super::{Conduct, Procedure, host_timeout_ms, place};
+use crate::calibration::{CalibrationError, Entry};
+use crate::link::{Error, Incoming, Port};
+use firmware::link::Event;
+use firmware::safety::StopCause;
+use std::time::Duration;
+
+/// More stalls than this within [`WITHIN_US`] end the calibration.
+const MOST: usize = 5;
+
+/// A minute of the device's time, µs.
+const WITHIN_US: u64 = 60_000_000;
+
+impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
+    /// Goes on after a stall of this computer, which paused for so long.
+    ///
+    /// # Errors
+    /// Too many stalls; the device, again.
+    pub(super) fn recover(&mut self, pause: Duration) -> Result<(), CalibrationError> {
+        let t_us = self.t_us();
+        self.stalls.push_back(t_us);
+        while (self.stalls.front()).is_some_and(|first| t_us - first > WITHIN_US) {
+            self.stalls.pop_front();
+        }
+        let view = self.machine.view(t_us);
+        let pause_ms = u32::try_from(pause.as_millis()).unwrap_or(u32::MAX);
+        let channel = view.channel;
+        self.record(&Entry::Stalled { channel, pause_ms })?;
+        if self.stalls.len() > MOST {
+            let count = self.stalls.len();
+            return Err(CalibrationError::Stalls(count, pause_ms, place(&view)));
+        }
+        if self.is_given {
+            self.machine.void(t_us);
+        }
+        if self.machine.is_over() {
+            return Ok(());
+        }
+        self.stop()?;
+        self.arm(view.electrode.saturating_sub(1))
+    }
+
+    /// The pause of this computer that made the device end stimulation, which led to
+    /// `error`; none where something else did.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub(super) fn stall(
+        &mut self,
+        error: &CalibrationError,
+    ) -> Result<Option<Duration>, CalibrationError> {
+        if !self.is_kept {
+            return Ok(None);
+        }
+        if let CalibrationError::Link(Error::Refused(_)) = error {
+            // What it refuses because it has ended came after word of that.
+            let now_us = self.client.port().now_us();
+            while let Some(incoming) = self.client.next(now_us)? {
+                if let Incoming::Event(_, event) = incoming {
+                    self.note_end(&event);
+                }
+            }
+        } else if !matches!(error, CalibrationError::Ended(..)) {
+            return Ok(None);
+        }
+        let timeout = Duration::from_millis(host_timeout_ms(&self.sessions).into());
+        let keeper = self.client.keeper();
+        let keeper = keeper.filter(|_| self.ended == Some(StopCause::HostSilent));
+        Ok(keeper.and_then(|keeper| keeper.explains(timeout)))
+    }
+
+    /// Remembers why the device ended stimulation, if `event` says so: the first cause.
+    pub(super) fn note_end(&mut self, event: &Event) {
+        if let Event::Stopping(cause) | Event::Stopped(cause) = event {
+            self.ended.get_or_insert(*cause);
+        }
+    }
+}

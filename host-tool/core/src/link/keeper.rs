@@ -1,0 +1,294 @@
+//! Keep-alives from a thread of their own.
+//!
+//! The thread sends one every period, whatever display, disk and input keep the host's own
+//! loop from. That must not make a program that hangs seem alive: if the loop does not look
+//! at its device for [`UNATTENDED`], no more are sent, and the device ends stimulation by
+//! its host timeout.
+
+use std::collections::VecDeque;
+use std::io;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Longest time for which keep-alives are sent for a loop that does not look at its device.
+pub const UNATTENDED: Duration = Duration::from_millis(200);
+
+/// How long pauses between keep-alives are remembered.
+const REMEMBERED: Duration = Duration::from_secs(3);
+
+/// How long the end of the thread is waited for.
+const FAREWELL: Duration = Duration::from_millis(200);
+
+/// How late keep-alives were: from the moment at which one was due until the thread ran.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Lateness {
+    /// Rising, µs.
+    late_us: Vec<u32>,
+}
+
+impl Lateness {
+    /// Of these, in any order, µs.
+    #[must_use]
+    pub fn of(mut late_us: Vec<u32>) -> Self {
+        late_us.sort_unstable();
+        Self { late_us }
+    }
+
+    /// How many keep-alives were due.
+    #[must_use]
+    pub const fn count(&self) -> usize {
+        self.late_us.len()
+    }
+
+    /// The smallest lateness that this share of all (0 to 1) does not exceed, µs; 1 is the
+    /// worst. Nothing before the first.
+    #[must_use]
+    pub fn quantile_us(&self, share: f64) -> Option<u32> {
+        let last = self.late_us.len().checked_sub(1)?;
+        let place = (self.late_us.len() as f64 * share).ceil() as usize; // 0 and more
+        self.late_us.get(place.saturating_sub(1).min(last)).copied()
+    }
+}
+
+/// What the thread did.
+#[derive(Debug, Default)]
+struct Beats {
+    late_us: Vec<u32>,
+    /// When the last keep-alive was sent.
+    last: Option<Instant>,
+    /// Pauses between two that were sent: when each ended, and its length.
+    pauses: VecDeque<(Instant, Duration)>,
+}
+
+impl Beats {
+    fn sent(&mut self, now: Instant) {
+        if let Some(last) = self.last {
+            self.pauses.push_back((now, now - last));
+        }
+        self.last = Some(now);
+        while (self.pauses.front()).is_some_and(|(end, _)| now - *end > REMEMBERED) {
+            self.pauses.pop_front();
+        }
+    }
+}
+
+#[derive(Debug)]
+struct Shared {
+    begun: Instant,
+    /// When the loop looked last, µs since `begun`.
+    attended_us: AtomicU64,
+    is_over: AtomicBool,
+    beats: Mutex<Beats>,
+}
+
+impl Shared {
+    fn beats(&self) -> MutexGuard<'_, Beats> {
+        self.beats.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn elapsed_us(&self) -> u64 {
+        u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
+    }
+
+    fn is_attended(&self) -> bool {
+        let attended_us = self.attended_us.load(Ordering::Acquire);
+        is_attended(self.elapsed_us(), attended_us)
+    }
+
+    /// Sends until it is over or the device is gone, which whoever reads from it is told.
+    fn beat(&self, period: Duration, mut send: impl FnMut() -> io::Result<()>) {
+        let mut due = Instant::now() + period;
+        loop {
+            while let Some(left) = due.checked_duration_since(Instant::now()) {
+                if self.is_over.load(Ordering::Acquire) {
+                    return;
+                }
+                std::thread::park_timeout(left);
+            }
+            let late = due.elapsed();
+            if self.is_over.load(Ordering::Acquire) {
+                return;
+            }
+            let is_attended = self.is_attended();
+            if is_attended && send().is_err() {
+                return;
+            }
+            let now = Instant::now();
+            let mut beats = self.beats();
+            let late_us = u32::try_from(late.as_micros()).unwrap_or(u32::MAX);
+            beats.late_us.push(late_us);
+            if is_attended {
+                beats.sent(now);
+            }
+            due = now + period;
+        }
+    }
+}
+
+/// Whether a loop that looked at `attended_us` still counts as one that looks at `now_us`.
+fn is_attended(now_us: u64, attended_us: u64) -> bool {
+    u128::from(now_us.saturating_sub(attended_us)) <= UNATTENDED.as_micros()
+}
+
+/// Sends keep-alives until it is dropped.
+#[derive(Debug)]
+pub struct Keeper {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Keeper {
+    /// Calls `send` every `period` from a thread of its own.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn start(
+        period: Duration,
+        send: impl FnMut() -> io::Result<()> + Send + 'static,
+    ) -> io::Result<Self> {
+        let shared = Arc::new(Shared {
+            begun: Instant::now(),
+            attended_us: AtomicU64::new(0),
+            is_over: AtomicBool::new(false),
+            beats: Mutex::new(Beats::default()),
+        });
+        let own = Arc::clone(&shared);
+        let named = std::thread::Builder::new().name("keep-alive".to_owned());
+        let thread = Some(named.spawn(move || own.beat(period, send))?);
+        Ok(Self { shared, thread })
+    }
+
+    /// The host's loop looks at its device.
+    pub fn attend(&self) {
+        let now_us = self.shared.elapsed_us();
+        self.shared.attended_us.store(now_us, Ordering::Release);
+    }
+
+    /// The longest pause between two keep-alives in the last 3 s, the one that lasts
+    /// included.
+    #[must_use]
+    pub fn longest_pause(&self) -> Duration {
+        let now = Instant::now();
+        let beats = self.shared.beats();
+        let open = beats.last.map_or(Duration::ZERO, |last| now - last);
+        let recent = beats.pauses.iter();
+        let recent = recent.filter(|(end, _)| now.saturating_duration_since(*end) <= REMEMBERED);
+        recent.map(|(_, pause)| *pause).fold(open, Duration::max)
+    }
+
+    /// The recent pause in keep-alives that explains why a device heard nothing of its host
+    /// for `host_timeout`, if one does: half of that; the rest is the period's and the wire's.
+    #[must_use]
+    pub fn explains(&self, host_timeout: Duration) -> Option<Duration> {
+        let pause = self.longest_pause();
+        (pause >= host_timeout / 2).then_some(pause)
+    }
+
+    /// How late they were so far.
+    #[must_use]
+    pub fn lateness(&self) -> Lateness {
+        Lateness::of(self.shared.beats().late_us.clone())
+    }
+}
+
+impl Drop for Keeper {
+    fn drop(&mut self) {
+        self.shared.is_over.store(true, Ordering::Release);
+        let Some(thread) = self.thread.take() else {
+            return;
+        };
+        thread.thread().unpark();
+        // It holds a second end of the port, which is to be free again; but one that hangs
+        // in a write is not waited for.
+        let begin = Instant::now();
+        while !thread.is_finished() && begin.elapsed() < FAREWELL {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc;
+
+    const PERIOD: Duration = Duration::from_millis(2);
+
+    fn started() -> (Keeper, mpsc::Receiver<()>) {
+        let (sender, receiver) = mpsc::channel();
+        let send = move || {
+            sender
+                .send(())
+                .map_err(|_| io::ErrorKind::BrokenPipe.into())
+        };
+        (Keeper::start(PERIOD, send).unwrap(), receiver)
+    }
+
+    /// Nothing here takes so long unless it hangs.
+    const PATIENCE: Duration = Duration::from_secs(600);
+
+    /// Attends until a keep-alive comes, however seldom this computer runs the thread.
+    fn hears(keeper: &Keeper, heard: &mpsc::Receiver<()>) {
+        let begin = Instant::now();
+        while heard.recv_timeout(PERIOD).is_err() {
+            keeper.attend();
+            assert!(begin.elapsed() < PATIENCE, "it never speaks");
+        }
+    }
+
+    #[test]
+    fn a_loop_that_is_busy_for_a_while_is_spoken_for_and_one_that_hangs_is_not() {
+        let (attended_us, limit_us) = (5_000, UNATTENDED.as_micros() as u64);
+        for (since_us, is_spoken_for) in [(0, true), (limit_us, true), (limit_us + 1, false)] {
+            let now_us = attended_us + since_us;
+            assert_eq!(
+                is_attended(now_us, attended_us),
+                is_spoken_for,
+                "{since_us}"
+            );
+        }
+        let (keeper, heard) = started();
+        hears(&keeper, &heard);
+        // Nobody attends any more: it ends when none comes for as long as 200 periods.
+        let begin = Instant::now();
+        while heard.recv_timeout(200 * PERIOD).is_ok() {
+            assert!(begin.elapsed() < PATIENCE, "it never ends");
+        }
+        assert!(keeper.explains(100 * PERIOD).is_some());
+        assert_eq!(keeper.explains(100 * PATIENCE), None);
+        // Back again.
+        hears(&keeper, &heard);
+    }
+
+    #[test]
+    fn it_ends_with_its_owner_and_with_its_device() {
+        let (keeper, heard) = started();
+        hears(&keeper, &heard);
+        drop(keeper);
+        // One may be under way.
+        let ended = loop {
+            if let Err(ended) = heard.recv_timeout(PATIENCE) {
+                break ended;
+            }
+        };
+        assert_eq!(ended, mpsc::RecvTimeoutError::Disconnected);
+        let (keeper, heard) = started();
+        drop(heard);
+        let thread = keeper.thread.as_ref().unwrap();
+        while !thread.is_finished() {
+            keeper.attend();
+            std::thread::yield_now();
+        }
+    }
+
+    #[test]
+    fn quantiles_are_of_what_there_is() {
+        let lateness = Lateness::of((1..=1000).rev().collect());
+        let at = |share| lateness.quantile_us(share).unwrap();
+        assert_eq!([at(0.0), at(0.5), at(0.999), at(1.0)], [1, 500, 999, 1000]);
+        assert_eq!(Lateness::default().quantile_us(0.5), None);
+        assert_eq!(Lateness::of(vec![7]).quantile_us(0.999), Some(7));
+    }
+}

@@ -1,0 +1,96 @@
+//! `flexor selftest --keep-alives`: whether this computer is on time enough to calibrate.
+
+use super::{Output, wrong};
+use crate::selftest::{KeepAlives, keep_alives};
+use clap::Args;
+use host_core::calibration::HOST_TIMEOUT_MS;
+use host_core::link::Lateness;
+use serde_json::{Value, json};
+use std::time::Duration;
+
+/// How long keep-alives are timed, and beside what.
+#[derive(Args, Debug)]
+pub struct KeepAliveOptions {
+    /// Time the keep-alives of a calibration on this computer for so many seconds, and
+    /// nothing else
+    #[arg(long, value_name = "SECONDS")]
+    pub keep_alives: Option<u32>,
+    /// With --keep-alives: so many loops that compute without end run beside it
+    #[arg(long, requires = "keep_alives", default_value_t = 0)]
+    busy: u32,
+}
+
+/// # Errors
+/// A length that cannot be; the system gives no thread.
+pub fn main(options: &KeepAliveOptions, seconds: u32, output: Output) -> anyhow::Result<()> {
+    if !(1..=86_400).contains(&seconds) || options.busy > 1_000 {
+        return wrong(format!(
+            "--keep-alives is {seconds}: allowed is 1 to 86400 s, and up to 1000 loops"
+        ));
+    }
+    let timeout = Duration::from_millis(HOST_TIMEOUT_MS.into());
+    let (period, length) = (timeout / 4, Duration::from_secs(seconds.into()));
+    let bar = output.bar("keep-alives");
+    let found = keep_alives(period, length, options.busy, |part| bar.set(part))?;
+    bar.finish();
+    let busy = options.busy;
+    output.say(
+        || people(&found, (period, timeout), busy),
+        || {
+            json!({
+                "seconds": seconds, "busy": busy, "period_ms": period.as_secs_f64() * 1e3,
+                "host_timeout_ms": HOST_TIMEOUT_MS,
+                "keep_alives": machines(&found.keep_alives), "looks": machines(&found.looks),
+                "in_time": in_time(&found, timeout - period),
+            })
+        },
+    )
+}
+
+/// p50, p99.9 and the worst, ms.
+fn of(lateness: &Lateness) -> [f64; 3] {
+    let ms = |share| f64::from(lateness.quantile_us(share).unwrap_or(0)) * 1e-3;
+    [ms(0.5), ms(0.999), ms(1.0)]
+}
+
+/// Whether none was so late that the device would have ended stimulation.
+fn in_time(found: &KeepAlives, spare: Duration) -> bool {
+    let worst = found.keep_alives.quantile_us(1.0).unwrap_or(0);
+    Duration::from_micros(worst.into()) < spare
+}
+
+/// At most 80 columns.
+fn people(found: &KeepAlives, (period, timeout): (Duration, Duration), busy: u32) -> String {
+    let row = |name: &str, lateness: &Lateness| {
+        let [median, most, worst] = of(lateness);
+        let count = lateness.count();
+        format!("{name:<30} {count:>8} {median:>9.3} {most:>9.3} {worst:>9.3}\n")
+    };
+    let (period_ms, timeout_ms) = (period.as_millis(), timeout.as_millis());
+    let verdict = match in_time(found, timeout - period) {
+        true => "none was too late",
+        false => "some were too late: a calibration would have been silent, and gone on",
+    };
+    format!(
+        "how late, ms, with {busy} busy loops beside it:\n\
+         {:<30} {:>8} {:>9} {:>9} {:>9}\n{}{}\
+         a calibration's device waits {timeout_ms} ms; {verdict}",
+        "",
+        "count",
+        "p50",
+        "p99.9",
+        "worst",
+        row(
+            &format!("keep-alives every {period_ms} ms"),
+            &found.keep_alives
+        ),
+        row("looks every 5 ms", &found.looks),
+    )
+}
+
+fn machines(lateness: &Lateness) -> Value {
+    let [p50, p999, worst] = of(lateness);
+    json!({
+        "count": lateness.count(), "p50_ms": p50, "p99_9_ms": p999, "worst_ms": worst,
+    })
+}

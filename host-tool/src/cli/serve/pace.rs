@@ -1,0 +1,237 @@
+//! Device time of a served simulator: the wall clock's, or held back to its host.
+
+use firmware::link::{Decoder, Event, Request, Response, ToDevice};
+use firmware::safety::WearerSpec;
+use hal_sim::world::World;
+use std::time::{Duration, Instant};
+
+/// Device time held to the wall clock, in steps small enough for the wire.
+pub(super) struct Pace {
+    start: Instant,
+    /// Device time at `start`, µs.
+    origin: u64,
+    was_slow: bool,
+    /// Whose silence device time waits for.
+    host: Option<Host>,
+}
+
+impl Pace {
+    /// Device time goes on by at most this much between two looks at the wire.
+    const STEP_US: u64 = 2_000;
+    /// A longer lag is given up: caught up, its host, which by default may be silent for
+    /// 100 ms, would seem so.
+    const LAG_US: u64 = 50_000;
+
+    /// From device time `now_us` on. If it `waits`, no stall of the host or of this
+    /// computer becomes the host's silence.
+    pub(super) fn new(now_us: u64, waits: bool) -> Self {
+        Self {
+            start: Instant::now(),
+            origin: now_us,
+            was_slow: false,
+            host: waits.then(Host::default),
+        }
+    }
+
+    fn due(&self) -> u64 {
+        let elapsed = u64::try_from(self.start.elapsed().as_micros()).unwrap_or(u64::MAX);
+        let due = self.origin.saturating_add(elapsed);
+        let waits_at = self.host.as_ref().and_then(Host::waits_at);
+        due.min(waits_at.unwrap_or(u64::MAX))
+    }
+
+    /// Whether there is nothing to do before some time has gone by.
+    pub(super) fn is_ahead(&self, world: &World) -> bool {
+        world.now_us() >= self.due()
+    }
+
+    /// The host sent these bytes, or none, at device time `now_us`.
+    pub(super) fn heard(&mut self, now_us: u64, bytes: &[u8], is_connected: bool) {
+        let Some(host) = &mut self.host else {
+            return;
+        };
+        let waited = host.waits_at().is_some_and(|until| now_us >= until);
+        host.heard(now_us, bytes, is_connected);
+        // What was waited for is not caught up.
+        if waited && !bytes.is_empty() {
+            (self.start, self.origin) = (Instant::now(), now_us);
+        }
+    }
+
+    /// The device sent these bytes.
+    pub(super) fn told(&mut self, bytes: &[u8]) {
+        if let Some(host) = &mut self.host {
+            host.told(bytes);
+        }
+    }
+
+    /// Lets `world` go on by a step; says, the first time only, that it cannot
+    /// follow the clock.
+    pub(super) fn follow(&mut self, world: &mut World) -> std::io::Result<bool> {
+        let now = world.now_us();
+        world.run_until(self.due().min(now + Self::STEP_US))?;
+        let is_slow = self.due() > world.now_us() + Self::LAG_US;
+        if is_slow {
+            (self.start, self.origin) = (Instant::now(), world.now_us());
+        }
+        let is_news = is_slow && !self.was_slow;
+        self.was_slow |= is_slow;
+        Ok(is_news)
+    }
+}
+
+/// What is known of a host by its frames and its device's: how long it may be silent.
+struct Host {
+    from_host: Decoder,
+    from_device: Decoder,
+    timeout_us: u64,
+    /// Its silence would end what this request, by number, started.
+    started: Option<u16>,
+    /// When it last sent anything, µs of device time, and by the clock.
+    last_us: u64,
+    last: Instant,
+}
+
+impl Default for Host {
+    fn default() -> Self {
+        Self {
+            from_host: Decoder::default(),
+            from_device: Decoder::default(),
+            timeout_us: timeout_us(&WearerSpec::default()),
+            started: None,
+            last_us: 0,
+            last: Instant::now(),
+        }
+    }
+}
+
+const fn timeout_us(wearer: &WearerSpec) -> u64 {
+    wearer.host_timeout_ms as u64 * 1_000
+}
+
+impl Host {
+    /// A host that says nothing for so long has gone: its silence is played.
+    const PATIENCE: Duration = Duration::from_secs(30);
+
+    /// Where device time waits for it, µs: at three quarters of the silence that would end
+    /// stimulation. Hosts speak every quarter of it.
+    fn waits_at(&self) -> Option<u64> {
+        let waits = self.started.is_some() && self.last.elapsed() < Self::PATIENCE;
+        waits.then(|| self.last_us + self.timeout_us * 3 / 4)
+    }
+
+    fn heard(&mut self, now_us: u64, bytes: &[u8], is_connected: bool) {
+        if !is_connected {
+            self.started = None;
+            return;
+        }
+        if !bytes.is_empty() {
+            (self.last_us, self.last) = (now_us, Instant::now());
+        }
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            let Some(message) = self.from_host.take(&mut rest) else {
+                continue;
+            };
+            let said: Option<ToDevice> = message.ok().and_then(|it| postcard::from_bytes(it).ok());
+            self.from_host.clear();
+            if let Some(said) = said {
+                self.asked(&said);
+            }
+        }
+    }
+
+    fn asked(&mut self, said: &ToDevice) {
+        match &said.request {
+            Request::Clear => self.timeout_us = timeout_us(&WearerSpec::default()),
+            Request::Wearer(wearer) => self.timeout_us = timeout_us(wearer),
+            Request::Start => self.started = Some(said.seq),
+            Request::Stop | Request::Hello { .. } => self.started = None,
+            _ => {}
+        }
+    }
+
+    fn told(&mut self, bytes: &[u8]) {
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            let Some(message) = self.from_device.take(&mut rest) else {
+                continue;
+            };
+            let said: Option<Response<'_>> =
+                message.ok().and_then(|it| postcard::from_bytes(it).ok());
+            let is_over = match said {
+                Some(Response::Event { event, .. }) => matches!(
+                    event,
+                    Event::Stopping(_) | Event::Stopped(_) | Event::Faulted(_)
+                ),
+                Some(Response::Refused { seq, .. }) => seq.is_some() && seq == self.started,
+                _ => false,
+            };
+            self.from_device.clear();
+            self.started = self.started.filter(|_| !is_over);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use firmware::link::{Code, Refusal, SCHEMA, SetupSum, encode};
+    use firmware::safety::StopCause;
+    use firmware::units::Micros;
+
+    fn said(host: &mut Host, now_us: u64, request: Request) {
+        let message = ToDevice {
+            session: 1,
+            seq: 1,
+            request,
+        };
+        host.heard(now_us, &encode(&message).unwrap(), true);
+    }
+
+    fn told(host: &mut Host, event: Event) {
+        let at = Micros::new(0);
+        host.told(&encode(&Response::Event { at, event }).unwrap());
+    }
+
+    #[test]
+    fn device_time_waits_for_a_host_whose_silence_would_end_something_and_for_no_other() {
+        let mut host = Host::default();
+        said(&mut host, 10, Request::Hello { schema: SCHEMA });
+        let wearer = WearerSpec {
+            host_timeout_ms: 40,
+            ..WearerSpec::default()
+        };
+        said(&mut host, 20, Request::Wearer(wearer));
+        assert_eq!(host.waits_at(), None, "nothing is armed");
+        let setup = SetupSum::default().total();
+        said(&mut host, 1_000, Request::Arm { setup });
+        assert_eq!(host.waits_at(), None, "nothing has started");
+        said(&mut host, 2_000, Request::Start);
+        assert_eq!(host.waits_at(), Some(32_000));
+        said(&mut host, 9_000, Request::KeepAlive);
+        assert_eq!(host.waits_at(), Some(39_000));
+        // Half a frame is a sign of life, too.
+        host.heard(12_000, &[3, 1], true);
+        assert_eq!(host.waits_at(), Some(42_000));
+        host.heard(13_000, &[0], true);
+        said(&mut host, 14_000, Request::Stop);
+        assert_eq!(host.waits_at(), None, "it waits for the stop");
+        said(&mut host, 15_000, Request::Start);
+        told(&mut host, Event::Recovered);
+        assert!(host.waits_at().is_some());
+        told(&mut host, Event::Stopped(StopCause::Finished));
+        assert_eq!(host.waits_at(), None, "it ended by itself");
+        said(&mut host, 16_000, Request::Start);
+        let refusal = Refusal::new(Code::NotArmed, "state");
+        let refused = Response::Refused {
+            seq: Some(1),
+            refusal,
+        };
+        host.told(&encode(&refused).unwrap());
+        assert_eq!(host.waits_at(), None, "it was refused");
+        said(&mut host, 16_500, Request::Start);
+        host.heard(17_000, &[], false);
+        assert_eq!(host.waits_at(), None, "it has gone");
+    }
+}

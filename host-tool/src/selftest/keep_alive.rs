@@ -1,0 +1,100 @@
+//! How late keep-alives from a thread of their own are on this computer.
+
+use host_core::link::{Keeper, Lateness};
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// From one look of the host's loop at its device to the next, as a calibration looks.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// What was measured.
+#[derive(Clone, Debug)]
+pub struct KeepAlives {
+    /// Lateness of the thread that sends them.
+    pub keep_alives: Lateness,
+    /// Lateness of a loop that looks every 5 ms, as one that sends them itself does.
+    pub looks: Lateness,
+}
+
+/// Threads that compute without end, beside what is measured.
+struct Busy {
+    is_over: Arc<AtomicBool>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+impl Busy {
+    fn start(count: u32) -> io::Result<Self> {
+        let is_over = Arc::new(AtomicBool::new(false));
+        let spin = || {
+            let is_over = Arc::clone(&is_over);
+            std::thread::Builder::new().spawn(move || {
+                while !is_over.load(Ordering::Relaxed) {
+                    std::hint::spin_loop();
+                }
+            })
+        };
+        let threads = (0..count).map(|_| spin()).collect::<io::Result<Vec<_>>>();
+        Ok(Self {
+            threads: threads?,
+            is_over,
+        })
+    }
+}
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        self.is_over.store(true, Ordering::Relaxed);
+        for thread in self.threads.drain(..) {
+            let _ = thread.join(); // it computes nothing that could fail
+        }
+    }
+}
+
+/// Sends keep-alives to nobody every `period` for `length`, with so many `busy` loops
+/// beside it.
+///
+/// # Errors
+/// The system gives no thread.
+pub fn keep_alives(
+    period: Duration,
+    length: Duration,
+    busy: u32,
+    mut progress: impl FnMut(f64),
+) -> io::Result<KeepAlives> {
+    let busy = Busy::start(busy)?;
+    let keeper = Keeper::start(period, || Ok(()))?;
+    let begin = Instant::now();
+    let mut late_us = Vec::new();
+    while begin.elapsed() < length {
+        let due = Instant::now() + LOOK;
+        std::thread::sleep(LOOK);
+        late_us.push(u32::try_from(due.elapsed().as_micros()).unwrap_or(u32::MAX));
+        keeper.attend();
+        progress(begin.elapsed().as_secs_f64() / length.as_secs_f64());
+    }
+    let keep_alives = keeper.lateness();
+    drop((keeper, busy));
+    Ok(KeepAlives {
+        keep_alives,
+        looks: Lateness::of(late_us),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_that_was_due_is_counted() {
+        let period = Duration::from_millis(2);
+        let found = keep_alives(period, Duration::from_millis(200), 2, |_| ()).unwrap();
+        let count = found.keep_alives.count();
+        assert!((1..=100).contains(&count), "{count}");
+        let [median, worst] = [0.5, 1.0].map(|it| found.keep_alives.quantile_us(it));
+        assert!(median <= worst && worst.is_some());
+        assert!((1..=40).contains(&found.looks.count()));
+    }
+}

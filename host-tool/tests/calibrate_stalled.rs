@@ -1,0 +1,135 @@
+//! `flexor calibrate` on a computer that stalls.
+
+use crate::calibrate_cli::{Driven, PLAN, read};
+use crate::program::{Board, folder, written};
+use crate::steady::steadily;
+use host_core::calibration::{
+    Course, Desk, Entry, Gone, HOST_TIMEOUT_MS, Head, Journal, OnDisk, Operator, Order, Phase,
+    Plan, Told, View, calibrate,
+};
+use host_core::link::{TcpPort, UNATTENDED};
+use std::time::Duration;
+
+fn signal(id: u32, name: &str) {
+    let sent = std::process::Command::new("kill")
+        .args([&format!("-{name}"), &id.to_string()])
+        .status();
+    assert!(sent.unwrap().success());
+}
+
+/// The computer does not run the program for half a second while a level is given to a
+/// board whose time goes on: the board is silent by itself, the stall is told as that, and
+/// the same level is given again at the same step.
+#[test]
+fn a_computer_that_stalls_is_told_as_that_and_the_calibration_goes_on_where_it_was() {
+    let name = "a_computer_that_stalls_is_told_as_that_and_the_calibration_goes_on_where_it_was";
+    steadily(name, goes_on_after_a_stall);
+}
+
+fn goes_on_after_a_stall() {
+    let folder = folder("calibrate_stalled");
+    written(
+        &folder,
+        "plan.toml",
+        PLAN.replace("[limits]", "on_s = 3.0\n[limits]"),
+    );
+    let board = Board::in_real_time(&folder);
+    let at = board.at.clone();
+    let mut driven = Driven::start_on(&folder, &["--device", &at]);
+    driven.ready();
+    driven.order("{\"order\":\"raise\"}");
+    driven.next(|it| it["phase"] == "on" && it["given"] == 2.0);
+    signal(driven.process.id(), "STOP");
+    std::thread::sleep(Duration::from_millis(500));
+    signal(driven.process.id(), "CONT");
+    let told = driven.next(|it| it["entry"].get("stalled").is_some());
+    let stalled = &told["entry"]["stalled"];
+    let pause_ms = stalled["pause_ms"].as_u64().unwrap();
+    assert!(pause_ms >= 400 && stalled["channel"] == 3, "{told}");
+    // Nothing is asked of what was cut short, and a raise gives the same.
+    let view = driven.next(|it| it["phase"] == "ready");
+    assert!(
+        view["question"].is_null() && view["step"] == "placement",
+        "{view}"
+    );
+    assert_eq!(view["raise"], 2.0, "{view}");
+    driven.order("{\"order\":\"raise\"}");
+    driven.next(|it| it["phase"] == "on" && it["given"] == 2.0);
+    let asked = driven.next(|it| it["question"].is_string());
+    assert_eq!(asked["level"], 2.0, "{asked}");
+    driven.order("{\"order\":\"abort\"}");
+    let (exit, rest, error) = driven.ended();
+    assert!(exit == Some(1) && error.contains("E683"), "{rest}{error}");
+    let journal = read(&folder, "w.toml.journal");
+    assert_eq!(journal.matches("\"stalled\"").count(), 1, "{journal}");
+    assert_eq!(journal.matches("\"armed\"").count(), 2, "{journal}");
+}
+
+/// Looks at a board for as long as it takes, as on a slow terminal, while one level is given.
+#[derive(Default)]
+struct Slow {
+    looks: u32,
+    stalls: u32,
+}
+
+/// Longer than the device waits for its host, shorter than one that hangs.
+const SLOW: Duration = Duration::from_millis(150);
+
+impl Operator for Slow {
+    fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
+        if view.phase == Phase::On {
+            self.looks += 1;
+            std::thread::sleep(SLOW);
+        }
+        Ok(match (view.phase, view.question) {
+            (_, Some(_)) => vec![Order::Abort],
+            (Phase::Ready, None) => vec![Order::Raise],
+            _ => Vec::new(),
+        })
+    }
+
+    fn tell(&mut self, told: Told<'_>, _: &View) {
+        let is_stall = matches!(told, Told::Recorded(Entry::Stalled { .. }));
+        self.stalls += u32::from(is_stall);
+    }
+}
+
+#[test]
+fn a_slow_display_or_input_does_not_make_the_host_silent() {
+    assert!(SLOW < UNATTENDED && SLOW > Duration::from_millis(HOST_TIMEOUT_MS.into()));
+    steadily(
+        "a_slow_display_or_input_does_not_make_the_host_silent",
+        || {
+            let folder = folder("calibrate_slow");
+            let board = Board::in_real_time(&folder);
+            let port = TcpPort::connect(board.at.strip_prefix("tcp:").unwrap()).unwrap();
+            let plan = Plan::parse("plan", PLAN).unwrap();
+            let out = folder.join("w.toml");
+            let head = Head {
+                operator: "slow".to_owned(),
+                at: "simulated".to_owned(),
+                device: "native".to_owned(),
+                firmware: "0.1.0".to_owned(),
+                ..Head::of("W01", PLAN)
+            };
+            let course = Course {
+                plan: &plan,
+                out: &out,
+                files: &OnDisk,
+                before: &[],
+                head: &head,
+            };
+            let mut slow = Slow::default();
+            let mut desk = Desk {
+                operator: &mut slow,
+                interruption: None,
+                acknowledges: false,
+            };
+            let (result, _, _) = calibrate(port, &course, &mut Journal::nowhere(), &mut desk);
+            let error = result.unwrap_err().to_string();
+            assert!(error.starts_with("E683 "), "{error}");
+            assert_eq!(slow.stalls, 0);
+            assert!(slow.looks > 3, "{}", slow.looks);
+        },
+    );
+}

@@ -1,0 +1,123 @@
+//! A second build compiles nothing.
+//!
+//! Cargo rebuilds a package at every call if its build script names a file that is not
+//! there, and with it all that depends on it: minutes of every edit. Each profile that the
+//! steps before this one built is built again, and what is not fresh is named with Cargo's
+//! reason.
+
+use super::Workspace;
+use super::command::{Finished, execute};
+use super::console::Console;
+use super::image::Image;
+use super::report::Report;
+
+/// Builds of this computer's programs: the profile, and what to build. Of the release
+/// profile the packages with a build script of their own, as libraries: linking the
+/// programs takes minutes, and what makes a package stale is its build script's word.
+const BUILDS: [(&str, &[&str]); 3] = [
+    ("dev", &["build", "--workspace"]),
+    ("test", &["test", "--workspace", "--no-run"]),
+    (
+        "release",
+        &[
+            "build",
+            "--release",
+            "--lib",
+            "-p",
+            "firmware",
+            "-p",
+            "methods",
+        ],
+    ),
+];
+
+/// Each build twice; the second compiles nothing.
+pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    let mut report = Report::default();
+    for (profile, arguments) in BUILDS {
+        report.add(twice(at, console, profile, arguments)?);
+    }
+    for image in Image::all(at)? {
+        let arguments = image.arguments("build");
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let profile = format!("the image {}", image.name);
+        report.add(twice(at, console, &profile, &arguments)?);
+    }
+    Ok(report)
+}
+
+fn twice(
+    at: &Workspace,
+    console: &mut Console,
+    profile: &str,
+    arguments: &[&str],
+) -> anyhow::Result<Report> {
+    let first = execute(at, console, "cargo", arguments)?;
+    if !first.success {
+        return Ok(first.report(&format!("cargo {}", arguments.join(" "))));
+    }
+    let again = [arguments, &["--verbose"]].concat();
+    Ok(judge(profile, execute(at, console, "cargo", &again)?))
+}
+
+/// What a second build, told in full, came to.
+fn judge(profile: &str, second: Finished) -> Report {
+    if !second.success {
+        return second.report(&format!("the second build of {profile}"));
+    }
+    let said = |word: &'static str| {
+        let of = move |line: &&String| line.split_whitespace().next() == Some(word);
+        second.lines.iter().filter(of)
+    };
+    // Cargo says why before it compiles.
+    let stale: Vec<String> = said("Dirty").chain(said("Compiling")).cloned().collect();
+    if !stale.is_empty() {
+        let heading = format!("a second build of {profile} compiles:");
+        return Report::fail([vec![heading], stale].concat());
+    }
+    match said("Fresh").next() {
+        Some(_) => Report::pass(),
+        None => Report::fail(vec![format!("a second build of {profile} says nothing")]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A package of its own whose build script names `watched`.
+    fn package(name: &str, watched: &str) -> Workspace {
+        let own = format!("flexor-fresh-{}-{name}", std::process::id());
+        let root = std::env::temp_dir().join(own);
+        let _ = std::fs::remove_dir_all(&root);
+        std::fs::create_dir_all(root.join("src")).unwrap();
+        let write = |file: &str, text: &str| std::fs::write(root.join(file), text).unwrap();
+        let manifest = "[package]\nname = 'stale'\nversion = '0.1.0'\nedition = '2024'\n";
+        write("Cargo.toml", &format!("{manifest}[workspace]\n"));
+        write("src/lib.rs", "");
+        let script = format!("fn main() {{ println!(\"cargo:rerun-if-changed={watched}\"); }}\n");
+        write("build.rs", &script);
+        let target = root.join("target");
+        Workspace { root, target }
+    }
+
+    fn built(at: &Workspace) -> Report {
+        let target = at.target.to_str().unwrap();
+        let arguments = ["build", "--offline", "--target-dir", target];
+        let report = twice(at, &mut Console::new(), "dev", &arguments).unwrap();
+        std::fs::remove_dir_all(&at.root).unwrap();
+        report
+    }
+
+    #[test]
+    fn a_build_script_that_names_a_missing_file_is_found_by_name() {
+        let fresh = built(&package("fresh", "build.rs"));
+        assert_eq!(fresh, Report::pass());
+        let stale = built(&package("stale", "nowhere.rs"));
+        assert_eq!((stale.passed, stale.failed), (0, 1));
+        let said = stale.lines.join("\n");
+        for part in ["Dirty stale", "nowhere.rs", "Compiling stale"] {
+            assert!(said.contains(part), "{part}: {said}");
+        }
+    }
+}
