@@ -4,13 +4,12 @@ mod record;
 
 use super::stages::check_stages;
 use super::{Observer, RunError, Seen, SessionFile, Stopped, Wish, trial};
-use crate::link::{Client, Error, Incoming, Interruption, Port};
+use crate::link::{Client, Error, Incoming, Interruption, Port, stamp};
 use crate::record::{Recorder, Trial};
 use crate::session::{Course, Session, SessionLimb, Setpoint};
 use firmware::control::SensorSource;
 use firmware::link::{Counters, Event, HelloInfo, Request};
 use firmware::safety::{Stages, State};
-use firmware::units::{Micros, us};
 use std::collections::VecDeque;
 use std::iter;
 
@@ -22,7 +21,7 @@ const ACKNOWLEDGE_US: u64 = 300_000;
 
 /// Forces at the hand are sent so long before they are valid, that none is late for its
 /// recruitment, µs.
-const AHEAD_US: u32 = 10_000;
+const AHEAD_US: u64 = 10_000;
 
 /// Wanted forces at the hand whose answers may be on their way.
 const WISHES: usize = 64;
@@ -54,7 +53,8 @@ struct Run<'a, P> {
     trial: Trial,
     recorder: Option<&'a mut Recorder>,
     observer: &'a mut dyn Observer,
-    epoch: Micros,
+    /// When the trains started, device time in µs.
+    epoch: u64,
     /// The same in the port's time.
     epoch_us: u64,
     /// A board's count of this run's pulses after the electrode check, where no
@@ -101,7 +101,7 @@ pub fn run<P: Port>(
         trial,
         recorder,
         observer: &mut observer,
-        epoch: info.at,
+        epoch: 0,
         epoch_us: 0,
         checked: 0,
         begun: Counters::default(),
@@ -242,14 +242,12 @@ impl<P: Port> Run<'_, P> {
         self.heard_us = now_us;
         let is_simulated = self.client.port().world().is_some();
         // In a simulated world, host time and device time are one.
-        let device_now = if is_simulated {
-            Some(Micros::new(now_us as u32))
-        } else {
-            self.client.device_time(now_us)
+        let now = match is_simulated {
+            true => now_us,
+            false => self.device_time(now_us),
         };
-        let now = device_now.unwrap_or(self.epoch);
         // The epoch is at most a few milliseconds from now.
-        self.epoch_us = now_us.saturating_add_signed((self.epoch - now).us().into());
+        self.epoch_us = (now_us + self.epoch).saturating_sub(now);
         Ok(())
     }
 
@@ -281,8 +279,7 @@ impl<P: Port> Run<'_, P> {
         if self.measures()
             && let Some(deg) = self.client.port().glove_deg()
         {
-            let now = self.client.port().now_us();
-            let at = self.client.device_time(now).unwrap_or(self.epoch);
+            let at = stamp(self.now());
             let (joint, centideg) = (0, (deg * 100.0).round() as i16); // saturates
             let measured = Request::Measurement {
                 joint,
@@ -305,18 +302,17 @@ impl<P: Port> Run<'_, P> {
         for request in self.session.setpoints.lists(before, due) {
             self.client.post(request)?;
         }
-        // Wrapping: device time is modulo 2^32.
-        let now = self.epoch + us(due as u32);
+        let now = self.epoch + due;
         let setpoints = &self.session.setpoints;
         let ahead_us = match &setpoints.course {
             Course::Wrench(_) => AHEAD_US,
             _ => 0,
         };
-        let driven = setpoints.at(due + u64::from(ahead_us));
+        let driven = setpoints.at(due + ahead_us);
         for setpoint in iter::once(driven).chain(setpoints.with(due)) {
             let at = match setpoint {
-                Setpoint::Wrench(_) => Some(now + us(ahead_us)),
-                Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(now),
+                Setpoint::Wrench(_) => Some(stamp(now + ahead_us)),
+                Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(stamp(now)),
                 Setpoint::Amplitudes(_) | Setpoint::Held(_) | Setpoint::KeepAlive => None,
             };
             let seq = self.client.post(setpoint.request(at))?;
@@ -346,8 +342,7 @@ impl<P: Port> Run<'_, P> {
 
     /// A measurement of each of the arm's angles now.
     fn posture(&mut self) -> Vec<Request> {
-        let now = self.client.port().now_us();
-        let at = self.client.device_time(now).unwrap_or(self.epoch);
+        let at = stamp(self.now());
         let angles = self.client.port().posture_deg().into_iter().flatten();
         let measured = (0u8..).zip(angles).map(|(joint, deg)| {
             let centideg = (deg * 100.0).round() as i16; // saturates
@@ -362,8 +357,7 @@ impl<P: Port> Run<'_, P> {
 
     /// The modulated joints' angles of `due` µs after the start, measured now.
     fn joint_angles(&mut self, due: u64) -> Vec<Request> {
-        let now = self.client.port().now_us();
-        let at = self.client.device_time(now).unwrap_or(self.epoch);
+        let at = stamp(self.now());
         let joints = self.session.modulations.iter();
         let measured = joints.map(|joint| Request::Measurement {
             joint: joint.spec.joint,
@@ -371,6 +365,22 @@ impl<P: Port> Run<'_, P> {
             at,
         });
         measured.collect()
+    /// Device time now, µs.
+    fn now(&mut self) -> u64 {
+        let now_us = self.client.port().now_us();
+        self.device_time(now_us)
+    }
+
+    /// Device time at `port_us` of the port's, µs; the epoch before any answer.
+    fn device_time(&self, port_us: u64) -> u64 {
+        self.client.device_time(port_us).unwrap_or(self.epoch)
+    }
+
+    /// Seconds from the start of the trains to the device time `at_us`.
+    fn since_start_s(&self, at_us: u64) -> f64 {
+        trial::since_s(at_us, self.epoch)
+    }
+
     }
 
     fn measures(&self) -> bool {

@@ -102,10 +102,11 @@ impl<P: Port> Run<'_, P> {
 
     pub(super) fn file(&mut self, incoming: Incoming) -> Result<(), RunError> {
         match incoming {
-            Incoming::Telemetry(telemetry) => {
-                if telemetry.at.has_reached(self.epoch) {
+            Incoming::Telemetry(at_us, telemetry) => {
+                if at_us >= self.epoch {
                     let true_deg = self.client.port().true_deg();
-                    let mut sample = trial::sample(&telemetry, self.epoch, true_deg);
+                    let t_s = self.since_start_s(at_us);
+                    let mut sample = trial::sample(&telemetry, t_s, true_deg);
                     if self.session.limb.is_some() {
                         let force = self.client.port().hand_n().into_iter().flatten();
                         sample.hand_true_n = force.map(Some).collect();
@@ -117,12 +118,12 @@ impl<P: Port> Run<'_, P> {
                     self.trial.samples.push(sample);
                 }
             }
-            Incoming::Event(at, event) => {
+            Incoming::Event(at_us, event) => {
                 if self.file_electrode(&event)? {
                     return Ok(());
                 }
                 let text = trial::event(&event);
-                let t_s = f64::from((at - self.epoch).us()) * 1e-6;
+                let t_s = self.since_start_s(at_us);
                 self.observer.see(Seen::Event(t_s, &event));
                 self.note(t_s, text.clone())?;
                 if matches!(
@@ -136,9 +137,8 @@ impl<P: Port> Run<'_, P> {
             Incoming::Refused(_, refused) if refused.number == Code::Stopped as u16 => {}
             Incoming::Refused(seq, refused) => {
                 self.refused += 1;
-                let now = self.client.port().now_us();
-                let at = self.client.device_time(now).unwrap_or(self.epoch);
-                let t_s = f64::from((at - self.epoch).us()) * 1e-6;
+                let at_us = self.now();
+                let t_s = self.since_start_s(at_us);
                 self.observer.see(Seen::Refused(t_s, &refused));
                 let nearest = self.nearest(seq, &refused).unwrap_or_default();
                 self.note(t_s, format!("{refused}{nearest}"))?;
