@@ -33,7 +33,7 @@ pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[Chann
     let predicted = channels.iter().filter(|c| c.muscle).count();
     let live = channels.iter().filter(|c| c.live_width).count();
     let controlled = channels.iter().filter(|c| c.force).count();
-    number::push(text, sample.t_s);
+    number::push_micros(text, sample.t_s);
     for value in [sample.target_deg, sample.measured_deg, sample.true_deg] {
         push_field(text, value);
     }
