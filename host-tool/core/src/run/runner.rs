@@ -3,7 +3,7 @@
 mod record;
 
 use super::stages::check_stages;
-use super::{Observer, RunError, Seen, SessionFile, Stopped, Wish, trial};
+use super::{Observer, Outputs, RunError, Seen, SessionFile, Stopped, Wish, trial};
 use crate::link::{Client, Error, Incoming, Interruption, Port, stamp};
 use crate::record::{Recorder, Trial};
 use crate::session::{Course, Session, SessionLimb, Setpoint};
@@ -33,6 +33,9 @@ const POSTURE_US: u64 = 20_000;
 /// 100 ms at least.
 const SILENCE_US: u64 = 1_000_000;
 
+/// From one time that a simulated device's outputs are taken to the next, µs.
+const TAKE_US: u64 = 1_000_000;
+
 /// What came of a session, complete or not.
 pub struct Outcome {
     /// Everything recorded.
@@ -47,11 +50,15 @@ pub struct Outcome {
     pub error: Option<RunError>,
 }
 
-struct Run<'a, P> {
+struct Run<'a, 'o, P> {
     session: &'a Session,
     client: Client<P>,
     trial: Trial,
     recorder: Option<&'a mut Recorder>,
+    /// Who takes a simulated device's outputs while it runs; else its world keeps them.
+    outputs: Option<&'o mut dyn Outputs>,
+    /// Pulses that were taken, and up to when, in the port's time.
+    taken: (u64, u64),
     observer: &'a mut dyn Observer,
     /// When the trains started, device time in µs.
     epoch: u64,
@@ -76,6 +83,27 @@ pub fn run<P: Port>(
     file: &SessionFile,
     port: P,
     recorder: Option<&mut Recorder>,
+    observer: impl Observer,
+) -> (Outcome, Option<P>) {
+    conduct(file, port, (recorder, None), observer)
+}
+
+/// The same, and `outputs` takes what a simulated device puts out while it runs: then
+/// its world has no trace of it in the end.
+pub fn run_taken<P: Port>(
+    file: &SessionFile,
+    port: P,
+    recorder: Option<&mut Recorder>,
+    observer: impl Observer,
+    outputs: &mut dyn Outputs,
+) -> (Outcome, Option<P>) {
+    conduct(file, port, (recorder, Some(outputs)), observer)
+}
+
+fn conduct<P: Port>(
+    file: &SessionFile,
+    port: P,
+    (recorder, outputs): (Option<&mut Recorder>, Option<&mut dyn Outputs>),
     mut observer: impl Observer,
 ) -> (Outcome, Option<P>) {
     let session = &file.session;
@@ -100,6 +128,8 @@ pub fn run<P: Port>(
         client,
         trial,
         recorder,
+        outputs,
+        taken: (0, 0),
         observer: &mut observer,
         epoch: 0,
         epoch_us: 0,
@@ -136,6 +166,7 @@ pub fn run<P: Port>(
         run.cut_short(error);
     }
     if is_started {
+        run.take_the_last_outputs();
         run.count_pulses();
     }
     let outcome = Outcome {
@@ -195,7 +226,7 @@ pub fn acknowledge<P: Port>(port: P) -> Result<P, Error> {
     Ok(client.into_port())
 }
 
-impl<P: Port> Run<'_, P> {
+impl<P: Port> Run<'_, '_, P> {
     fn prepare(&mut self, stages: &Stages) -> Result<(), RunError> {
         // It may have played for others, or another trial, since it booted.
         let is_new = (self.client.port().world()).is_some_and(|world| !world.is_used());
@@ -260,6 +291,7 @@ impl<P: Port> Run<'_, P> {
             self.trigger(asked_us, due);
             asked_us = due;
             self.listen((begin + due).min(end))?;
+            self.take_outputs();
             if begin + due >= end {
                 break;
             }
@@ -335,6 +367,22 @@ impl<P: Port> Run<'_, P> {
         }
     }
 
+    /// Device time now, µs.
+    fn now(&mut self) -> u64 {
+        let now_us = self.client.port().now_us();
+        self.device_time(now_us)
+    }
+
+    /// Device time at `port_us` of the port's, µs; the epoch before any answer.
+    fn device_time(&self, port_us: u64) -> u64 {
+        self.client.device_time(port_us).unwrap_or(self.epoch)
+    }
+
+    /// Seconds from the start of the trains to the device time `at_us`.
+    fn since_start_s(&self, at_us: u64) -> f64 {
+        trial::since_s(at_us, self.epoch)
+    }
+
     fn measures_posture(&self) -> bool {
         let limb = self.session.limb.as_ref();
         limb.is_some_and(SessionLimb::is_measured)
@@ -365,22 +413,6 @@ impl<P: Port> Run<'_, P> {
             at,
         });
         measured.collect()
-    /// Device time now, µs.
-    fn now(&mut self) -> u64 {
-        let now_us = self.client.port().now_us();
-        self.device_time(now_us)
-    }
-
-    /// Device time at `port_us` of the port's, µs; the epoch before any answer.
-    fn device_time(&self, port_us: u64) -> u64 {
-        self.client.device_time(port_us).unwrap_or(self.epoch)
-    }
-
-    /// Seconds from the start of the trains to the device time `at_us`.
-    fn since_start_s(&self, at_us: u64) -> f64 {
-        trial::since_s(at_us, self.epoch)
-    }
-
     }
 
     fn measures(&self) -> bool {

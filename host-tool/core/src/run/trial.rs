@@ -11,9 +11,8 @@ use firmware::control::ForceGap;
 use firmware::haptics::{Hold, ModulationSpec, MotionPhase, Side};
 use firmware::link::{Counters, Event, ForceSample, JointSample, Telemetry};
 use firmware::safety::{self, Fault, StopCause};
-use firmware::units::{Amplitude, Micros};
-use hal_sim::trace::{State as TraceState, Trace};
-use std::collections::BTreeMap;
+use firmware::units::Amplitude;
+use hal_sim::trace::{Edge as TraceEdge, State as TraceState, Trace};
 
 /// An empty trial of `file`'s session.
 #[must_use]
@@ -243,33 +242,13 @@ fn named(counters: &Counters) -> [(&'static str, u32); 10] {
     ]
 }
 
-/// The edges of one period of `session`, as long as the longest of its channels',
-/// with times counted from its start: the first that starts `after_us` after
-/// `epoch_us` or later in which as many channels play as in any.
-#[must_use]
-pub fn edges_of_one_period(
-    session: &Session,
-    trace: &Trace,
-    epoch_us: u64,
-    after_us: u64,
-) -> Vec<Edge> {
+/// The longest period of a session's channels, µs.
+pub(super) fn longest_period_us(session: &Session) -> u64 {
     let periods = session.channels.iter().map(|c| {
         let slowest_us = c.force.and_then(|force| force.max_period_us);
         u64::from(slowest_us.unwrap_or(c.spec.train.period_us))
     });
-    let period = periods.max().unwrap_or(0).max(1);
-    let begin = epoch_us + after_us / period * period;
-    // Channels that play in each period, a bit each.
-    let mut playing: BTreeMap<u64, u16> = BTreeMap::new();
-    for edge in trace.edges_from(begin) {
-        if edge.state.is_driven() && edge.dac_code > 0 {
-            *playing.entry((edge.t_us - begin) / period).or_default() |= 1 << edge.channel;
-        }
-    }
-    let fullest = playing.values().map(|bits| bits.count_ones()).max();
-    let first = (playing.iter()).find(|(_, bits)| Some(bits.count_ones()) == fullest);
-    let begin = begin + first.map_or(0, |(nth, _)| nth * period);
-    edges_between(trace, begin, begin + period)
+    periods.max().unwrap_or(0).max(1)
 }
 
 /// Edges in `from_us..to_us`, with times counted from `from_us`.
@@ -278,16 +257,21 @@ pub fn edges_between(trace: &Trace, from_us: u64, to_us: u64) -> Vec<Edge> {
     trace
         .edges_from(from_us)
         .take_while(|edge| edge.t_us < to_us)
-        .map(|edge| Edge {
-            t_us: edge.t_us - from_us,
-            channel: edge.channel + 1,
-            state: match edge.state {
-                TraceState::Isolated => State::Isolated,
-                TraceState::Cathodic => State::Cathodic,
-                TraceState::Anodic => State::Anodic,
-                TraceState::Grounded => State::Grounded,
-            },
-            dac_code: edge.dac_code,
-        })
+        .map(|it| edge(it, from_us))
         .collect()
+}
+
+/// A trace's edge as it is recorded, with its time counted from `from_us`.
+pub(super) fn edge(edge: TraceEdge, from_us: u64) -> Edge {
+    Edge {
+        t_us: edge.t_us - from_us,
+        channel: edge.channel + 1,
+        state: match edge.state {
+            TraceState::Isolated => State::Isolated,
+            TraceState::Cathodic => State::Cathodic,
+            TraceState::Anodic => State::Anodic,
+            TraceState::Grounded => State::Grounded,
+        },
+        dac_code: edge.dac_code,
+    }
 }

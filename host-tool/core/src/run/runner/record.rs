@@ -1,12 +1,12 @@
 //! What a run's record is told of what arrives.
 
-use super::{Run, RunError};
+use super::{Run, RunError, TAKE_US};
 use crate::link::{Incoming, Port, Refused};
 use crate::run::{Seen, identity, pulses, trial};
 use crate::session::{nearest, newtons};
 use firmware::link::{Code, Event, HelloInfo};
 
-impl<P: Port> Run<'_, P> {
+impl<P: Port> Run<'_, '_, P> {
     /// The record says who answered.
     pub(super) fn identify(&mut self, info: &HelloInfo) -> Result<(), RunError> {
         let in_process = self.client.port().world().is_some();
@@ -69,7 +69,8 @@ impl<P: Port> Run<'_, P> {
         let played = match self.client.port().world() {
             Some(world) => {
                 let trace = &world.recorder.trace;
-                Some(pulses::played(self.session, trace, self.epoch_us))
+                let left = pulses::played(self.session, trace, self.epoch_us);
+                Some(self.taken.0 + left)
             }
             None => told.map(u64::from),
         };
@@ -81,6 +82,35 @@ impl<P: Port> Run<'_, P> {
         }
         if let Some(recorder) = &mut self.recorder {
             recorder.played(played, self.trial.silent.as_deref());
+        }
+    }
+
+    /// From time to time, what a simulated device has put out goes to who takes it.
+    pub(super) fn take_outputs(&mut self) {
+        let now_us = self.client.port().now_us();
+        if now_us >= self.taken.1 + TAKE_US {
+            self.taken.1 = now_us;
+            // What came in the latest steps may still change.
+            self.take_until(now_us - TAKE_US / 2);
+        }
+    }
+
+    /// And in the end all that is left.
+    pub(super) fn take_the_last_outputs(&mut self) {
+        self.take_until(u64::MAX);
+        let now_us = self.client.port().now_us();
+        if let Some(outputs) = &mut self.outputs {
+            outputs.end(now_us);
+        }
+    }
+
+    fn take_until(&mut self, until_us: u64) {
+        if let Some(outputs) = &mut self.outputs
+            && let Some(world) = self.client.port().world()
+        {
+            let piece = world.recorder.trace.take(until_us);
+            self.taken.0 += pulses::played(self.session, &piece, self.epoch_us);
+            outputs.take(&piece, self.epoch_us);
         }
     }
 
