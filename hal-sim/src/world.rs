@@ -59,8 +59,9 @@ impl Recorder {
         self.trace.levels.drain(..last);
     }
 
-    /// Device time is now the lower half of `now_us`: said at least every half hour,
-    /// it is told apart from what it was a wrap ago, however long nothing is put out.
+    /// Device time is now the lower half of `now_us`: the world says so after each of
+    /// its steps, or a device that puts nothing out for 36 minutes would be recorded at
+    /// the time of a wrap ago.
     fn keep_time(&mut self, now_us: u64) {
         for time in [
             &mut self.level_time,
@@ -258,6 +259,7 @@ impl World {
             self.sensors.trigger = None;
             self.sensors.held = self.release_us.is_some();
             self.now_us = step;
+            self.recorder.keep_time(step);
             self.excite();
             self.is_sensed &= !self.body.advance(step);
         }
@@ -293,14 +295,13 @@ impl World {
         self.is_used
     }
 
-    /// Lets `for_us` pass, half an hour at most, in which no host says anything; what
-    /// the device tells is lost.
+    /// Lets `for_us` pass, in which no host says anything; what the device tells is
+    /// lost.
     ///
     /// # Errors
     /// The device cannot be reached any more.
     pub fn rest(&mut self, for_us: u64) -> std::io::Result<()> {
         self.run_until(self.now_us.saturating_add(for_us))?;
-        self.recorder.keep_time(self.now_us);
         self.recorder.bytes.clear();
         Ok(())
     }

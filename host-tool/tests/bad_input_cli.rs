@@ -274,7 +274,7 @@ fn is_kept(out: &Path) {
     let run = record::load(out).unwrap();
     let trial = &run.trials[0];
     assert!(trial.samples.len() > 20, "{} samples", trial.samples.len());
-    for pair in trial.samples.windows(2) {
+    for pair in trial.samples.to_vec().windows(2) {
         let step_s = pair[1].t_s - pair[0].t_s;
         assert!(
             (step_s - 0.01).abs() < 1e-9,

@@ -4,8 +4,8 @@
 use crate::program::{Board, folder, said, written};
 use firmware::haptics::{Hold, Modulation, MotionPhase};
 use firmware::link::{Code, Event, Request, Telemetry};
-use firmware::units::{Angle, Micros};
-use host_core::link::{Client, Error, Incoming, Port, TcpPort};
+use firmware::units::Angle;
+use host_core::link::{Client, Error, Incoming, Port, TcpPort, stamp};
 use host_core::session::Session;
 use std::process::Command;
 
@@ -193,7 +193,7 @@ impl Wire {
 
     fn measured(&mut self, joint: u8, centideg: i16) -> Option<Code> {
         // Of the latest answer, so never in the future.
-        let at: Micros = self.0.request(Request::KeepAlive).unwrap();
+        let at = stamp(self.0.request(Request::KeepAlive).unwrap());
         self.say(Request::Measurement {
             joint,
             centideg,
@@ -207,7 +207,7 @@ impl Wire {
         let until = self.0.port().now_us() + 2_000_000;
         while let Some(incoming) = self.0.next(until).unwrap() {
             match incoming {
-                Incoming::Telemetry(sample) if is(&sample) => return *sample,
+                Incoming::Telemetry(_, sample) if is(&sample) => return *sample,
                 Incoming::Event(_, event) => {
                     assert!(!matches!(event, Event::Faulted(_)), "{event:?}");
                 }

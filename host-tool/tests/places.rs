@@ -216,6 +216,11 @@ fn a_terminal_obeys_no_session_file() {
         "bad.toml",
         text.replace("number = 1", "number = 1 \u{1b}[2J\u{202e}"),
     );
+    let (_, error) = failed(&folder, "check good.toml");
+    assert!(
+        error.contains("E412") && error.contains("U+001B"),
+        "{error}"
+    );
     for line in [
         "check good.toml",
         "run good.toml --out one",

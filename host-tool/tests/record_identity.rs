@@ -183,8 +183,8 @@ fn a_force_at_the_hand_is_given_behind_every_port() {
         "{page}"
     );
     // Before the stop, in which it falls.
-    let held = |sample: &&Sample| sample.state == DeviceState::Stimulating;
-    let expected = given(run.trials[0].samples.iter().rfind(held).unwrap());
+    let held = |sample: &Sample| sample.state == DeviceState::Stimulating;
+    let expected = given(&run.trials[0].samples.iter().filter(held).last().unwrap());
     let (wanted, made, amplitudes) = &expected;
     assert_eq!(*wanted, [Some(-2.0), Some(3.0), Some(2.5)]);
     assert_eq!(*made, Some(1.0));

@@ -89,8 +89,8 @@ fn played(force_n: &str) -> String {
     let (outcome, _) = run(&file, port, None, |_| ());
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
     // Before the stop, in which it falls.
-    let held = |sample: &&Sample| sample.state == DeviceState::Stimulating;
-    let last = outcome.trial.samples.iter().rfind(held).unwrap();
+    let held = |sample: &Sample| sample.state == DeviceState::Stimulating;
+    let last = outcome.trial.samples.iter().filter(held).last().unwrap();
     let worn = file.session.worn.as_ref().unwrap();
     let given = (1..)
         .zip(&last.amplitudes)

@@ -35,6 +35,8 @@ mod lift_cli;
 mod lift_live;
 mod live_frame;
 mod live_lines;
+#[cfg(target_os = "linux")]
+mod long_run;
 #[cfg(unix)]
 mod monitor_terminal;
 mod muscle_cli;

@@ -54,6 +54,7 @@ pub fn since(trace: &Trace, epoch_us: u64) -> Trace {
             .filter(|write| write.t_us + 500 >= epoch_us)
             .collect(),
         trips: trace.trips.clone(),
+        ..Trace::default()
     }
 }
 

@@ -20,7 +20,11 @@ fn session(name: &str, tolerance: Option<f64>) -> SessionFile {
 /// Telemetry period found, ms, and root mean square of what `of` gives for a sample
 /// from 10 s on.
 fn played(file: &SessionFile, of: impl Fn(&host_core::record::Sample) -> f64) -> (f64, f64) {
-    let samples = play(file, &DeviceName::Native).outcome.trial.samples;
+    let samples = play(file, &DeviceName::Native)
+        .outcome
+        .trial
+        .samples
+        .to_vec();
     let (first, last) = (samples[1].t_s, samples[samples.len() - 1].t_s);
     let period_ms = (last - first) / (samples.len() - 2) as f64 * 1e3;
     let scored: Vec<f64> = samples.iter().filter(|s| s.t_s >= 10.0).map(of).collect();

@@ -276,7 +276,7 @@ fn ten_subjects_have_every_force_but_the_least() {
             let n = f64::from(mn) * 1e-3;
             let samples = outcome.trial.samples.iter();
             let mut samples = samples.filter(|s| s.t_s > at_s(0.5) && s.t_s < at_s(1.0));
-            let gap = samples.find_map(|s| outcome.trial.gap_n(s, i as u8 + 1));
+            let gap = samples.find_map(|s| outcome.trial.gap_n(&s, i as u8 + 1));
             let k = i + 1;
             println!("K{k:02}: {n:.3} N wanted, {force:.3} N given, {gap:?}");
             if mn == 0 || mn >= slow[i].0 {

@@ -119,8 +119,6 @@ fn play(trains: &[TrainSpec], mut groups: Vec<GroupSpec>, boot: Micros) -> Playe
     let all: Vec<_> = (0..10).map(amplitude).collect();
     client.amplitudes(&all).unwrap();
     let epoch = client.start().unwrap();
-    let now = client.port().world.now_us();
-    let epoch = now.saturating_add_signed((epoch - Micros::new(now as u32)).us().into());
     let end = epoch + SECONDS * 1_000_000;
     while client.port().world.now_us() < end {
         client.keep_alive().unwrap();

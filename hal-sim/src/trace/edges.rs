@@ -33,9 +33,9 @@ impl Trace {
         Edges {
             levels: self.levels.iter(),
             writes: self.dac.iter().peekable(),
-            codes: [0; CHANNELS],
+            codes: self.start.1,
             t_us: 0,
-            now: Levels::ISOLATED,
+            now: self.start.0,
             pending: Changed::default(),
         }
     }
@@ -47,7 +47,7 @@ impl Trace {
             .split_at(self.levels.partition_point(|entry| entry.0 < from_us));
         Edges {
             levels: levels.iter(),
-            now: before.last().map_or(Levels::ISOLATED, |entry| entry.1),
+            now: before.last().map_or(self.start.0, |entry| entry.1),
             ..self.edges()
         }
     }

@@ -26,4 +26,4 @@ pub use judge::judge;
 pub use levels::{CHANNELS, Levels, State};
 pub use pulses::{MAX_GAP_US, Polarity, Pulse};
 pub use record::{DacWrite, Trace, TripWrite, Unwrap};
-pub use vcd::write_vcd;
+pub use vcd::{Vcd, write_vcd};

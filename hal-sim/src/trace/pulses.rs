@@ -1,7 +1,7 @@
 //! Edges grouped into pulses, from the states alone.
 
 use super::intervals::{Interval, append};
-use super::levels::{CHANNELS, Levels, State};
+use super::levels::{CHANNELS, State};
 use super::record::{Event, Trace};
 
 /// Two phases of opposite polarity at most this far apart (isolated between)
@@ -71,7 +71,10 @@ impl Trace {
 
     pub(super) fn channel_records(&self, end_us: u64) -> [ChannelRecord; CHANNELS] {
         let mut trackers: [Tracker; CHANNELS] = Default::default();
-        let mut now = Levels::ISOLATED;
+        let (mut now, codes) = self.start;
+        for (tracker, code) in trackers.iter_mut().zip(codes) {
+            tracker.code = code;
+        }
         for event in self.events() {
             match event {
                 Event::Levels(t_us, levels) => {
@@ -190,6 +193,7 @@ impl Tracker {
 
 #[cfg(test)]
 mod tests {
+    use super::super::levels::Levels;
     use super::*;
 
     fn trace(edges: &[(u64, State)]) -> Trace {

@@ -28,7 +28,8 @@ pub struct TripWrite {
 /// Everything a device put out: every change of a line and every DAC write.
 ///
 /// All lists are in order of time. Before the first entry all channels are
-/// isolated, all amplitudes are zero, and no bank's comparators have a level. A line change and a DAC write in the same
+/// isolated, all amplitudes are zero, and no bank's comparators have a level, unless
+/// [`Trace::take`] took what came before. A line change and a DAC write in the same
 /// microsecond count in that order.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Trace {
@@ -38,6 +39,9 @@ pub struct Trace {
     pub dac: Vec<DacWrite>,
     /// Every write of a bank's level; none of a recording that does not have them.
     pub trips: Vec<TripWrite>,
+    /// Lines and codes before the first entry: where what was taken ended.
+    #[serde(skip)]
+    pub start: (Levels, [u16; CHANNELS]),
 }
 
 impl Trace {
@@ -51,7 +55,7 @@ impl Trace {
         match self.levels.last_mut() {
             Some((_, last)) if *last == levels => {}
             Some((last_t, _)) if *last_t == t_us => self.replace_last(levels),
-            None if levels == Levels::ISOLATED => {}
+            None if levels == self.start.0 => {}
             _ => self.levels.push((t_us, levels)),
         }
     }
@@ -87,7 +91,28 @@ impl Trace {
 
     /// The lines after the last change.
     pub fn last_levels(&self) -> Levels {
-        self.levels.last().map_or(Levels::ISOLATED, |entry| entry.1)
+        self.levels.last().map_or(self.start.0, |entry| entry.1)
+    }
+
+    /// Takes out what was recorded before `end_us`; what is left goes on from there. A
+    /// recording without an end is taken in such pieces, and none of it is held for long.
+    #[must_use]
+    pub fn take(&mut self, end_us: u64) -> Trace {
+        let levels = self.levels.partition_point(|entry| entry.0 < end_us);
+        let dac = self.dac.partition_point(|write| write.t_us < end_us);
+        let trips = self.trips.partition_point(|write| write.t_us < end_us);
+        let (last, mut codes) = self.start;
+        for write in &self.dac[..dac] {
+            codes[usize::from(write.channel)] = write.code;
+        }
+        let last = self.levels[..levels].last().map_or(last, |entry| entry.1);
+        let rest = Trace {
+            levels: self.levels.split_off(levels),
+            dac: self.dac.split_off(dac),
+            trips: self.trips.split_off(trips),
+            start: (last, codes),
+        };
+        std::mem::replace(self, rest)
     }
 
     /// What was recorded up to and including `end_us`: with the same `end_us`
@@ -101,6 +126,7 @@ impl Trace {
             levels: self.levels[..levels].to_vec(),
             dac: self.dac[..dac].to_vec(),
             trips: self.trips[..trips].to_vec(),
+            start: self.start,
         }
     }
 
@@ -175,6 +201,38 @@ mod tests {
         assert_eq!(trace.levels, [(5, both)]);
         trace.record_levels(5, Levels::ISOLATED);
         assert_eq!(trace.levels, []);
+    }
+
+    #[test]
+    fn pieces_taken_one_after_the_other_are_the_whole() {
+        let anodic = Levels::ISOLATED.with(1, State::Anodic);
+        let both = anodic.with(7, State::Cathodic);
+        let record = |trace: &mut Trace, from: u64, to: u64| {
+            let steps = [
+                (4, anodic, 3),
+                (5, both, 9),
+                (8, Levels::ISOLATED, 9),
+                (12, anodic, 2),
+            ];
+            for (t_us, levels, code) in steps.into_iter().filter(|s| (from..to).contains(&s.0)) {
+                trace.record_dac(t_us - 1, 1, code);
+                trace.record_levels(t_us, levels);
+            }
+        };
+        let mut whole = Trace::default();
+        record(&mut whole, 0, 20);
+        for cut in 0..20 {
+            let (mut trace, mut edges) = (Trace::default(), Vec::new());
+            record(&mut trace, 0, cut);
+            let mut first = trace.take(cut);
+            record(&mut trace, cut, 20);
+            edges.extend(first.edges().chain(trace.edges()));
+            assert!(whole.edges().eq(edges), "{cut}");
+            assert_eq!(trace.last_levels(), whole.last_levels());
+            first.levels.extend(&trace.levels);
+            first.dac.extend(&trace.dac);
+            assert_eq!(first, whole, "{cut}");
+        }
     }
 
     #[test]

@@ -14,69 +14,110 @@ struct Channel {
     dac: IdCode,
 }
 
-/// Writes a trace with 1 µs time steps: per channel a scope `ch1`…`ch10` with
-/// the lines `anodic` and `cathodic` (both high: grounded; both low: isolated)
-/// and the 16-bit `dac` code; and the line `sync`.
-pub fn write_vcd(out: impl Write, trace: &Trace) -> io::Result<()> {
-    let mut out = Writer::new(io::BufWriter::new(out));
-    out.timescale(1, TimescaleUnit::US)?;
-    out.add_module("flexor")?;
-    let mut channels = Vec::with_capacity(CHANNELS);
-    for number in 1..=CHANNELS {
-        out.add_module(&format!("ch{number}"))?;
-        channels.push(Channel {
-            anodic: out.add_wire(1, "anodic")?,
-            cathodic: out.add_wire(1, "cathodic")?,
-            dac: out.add_wire(16, "dac")?,
-        });
-        out.upscope()?;
-    }
-    let sync = out.add_wire(1, "sync")?;
-    out.upscope()?;
-    out.enddefinitions()?;
-
-    out.timestamp(0)?;
-    for channel in &channels {
-        write_state(&mut out, channel, State::Isolated)?;
-        out.change_vector(channel.dac, code_bits(0))?;
-    }
-    out.change_scalar(sync, false)?;
-    write_changes(&mut out, trace, &channels, sync)?;
-    out.flush()
+/// A dump with 1 µs time steps, written piece by piece: the lines `ch1_anodic` and
+/// `ch1_cathodic` to `ch10_cathodic` (both high: grounded; both low: isolated), the
+/// 16-bit codes `ch1_dac` to `ch10_dac`, and the line `sync`. Names are unique without
+/// a scope, as viewers show that do not show scopes.
+pub struct Vcd<W: Write> {
+    out: Writer<io::BufWriter<W>>,
+    channels: Vec<Channel>,
+    sync: IdCode,
+    /// The lines after the last change, and its time stamp.
+    now: Levels,
+    t_us: u64,
 }
 
-fn write_changes<W: Write>(
-    out: &mut Writer<W>,
-    trace: &Trace,
-    channels: &[Channel],
-    sync: IdCode,
-) -> io::Result<()> {
-    let mut now = Levels::ISOLATED;
-    let mut t_written = 0;
-    for event in trace.events() {
-        let (Event::Levels(t_us, _) | Event::Dac(DacWrite { t_us, .. })) = event;
-        if t_us != t_written {
-            out.timestamp(t_us)?;
-            t_written = t_us;
+impl<W: Write> Vcd<W> {
+    /// Writes the header, and at 0 all channels isolated and all codes 0.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn begin(out: W) -> io::Result<Self> {
+        let mut out = Writer::new(io::BufWriter::new(out));
+        out.timescale(1, TimescaleUnit::US)?;
+        out.add_module("flexor")?;
+        let mut channels = Vec::with_capacity(CHANNELS);
+        for number in 1..=CHANNELS {
+            channels.push(Channel {
+                anodic: out.add_wire(1, &format!("ch{number}_anodic"))?,
+                cathodic: out.add_wire(1, &format!("ch{number}_cathodic"))?,
+                dac: out.add_wire(16, &format!("ch{number}_dac"))?,
+            });
         }
-        match event {
-            Event::Levels(_, levels) => {
-                for channel in levels.changed(now) {
-                    let lines = &channels[usize::from(channel)];
-                    write_state(out, lines, levels.state(channel))?;
-                }
-                if levels.sync() != now.sync() {
-                    out.change_scalar(sync, levels.sync())?;
-                }
-                now = levels;
-            }
-            Event::Dac(write) => {
-                let lines = &channels[usize::from(write.channel)];
-                out.change_vector(lines.dac, code_bits(write.code))?;
-            }
+        let sync = out.add_wire(1, "sync")?;
+        out.upscope()?;
+        out.enddefinitions()?;
+
+        out.timestamp(0)?;
+        for channel in &channels {
+            write_state(&mut out, channel, State::Isolated)?;
+            out.change_vector(channel.dac, code_bits(0))?;
         }
+        out.change_scalar(sync, false)?;
+        Ok(Self {
+            out,
+            channels,
+            sync,
+            now: Levels::ISOLATED,
+            t_us: 0,
+        })
     }
-    Ok(())
+
+    /// Appends what was recorded after what was appended before.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn append(&mut self, trace: &Trace) -> io::Result<()> {
+        for event in trace.events() {
+            let (Event::Levels(t_us, _) | Event::Dac(DacWrite { t_us, .. })) = event;
+            self.at(t_us)?;
+            match event {
+                Event::Levels(_, levels) => {
+                    for channel in levels.changed(self.now) {
+                        let lines = &self.channels[usize::from(channel)];
+                        write_state(&mut self.out, lines, levels.state(channel))?;
+                    }
+                    if levels.sync() != self.now.sync() {
+                        self.out.change_scalar(self.sync, levels.sync())?;
+                    }
+                    self.now = levels;
+                }
+                Event::Dac(write) => {
+                    let lines = &self.channels[usize::from(write.channel)];
+                    self.out.change_vector(lines.dac, code_bits(write.code))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the dump with the time stamp `end_us`, up to which nothing changes any
+    /// more: a viewer shows that time, too.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn end(mut self, end_us: u64) -> io::Result<()> {
+        self.at(end_us.max(self.t_us))?;
+        self.out.flush()
+    }
+
+    fn at(&mut self, t_us: u64) -> io::Result<()> {
+        if t_us != self.t_us {
+            self.out.timestamp(t_us)?;
+            self.t_us = t_us;
+        }
+        Ok(())
+    }
+}
+
+/// Writes a trace that was recorded until `end_us` as one [`Vcd`].
+///
+/// # Errors
+/// It cannot be written.
+pub fn write_vcd(out: impl Write, trace: &Trace, end_us: u64) -> io::Result<()> {
+    let mut dump = Vcd::begin(out)?;
+    dump.append(trace)?;
+    dump.end(end_us)
 }
 
 fn write_state<W: Write>(out: &mut Writer<W>, channel: &Channel, state: State) -> io::Result<()> {

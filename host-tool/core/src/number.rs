@@ -9,10 +9,33 @@ pub fn push(text: &mut Vec<u8>, value: f64) {
     }
 }
 
+/// Appends a time in seconds as whole microseconds, which is how devices count: with
+/// six digits behind the point. One that is no whole number of them as [`push`] does.
+pub fn push_micros(text: &mut Vec<u8>, seconds: f64) {
+    let Some(micros) = millionths(seconds) else {
+        return push(text, seconds);
+    };
+    push_millionths(text, micros);
+    let zeros = match micros % 1_000_000 {
+        0 => {
+            text.push(b'.');
+            6
+        }
+        behind => {
+            std::iter::successors(Some(behind), |digits| {
+                (digits % 10 == 0).then_some(digits / 10)
+            })
+            .count()
+                - 1
+        }
+    };
+    text.extend(std::iter::repeat_n(b'0', zeros));
+}
+
 /// `value` in millionths if it is a whole number of them, of 15 digits at most. No
 /// two decimals of so few digits read as the same number: the shortest that reads
 /// as `value` is this one without its last zeros.
-fn millionths(value: f64) -> Option<i64> {
+pub(crate) fn millionths(value: f64) -> Option<i64> {
     let scaled = value * 1e6;
     // Not a number and what is too large are told by the comparisons.
     let nearest = (scaled + 0.5_f64.copysign(scaled)) as i64;
@@ -94,6 +117,33 @@ fn may_tie(value: f64) -> bool {
 mod tests {
     use super::*;
     use hal_sim::random::Random;
+
+    #[test]
+    fn times_have_six_digits_behind_the_point() {
+        let written = |micros: i64| {
+            let mut text = Vec::new();
+            push_micros(&mut text, micros as f64 / 1e6);
+            String::from_utf8(text).unwrap()
+        };
+        let told = [0, 54_502, -1, 10_000, 1_000_000, 85_800_000_000, -2_500_000].map(written);
+        let meant = [
+            "0.000000",
+            "0.054502",
+            "-0.000001",
+            "0.010000",
+            "1.000000",
+            "85800.000000",
+            "-2.500000",
+        ];
+        assert_eq!(told, meant);
+        let mut random = Random::new(2);
+        for _ in 0..50_000 {
+            let micros = (random.word() >> (15 + random.below(49))).cast_signed();
+            let (whole, behind) = (micros / 1_000_000, micros % 1_000_000);
+            assert_eq!(written(micros), format!("{whole}.{behind:06}"));
+            assert_eq!(written(micros).parse(), Ok(micros as f64 / 1e6));
+        }
+    }
 
     #[test]
     fn numbers_are_written_as_they_are_displayed() {

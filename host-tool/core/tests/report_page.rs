@@ -3,8 +3,8 @@
 
 use host_core::analysis::metrics;
 use host_core::record::{
-    self, Assumption, ChannelInfo, Edge, Ending, PaperRow, Recorder, Role, Run, Sample, State,
-    Trial,
+    self, Assumption, ChannelInfo, Edge, Ending, PaperRow, Recorder, Role, Run, Sample, Samples,
+    State, Trial,
 };
 use host_core::report::{self, Report};
 use std::f64::consts::TAU;
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// A sine as in Hamana's experiment 4, and a finger that follows it late, with
 /// ripple, and not beyond `reach_deg`.
-fn samples(channels: usize, delay_s: f64, reach_deg: f64) -> Vec<Sample> {
+fn samples(channels: usize, delay_s: f64, reach_deg: f64) -> Samples {
     let target = |t: f64| 45.0 + 40.0 * (TAU * 0.2 * t).sin();
     let sample = |i: u32| {
         let t_s = f64::from(i) * 0.01;
@@ -242,7 +242,7 @@ fn a_run_reads_back_exactly() {
 fn begun(dir: &Path) -> (Run, Recorder) {
     let run = run();
     let trial = Trial {
-        samples: Vec::new(),
+        samples: Samples::default(),
         ..run.trials[0].clone()
     };
     record::write_run(dir, &run).unwrap();
@@ -254,8 +254,8 @@ fn begun(dir: &Path) -> (Run, Recorder) {
 fn an_interrupted_trial_keeps_its_complete_rows() {
     let dir = folder("interrupted");
     let (run, mut recorder) = begun(&dir);
-    for sample in &run.trials[0].samples[..250] {
-        recorder.sample(sample).unwrap();
+    for sample in run.trials[0].samples.iter().take(250) {
+        recorder.sample(&sample).unwrap();
     }
     recorder.event(2.5, "device unplugged").unwrap();
     drop(recorder);
@@ -266,7 +266,9 @@ fn an_interrupted_trial_keeps_its_complete_rows() {
 
     let loaded = record::load(&dir).unwrap();
     assert_eq!(loaded.trials.len(), 1);
-    assert_eq!(loaded.trials[0].samples, run.trials[0].samples[..249]);
+    let mut whole = run.trials[0].samples.clone();
+    whole.truncate(249);
+    assert_eq!(loaded.trials[0].samples, whole);
     assert_eq!(loaded.trials[0].edges, run.trials[0].edges);
     let (_, last) = loaded.trials[0].events.last().unwrap();
     assert_eq!(last, "device unplugged");
@@ -276,11 +278,11 @@ fn an_interrupted_trial_keeps_its_complete_rows() {
 fn rows_reach_the_disk_while_the_trial_runs() {
     let dir = folder("streaming");
     let (run, mut recorder) = begun(&dir);
-    let samples = &run.trials[0].samples;
+    let samples = run.trials[0].samples.to_vec();
     recorder.sample(&samples[0]).unwrap();
     recorder.sample(&samples[1]).unwrap();
     let loaded = record::load(&dir).unwrap();
-    assert_eq!(loaded.trials[0].samples, samples[..2]);
+    assert_eq!(loaded.trials[0].samples.to_vec(), samples[..2]);
 }
 
 #[test]

@@ -80,12 +80,17 @@ fn trials_cut_side_by_side_are_compared_as_far_as_they_go() {
     cut.trials[0]
         .events
         .push((1.0, "E580 SIGINT came".to_owned()));
-    for sample in &mut cut.trials[0].samples[105..] {
-        sample.measured_deg = Some(0.0);
-    }
+    let mut nth = 0..;
+    cut.trials[0].samples.change(|sample| {
+        if nth.next() >= Some(105) {
+            sample.measured_deg = Some(0.0);
+        }
+    });
     cut.trials[1].samples.truncate(40);
     assert_eq!(compare_rows(&cut, &again), None);
-    cut.trials[1].samples[39].measured_deg = Some(0.0);
+    let mut samples = cut.trials[1].samples.to_vec();
+    samples[39].measured_deg = Some(0.0);
+    cut.trials[1].samples = samples.into();
     let differs = compare_rows(&cut, &again).unwrap();
     assert_eq!((differs.trial.as_deref(), differs.line), (Some("two"), 41));
     // A complete record has nothing that may be short.

@@ -10,7 +10,7 @@ use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
 use host_core::limb::Exact;
 use host_core::link::SimulatedPort;
-use host_core::record::{Sample, read_samples, write_samples};
+use host_core::record::{Samples, read_samples, write_samples};
 use host_core::run::{Outcome, SessionFile, run};
 use host_core::session::{Course, Session, SessionError};
 use host_core::wearer::{Wearer, shipped};
@@ -277,7 +277,7 @@ fn a_line_over_two_joints_is_played_at_the_one_it_names() {
         assert_eq!((outcome.error.is_none(), outcome.refused), (true, 0));
         outcome.trial.samples
     });
-    let biceps = |samples: &[Sample]| -> Vec<Option<f64>> {
+    let biceps = |samples: &Samples| -> Vec<Option<f64>> {
         samples.iter().map(|it| it.amplitudes[0]).collect()
     };
     let playing = biceps(&two)

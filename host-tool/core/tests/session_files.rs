@@ -41,7 +41,7 @@ fn listen(client: &mut Client<SimulatedPort>, us: u64) {
     let until = client.port().now_us() + us;
     while let Some(incoming) = client.next(until).unwrap() {
         let is_reading = matches!(incoming, Incoming::Event(_, Event::Electrode { .. }));
-        let is_telemetry = matches!(incoming, Incoming::Telemetry(_));
+        let is_telemetry = matches!(incoming, Incoming::Telemetry(..));
         assert!(is_reading || is_telemetry, "{incoming:?}");
     }
 }

@@ -231,15 +231,15 @@ fn a_run_follows_the_joints_while_an_object_is_held() {
     let trial = play(EXAMPLE).trial;
     let at = |t_s: f64| trial.samples.iter().find(|s| s.t_s >= t_s).unwrap();
     // Not grabbed; grabbed, but nothing has moved; lifted; dropped; let go; let fall.
-    let none = |sample: &Sample| sample.amplitudes.iter().all(Option::is_none);
+    let none = |sample: Sample| sample.amplitudes.iter().all(Option::is_none);
     assert!(none(at(0.25)) && none(at(0.5)));
     assert_eq!((at(0.25).held, at(0.5).held), (Some(0.0), Some(1.0)));
     let (lifted, dropped) = (at(2.0), at(4.5));
     assert_eq!(lifted.phase, [Some(1.0); 4]);
     assert_eq!(dropped.phase, [Some(-1.0); 4]);
     for (flexor, extensor) in [(1, 2), (3, 4), (5, 6), (7, 8)] {
-        assert!(plays(lifted, flexor) && !plays(lifted, extensor));
-        assert!(!plays(dropped, flexor) && plays(dropped, extensor));
+        assert!(plays(&lifted, flexor) && !plays(&lifted, extensor));
+        assert!(!plays(&dropped, flexor) && plays(&dropped, extensor));
     }
     assert!(none(at(5.85)) && none(at(7.3)) && !none(at(7.1)));
     assert_eq!(at(7.3).held, Some(0.0));
@@ -251,7 +251,7 @@ fn a_run_follows_the_joints_while_an_object_is_held() {
     let [(_, wanted), _] = joint.amplitudes(top, Some(MotionPhase::Lift));
     let rests = at(3.3);
     assert_eq!(rests.joint_deg[0], Some(98.0));
-    assert_eq!(rests.amplitudes[0], Some(f64::from(wanted.get()) * 1e-3));
+    assert_eq!(rests.amplitudes[0], Some(f64::from(wanted.get()) / 1e3));
     // All of it reads back.
     let path = std::env::temp_dir().join(format!("flexor-lift-{}.csv", std::process::id()));
     let mut out = Vec::new();

@@ -7,6 +7,7 @@ mod limb_activation;
 mod limb_geometry;
 mod limb_least_squares;
 mod link_native;
+mod long_sessions;
 mod report_page;
 mod report_truth;
 mod run_counted;

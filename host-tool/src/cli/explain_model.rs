@@ -73,7 +73,7 @@ fn people(session: &Session, choice: &Choice) -> String {
             false => "Models at the session's start: the cheapest whose error in what\nit uses is",
         },
         choice.tolerance,
-        choice.tried_us as f64 * 1e-6,
+        choice.tried_us as f64 / 1e6,
         choice.plays,
         if choice.plays == 1 { "play" } else { "plays" },
     );
@@ -134,7 +134,7 @@ fn block(out: &mut String, session: &Session, need: &Need, tolerance: Share) {
     }
     let muscle = channel.muscle.as_ref();
     for (at_us, rung) in muscle.iter().flat_map(|it| &it.changes) {
-        let at_s = *at_us as f64 * 1e-6;
+        let at_s = *at_us as f64 / 1e6;
         let name = rung_name(*rung);
         out.push_str(&format!(
             "  from {at_s} s on the file says {name}, which is not judged\n"
@@ -194,9 +194,8 @@ fn machines(session: &Session, choice: &Choice) -> Value {
     let channels = choice.needs.iter().map(|need| {
         let channel = &session.channels[need.place];
         let changes = channel.muscle.iter().flat_map(|it| &it.changes);
-        let changes = changes.map(
-            |(at_us, rung)| json!({ "at_s": *at_us as f64 * 1e-6, "model": rung_name(*rung) }),
-        );
+        let changes = changes
+            .map(|(at_us, rung)| json!({ "at_s": *at_us as f64 / 1e6, "model": rung_name(*rung) }));
         json!({
             "channel": channel.number,
             "name": channel.name,
@@ -223,7 +222,7 @@ fn machines(session: &Session, choice: &Choice) -> Value {
         "finger": effects(&fidelity.step),
         "tolerance_pct": choice.tolerance.part() * 100.0,
         "models_at_s": 0.0,
-        "tried_s": choice.tried_us as f64 * 1e-6,
+        "tried_s": choice.tried_us as f64 / 1e6,
         "plays": choice.plays,
         "sessions": choice.sessions,
         "channels": channels.collect::<Vec<_>>(),

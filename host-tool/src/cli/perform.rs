@@ -5,7 +5,6 @@ use super::chip::ChipArgs;
 use super::{Incomplete, Output, interrupt};
 use anyhow::Context;
 use hal_sim::input;
-use hal_sim::trace::Trace;
 use host_core::analysis::{
     ForceMetrics, GapMetrics, Hit, force_limiting_share, force_metrics, hits, limit_cycles,
     metrics_but_lag,
@@ -16,8 +15,8 @@ use host_core::record::{
 };
 use host_core::report::force_remarks;
 use host_core::run::{
-    DeviceName, SessionFile, acknowledge, begin_trial, edges_of_one_period, greet, interruptible,
-    run,
+    DeviceName, Dump, FullestPeriod, SessionFile, acknowledge, begin_trial, greet, interruptible,
+    run_taken,
 };
 use host_core::session::{Session, visible};
 use std::path::{Path, PathBuf};
@@ -101,7 +100,10 @@ pub fn perform(
     let mut recorder = Recorder::create(dir, 0, &begin_trial(session))?;
     let bar = output.bar(&record.title);
     let watch = interruptible(&interruption, |part| bar.set(part));
-    let (mut outcome, port) = run(session, port, Some(&mut recorder), watch);
+    let fullest = FullestPeriod::new(&session.session, session.session.duration_us / 2);
+    let dump = order.vcd.map(|path| Dump::at(path.to_owned()));
+    let mut outputs = (fullest, dump);
+    let (mut outcome, _) = run_taken(session, port, Some(&mut recorder), watch, &mut outputs);
     bar.finish();
     for told in outcome
         .trial
@@ -111,17 +113,9 @@ pub fn perform(
     {
         eprintln!("note: {}", visible(told));
     }
-    let mut vcd = Ok(());
-    if let (Some(mut port), Some(epoch)) = (port, outcome.epoch_us)
-        && let Some(world) = port.world()
-    {
-        let after = session.session.duration_us / 2;
-        outcome.trial.edges =
-            edges_of_one_period(&session.session, &world.recorder.trace, epoch, after);
-        if let Some(path) = order.vcd {
-            vcd = write_vcd(path, &world.recorder.trace);
-        }
-    }
+    let (fullest, dump) = outputs;
+    outcome.trial.edges = fullest.edges();
+    let vcd = dump.map_or(Ok(()), Dump::close);
     let closed = recorder
         .edges(&outcome.trial.edges)
         .and_then(|()| recorder.finish(&outcome.trial.counters, outcome.trial.duration_s));
@@ -219,12 +213,6 @@ fn ignored_trigger(session: &Session, port: &mut dyn Port) -> Option<&'static st
         "[simulated_trigger] is for devices simulated by this program: this one's own trigger \
          input counts",
     )
-}
-
-fn write_vcd(path: &Path, trace: &Trace) -> Result<(), RecordError> {
-    std::fs::File::create(path)
-        .and_then(|file| hal_sim::trace::write_vcd(std::io::BufWriter::new(file), trace))
-        .map_err(RecordError::write(path))
 }
 
 /// How a force was followed, for people.

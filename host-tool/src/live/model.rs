@@ -90,13 +90,13 @@ impl Model {
         if let Some(SessionFile { session, .. }) = session {
             let mut forces = 0..;
             model.title.clone_from(&session.title);
-            model.duration_s = Some(session.duration_us as f64 * 1e-6);
+            model.duration_s = Some(session.duration_us as f64 / 1e6);
             model.has_joint = session.sensor().is_some();
             let channels = session.channels.iter().map(|channel| Channel {
                 number: channel.number,
                 name: channel.name.clone(),
                 unit: channel.unit().symbol(),
-                limit: f64::from(channel.spec.limit.get()) * 1e-3,
+                limit: f64::from(channel.spec.limit.get()) / 1e3,
                 force: channel.muscle.as_ref().and_then(|_| forces.next()),
             });
             model.channels = channels.collect();

@@ -3,7 +3,6 @@
 use super::{Shared, Watch};
 use firmware::link::Request;
 use firmware::safety::State;
-use firmware::units::Micros;
 use host_core::link::{Client, Error, Incoming, Paced, Port};
 use host_core::run::{DeviceName, Observer, RunError, Seen, SessionFile, Wish, run, sample};
 use host_core::session::Session;
@@ -82,7 +81,7 @@ fn watch<P: Port>(port: P, shared: &Shared) -> Result<(), Error> {
     client.subscribe(TELEMETRY_MS)?;
     let mut clock = Elapsed {
         s: shared.model().t_s,
-        last: info.at,
+        last_us: None,
     };
     while !shared.is_quitting() {
         if shared.takes_acknowledge() && shared.model().state == State::Fault {
@@ -111,16 +110,14 @@ fn watch<P: Port>(port: P, shared: &Shared) -> Result<(), Error> {
 fn tell(incoming: &Incoming, clock: &mut Elapsed, shared: &Shared) {
     let mut model = shared.model();
     match incoming {
-        Incoming::Telemetry(telemetry) => {
-            clock.at(telemetry.at);
+        Incoming::Telemetry(at_us, telemetry) => {
+            clock.at(*at_us);
             // Nothing is measured unless trains play: the last angles stay.
             if model.is_on() {
-                let mut seen = sample(telemetry, telemetry.at, None);
-                seen.t_s = clock.s;
-                model.see(Seen::Sample(&seen));
+                model.see(Seen::Sample(&sample(telemetry, clock.s, None)));
             }
         }
-        Incoming::Event(at, event) => model.see(Seen::Event(clock.at(*at), event)),
+        Incoming::Event(at_us, event) => model.see(Seen::Event(clock.at(*at_us), event)),
         Incoming::Status(status) => model.see(Seen::Status(status)),
         Incoming::Refused(_, refused) => model.see(Seen::Refused(clock.s, refused)),
         Incoming::Acknowledged(..) => {}
@@ -131,18 +128,19 @@ fn tell(incoming: &Incoming, clock: &mut Elapsed, shared: &Shared) {
     }
 }
 
-/// Seconds on the dashboard's clock, from device times that wrap.
+/// Seconds on the dashboard's clock, from device times.
 struct Elapsed {
     s: f64,
-    last: Micros,
+    /// The latest device time, µs; `None` before the first.
+    last_us: Option<u64>,
 }
 
 impl Elapsed {
-    fn at(&mut self, at: Micros) -> f64 {
-        let since = (at - self.last).us();
-        if since > 0 {
-            self.s += f64::from(since) * 1e-6;
-            self.last = at;
+    fn at(&mut self, at_us: u64) -> f64 {
+        let last_us = self.last_us.unwrap_or(at_us);
+        if at_us >= last_us {
+            self.s += (at_us - last_us) as f64 / 1e6;
+            self.last_us = Some(at_us);
         }
         self.s
     }

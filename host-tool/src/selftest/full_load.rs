@@ -6,7 +6,7 @@ use super::{channel, open};
 use firmware::link::{Event, Request};
 use firmware::pulse::CHANNELS;
 use firmware::safety::{Fault, WearerSpec};
-use firmware::units::{Amplitude, Micros};
+use firmware::units::Amplitude;
 use hal_sim::random::Random;
 use hal_sim::trace::{Edge, State};
 use hal_sim::wire::faults::Faults;
@@ -129,7 +129,7 @@ struct Load {
     /// When what was accepted, in codes.
     accepted: VecDeque<(u64, [u16; CHANNELS])>,
     /// Of the last sample, and whether another must follow a millisecond later.
-    sampled: Option<Micros>,
+    sampled: Option<u64>,
     /// From when on pulses must be as asked.
     risen_us: u64,
     /// From when on they need not, because they fall.
@@ -204,17 +204,14 @@ impl Load {
         while let Some(incoming) = self.client.next(until_us)? {
             match incoming {
                 Incoming::Acknowledged(seq, at) => {
-                    let now = self.now_us();
-                    let at = now.saturating_add_signed((at - Micros::new(now as u32)).us().into());
                     let codes = self.asked.remove(&seq);
                     self.accepted.extend(codes.map(|codes| (at, codes)));
                 }
-                Incoming::Telemetry(sample) => {
-                    let due = self.sampled.map(|last| last + firmware::units::us(1_000));
-                    let is_due = due.is_none_or(|due| due == sample.at);
+                Incoming::Telemetry(at_us, _) => {
+                    let is_due = self.sampled.is_none_or(|last| last + 1_000 == at_us);
                     self.found.samples += 1;
                     self.found.sample_gaps += u64::from(!is_due);
-                    self.sampled = Some(sample.at);
+                    self.sampled = Some(at_us);
                 }
                 Incoming::Event(_, Event::Electrode { .. } | Event::Recovered) => {}
                 Incoming::Event(_, Event::Faulted(record)) => {

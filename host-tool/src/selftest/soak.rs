@@ -3,7 +3,7 @@
 use super::{channel, open};
 use firmware::link::{Event, Request};
 use firmware::safety::WearerSpec;
-use firmware::units::{Amplitude, Micros};
+use firmware::units::Amplitude;
 use hal_sim::random::Random;
 use hal_sim::trace::{State, Trace};
 use hal_sim::wire::faults::{Counts, Faults, FaultyLine};
@@ -104,12 +104,11 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
         while let Some(incoming) = client.next(now)? {
             match incoming {
                 Incoming::Acknowledged(seq, at) => {
-                    let at = unwrap(at, client.port().world.now_us());
                     accepted.extend(asked.remove(&seq).map(|values| (at, values)));
                 }
                 Incoming::Event(_, Event::Electrode { .. }) => {}
                 Incoming::Event(..) => soak.stops += 1,
-                Incoming::Telemetry(_) | Incoming::Status(_) | Incoming::Refused(..) => {}
+                Incoming::Telemetry(..) | Incoming::Status(_) | Incoming::Refused(..) => {}
             }
         }
         progress((now - begin) as f64 / (end - begin) as f64);
@@ -130,11 +129,6 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
         &mut soak,
     );
     Ok(soak)
-}
-
-/// Device time in the world's time, which is less than 35 min ahead.
-fn unwrap(at: Micros, now_us: u64) -> u64 {
-    now_us.saturating_add_signed((at - Micros::new(now_us as u32)).us().into())
 }
 
 /// Compares every pulse in `from_us..to_us` with the latest setpoint accepted

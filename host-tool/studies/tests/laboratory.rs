@@ -259,9 +259,9 @@ fn renders(conducted: &Conducted) {
     let wall = trial.wall.unwrap();
     // A burst takes its amplitude up to 20 ms after the angle was read.
     let (slack, front) = (2.0, wall.at_deg - wall.pre_wall_deg);
-    let before = |s: &&Sample| s.measured_deg.is_some_and(|deg| deg < front - slack);
+    let before = |s: &Sample| s.measured_deg.is_some_and(|deg| deg < front - slack);
     // The end of the trial lets the current fall.
-    let inside = |s: &&Sample| s.measured_deg > Some(wall.at_deg + slack) && s.t_s < 7.9;
+    let inside = |s: &Sample| s.measured_deg > Some(wall.at_deg + slack) && s.t_s < 7.9;
     let silent = trial.samples.iter().filter(before);
     assert!(silent.clone().count() > 50, "{}", trial.name);
     assert!(

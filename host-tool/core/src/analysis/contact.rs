@@ -44,7 +44,7 @@ pub fn hits(trial: &Trial) -> Vec<Hit> {
     let course: Vec<(f64, f64)> = trial
         .samples
         .iter()
-        .filter_map(|s| Some((s.t_s, penetration(&wall, s)?)))
+        .filter_map(|s| Some((s.t_s, penetration(&wall, &s)?)))
         .collect();
     let is_near = |(_, depth): &(f64, f64)| *depth > -wall.pre_wall_deg;
     let mut visits: Vec<(usize, usize)> = Vec::new();

@@ -1,6 +1,6 @@
 //! How well predicted forces followed the wanted ones.
 
-use super::{LATE_S, root_mean_square, window};
+use super::{Errors, LATE_S, window};
 use crate::record::{Sample, Trial};
 use serde::{Deserialize, Serialize};
 
@@ -49,7 +49,7 @@ pub fn force_limiting_share(trial: &Trial) -> Option<f64> {
 }
 
 /// The samples that are judged: of the trial's `measure` window, or all.
-fn inside(trial: &Trial) -> impl Iterator<Item = &Sample> {
+fn inside(trial: &Trial) -> impl Iterator<Item = Sample> {
     let (from_s, to_s) = window(trial).unwrap_or((f64::NAN, f64::NAN)); // none
     let samples = trial.samples.iter();
     samples.filter(move |s| (from_s..=to_s).contains(&s.t_s))
@@ -61,8 +61,8 @@ fn inside(trial: &Trial) -> impl Iterator<Item = &Sample> {
 pub fn unpredicted(trial: &Trial) -> Vec<u8> {
     let numbers = trial.channels.iter().filter(|c| c.force).map(|c| c.number);
     let is_unpredicted = |&number: &u8| {
-        inside(trial).any(|s| trial.wanted_n(s, number).is_some())
-            && inside(trial).all(|s| trial.force_n(s, number).is_none())
+        inside(trial).any(|s| trial.wanted_n(&s, number).is_some())
+            && inside(trial).all(|s| trial.force_n(&s, number).is_none())
     };
     numbers.filter(is_unpredicted).collect()
 }
@@ -75,40 +75,47 @@ pub fn force_metrics(trial: &Trial) -> Vec<ForceMetrics> {
         return Vec::new();
     };
     let controlled = trial.channels.iter().filter(|c| c.force);
-    controlled
-        .filter_map(|channel| {
-            let judged = inside(trial).filter_map(|s| {
-                let predicted = trial.force_n(s, channel.number)?;
-                Some((s.t_s, (predicted, trial.wanted_n(s, channel.number)?)))
-            });
-            let (times, pairs): (Vec<f64>, Vec<(f64, f64)>) = judged.unzip();
-            let (errors, wanted): (Vec<f64>, Vec<f64>) = pairs
-                .into_iter()
-                .map(|(force, wanted)| (force - wanted, wanted))
-                .unzip();
-            let (&first_s, &end_s) = (times.first()?, times.last()?);
-            let gaps = inside(trial).filter_map(|s| trial.gap_n(s, channel.number));
-            let gaps: Vec<(f64, f64)> = gaps.collect();
-            Some(ForceMetrics {
-                channel: channel.number,
-                from_s: if first_s > from_s + LATE_S {
-                    first_s
-                } else {
-                    from_s
-                },
-                to_s: if end_s < to_s - LATE_S { end_s } else { to_s },
-                samples: errors.len(),
-                rmse_n: root_mean_square(&errors),
-                max_abs_n: errors.iter().fold(0.0, |most, e| e.abs().max(most)),
-                peak_n: wanted.iter().copied().fold(0.0, f64::max),
-                gap: gaps.first().map(|&(below_n, above_n)| GapMetrics {
-                    below_n,
-                    above_n,
-                    share: gaps.len() as f64 / errors.len() as f64,
-                }),
-            })
-        })
-        .collect()
+    let judged = controlled.filter_map(|channel| judge(trial, channel.number, (from_s, to_s)));
+    judged.collect()
+}
+
+/// Those of one channel over a window; `None` where no force was predicted and wanted.
+fn judge(trial: &Trial, channel: u8, (from_s, to_s): (f64, f64)) -> Option<ForceMetrics> {
+    let (mut errors, mut peak_n, mut seen_s) = (Errors::default(), 0.0_f64, None);
+    let (mut gap, mut gaps) = (None, 0);
+    for sample in inside(trial) {
+        if let Some(force_n) = trial.force_n(&sample, channel)
+            && let Some(wanted_n) = trial.wanted_n(&sample, channel)
+        {
+            errors.add(force_n - wanted_n);
+            peak_n = peak_n.max(wanted_n);
+            let (first_s, _) = seen_s.unwrap_or((sample.t_s, sample.t_s));
+            seen_s = Some((first_s, sample.t_s));
+        }
+        if let Some(own) = trial.gap_n(&sample, channel) {
+            gap = gap.or(Some(own));
+            gaps += 1;
+        }
+    }
+    let (first_s, end_s) = seen_s?;
+    Some(ForceMetrics {
+        channel,
+        from_s: if first_s > from_s + LATE_S {
+            first_s
+        } else {
+            from_s
+        },
+        to_s: if end_s < to_s - LATE_S { end_s } else { to_s },
+        samples: errors.count,
+        rmse_n: errors.root_mean_square(),
+        max_abs_n: errors.most,
+        peak_n,
+        gap: gap.map(|(below_n, above_n)| GapMetrics {
+            below_n,
+            above_n,
+            share: f64::from(gaps) / errors.count as f64,
+        }),
+    })
 }
 
 #[cfg(test)]
@@ -147,7 +154,7 @@ mod tests {
                 channel(5, true, false),
                 channel(7, true, true),
             ],
-            samples: vec![sample(0.0, 50.0), sample(1.0, 9.0), sample(2.0, 1.0)],
+            samples: vec![sample(0.0, 50.0), sample(1.0, 9.0), sample(2.0, 1.0)].into(),
             measure: Some((1.0, 2.0)),
             ..Trial::default()
         };
@@ -212,7 +219,7 @@ mod tests {
         // 6 to 10 s of 2 to 10 s, both ends included.
         assert_eq!(force_limiting_share(&trial), Some(41.0 / 81.0));
         assert_eq!(unpredicted(&trial), [2]);
-        trial.samples.iter_mut().for_each(|s| s.wanted_n.clear());
+        trial.samples.change(|s| s.wanted_n.clear());
         assert_eq!(force_limiting_share(&trial), None);
         assert!(unpredicted(&trial).is_empty());
     }

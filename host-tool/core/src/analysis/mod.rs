@@ -46,7 +46,8 @@ pub struct Metrics {
     pub mean_abs_deg: f64,
     /// Share of samples in which an amplitude was clamped, 0–1.
     pub limiting_share: f64,
-    /// How far the measured angle trails the target, s ([`lag_s`]).
+    /// How far the measured angle trails the target, s ([`lag_s`]): over the first 2^19
+    /// samples judged, where there are more.
     pub lag_s: Option<f64>,
 }
 
@@ -76,9 +77,9 @@ fn judge(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
         return None;
     }
     let (from_s, to_s) = window(trial)?;
-    let inside = |sample: &&Sample| (from_s..=to_s).contains(&sample.t_s);
+    let inside = |sample: &Sample| (from_s..=to_s).contains(&sample.t_s);
     // Only what has both angles can be judged.
-    let both = |s: &Sample| {
+    let both = |s: Sample| {
         Some(Judged {
             t_s: s.t_s,
             target: s.target_deg?,
@@ -87,35 +88,67 @@ fn judge(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
             limiting: s.limiting,
         })
     };
-    let samples = trial.samples.iter().filter(inside).filter_map(both);
-    let samples: Vec<Judged> = samples.collect();
-    if samples.is_empty() {
+    let judged = || trial.samples.iter().filter(inside).filter_map(both);
+    let (mut measured, mut truth) = (Errors::default(), Errors::default());
+    let mut limiting = 0.0;
+    for sample in judged() {
+        measured.add(sample.measured - sample.target);
+        if let Some(angle) = sample.truth {
+            truth.add(angle - sample.target);
+        }
+        limiting += f64::from(sample.limiting);
+    }
+    if measured.count == 0 {
         return None;
     }
-    let errors = |angle: fn(&Judged) -> Option<f64>| -> Option<Vec<f64>> {
-        let error = |s: &Judged| angle(s).map(|angle| angle - s.target);
-        samples.iter().map(error).collect()
-    };
-    let measured = errors(|s| Some(s.measured))?;
-    let absolute: Vec<f64> = measured.iter().map(|error| error.abs()).collect();
-    let limiting: Vec<f64> = samples.iter().map(|s| f64::from(s.limiting)).collect();
-    let column = |f: fn(&Judged) -> f64| samples.iter().map(f).collect::<Vec<f64>>();
     let search = || {
+        let column = |f: fn(&Judged) -> f64| -> Vec<f64> {
+            let first = judged().take(LAG_SAMPLES);
+            first.map(|sample| f(&sample)).collect()
+        };
         let (target, measured) = (column(|s| s.target), column(|s| s.measured));
         lag_s(&column(|s| s.t_s), &target, &measured)
     };
     Some(Metrics {
         from_s,
         to_s,
-        samples: samples.len(),
-        rmse_deg: root_mean_square(&measured),
-        rmse_true_deg: errors(|s| s.truth).map(|errors| root_mean_square(&errors)),
-        max_abs_deg: absolute.iter().copied().fold(0.0, f64::max),
-        mean_abs_deg: mean(&absolute),
-        limiting_share: mean(&limiting),
+        samples: measured.count,
+        rmse_deg: measured.root_mean_square(),
+        rmse_true_deg: (truth.count == measured.count).then(|| truth.root_mean_square()),
+        max_abs_deg: measured.most,
+        mean_abs_deg: measured.absolute / measured.count as f64,
+        limiting_share: limiting / measured.count as f64,
         lag_s: searches_lag.then(search).flatten(),
     })
 }
+
+/// Sums over errors, of which none is kept: a trial may be a day long.
+#[derive(Clone, Copy, Default)]
+struct Errors {
+    count: usize,
+    squares: f64,
+    absolute: f64,
+    /// The largest, without its sign.
+    most: f64,
+}
+
+impl Errors {
+    fn add(&mut self, error: f64) {
+        self.count += 1;
+        self.squares += error * error;
+        self.absolute += error.abs();
+        self.most = self.most.max(error.abs());
+    }
+
+    /// Not a number without errors.
+    fn root_mean_square(&self) -> f64 {
+        (self.squares / self.count as f64).sqrt()
+    }
+}
+
+/// The lag is that of so many samples at most, the first of those judged: 87 minutes at
+/// 10 ms. More would not change it, and its search holds them several times.
+const LAG_SAMPLES: usize = 1 << 19;
 
 /// The measured window, or first to last sample.
 fn window(trial: &Trial) -> Option<(f64, f64)> {
@@ -130,17 +163,6 @@ fn window(trial: &Trial) -> Option<(f64, f64)> {
 /// Samples come at least so often, s: a window that ends later than this after
 /// the last one was not reached.
 const LATE_S: f64 = 0.25;
-
-/// √(Σx²/n); not a number for an empty slice.
-pub fn root_mean_square(values: &[f64]) -> f64 {
-    let squares: Vec<f64> = values.iter().map(|value| value * value).collect();
-    mean(&squares).sqrt()
-}
-
-/// Σx/n; not a number for an empty slice.
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
 
 #[cfg(test)]
 mod tests {
@@ -169,7 +191,8 @@ mod tests {
                 sample(3.0, 30.0, 32.0, false),
                 sample(4.0, 40.0, 40.0, false),
                 sample(5.0, 0.0, 70.0, true),
-            ],
+            ]
+            .into(),
             measure: Some((1.0, 4.0)),
             ..Trial::default()
         }
@@ -191,7 +214,9 @@ mod tests {
     fn no_window_judges_all_and_an_unknown_true_angle_has_no_rmse() {
         let mut trial = trial();
         trial.measure = None;
-        trial.samples[3].true_deg = None;
+        let mut samples = trial.samples.to_vec();
+        samples[3].true_deg = None;
+        trial.samples = samples.into();
         let m = metrics(&trial).unwrap();
         assert_eq!((m.samples, m.max_abs_deg), (6, 70.0));
         assert_eq!(m.rmse_true_deg, None);

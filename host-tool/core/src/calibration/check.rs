@@ -187,7 +187,7 @@ impl Procedure for Checking<'_> {
                 threshold: self.expected.get(at).copied(),
                 ..Found::default()
             },
-            t_s: t_us as f64 * 1e-6,
+            t_s: t_us as f64 / 1e6,
             ..View::default()
         }
     }
@@ -243,7 +243,7 @@ pub fn check<P: Port>(
 }
 
 fn judged(drifts: &[Drift]) -> Result<(), CalibrationError> {
-    let milli = |value: u32| f64::from(value) * 1e-3;
+    let milli = |value: u32| f64::from(value) / 1e3;
     let told: Vec<String> = (drifts.iter())
         .filter(|drift| !drift.accepted)
         .map(|drift| {

@@ -191,7 +191,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
             let _ = self.record(&Entry::Ended { why }); // the first error is the one to tell
         }
         let spent = Spent {
-            t_s: self.t_us() as f64 * 1e-6,
+            t_s: self.t_us() as f64 / 1e6,
             given: self.given,
         };
         (result, spent, Some(self.client.into_port()))
@@ -263,7 +263,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
     }
 
     fn record(&mut self, entry: &Entry) -> Result<(), CalibrationError> {
-        let t_s = self.t_us() as f64 * 1e-6;
+        let t_s = self.t_us() as f64 / 1e6;
         if matches!(entry, Entry::Given { .. }) {
             self.given += 1;
         }

@@ -82,7 +82,7 @@ impl Presentation {
             _ if self.has_question => Err(Refusal::beyond("answer the question first")),
             Clock::On { .. } => Err(Refusal::beyond("a level is being given")),
             Clock::Rest { until_us } if t_us < until_us => {
-                let rest_s = (until_us - t_us) as f64 * 1e-6;
+                let rest_s = (until_us - t_us) as f64 / 1e6;
                 Err(Refusal::NotNow(format!(
                     "the muscle rests for {rest_s:.1} s more"
                 )))
@@ -93,7 +93,7 @@ impl Presentation {
 
     /// Where it stands, and how much of that is left, s.
     pub fn phase(&self, t_us: u64) -> (Phase, f64) {
-        let left = |until_us: u64| until_us.saturating_sub(t_us) as f64 * 1e-6;
+        let left = |until_us: u64| until_us.saturating_sub(t_us) as f64 / 1e6;
         match self.clock {
             Clock::Ready => (Phase::Ready, 0.0),
             Clock::On { until_us } => (Phase::On, left(until_us)),

@@ -3,7 +3,7 @@
 
 use super::play::{Unplayed, trial};
 use crate::analysis::limit_cycles;
-use crate::record::Sample;
+use crate::record::{Sample, Samples};
 use crate::session::{BodySpec, Session};
 use firmware::control::{Joint, JointSpec};
 use rayon::prelude::*;
@@ -121,11 +121,9 @@ fn against_finest(tried: &[(u32, f64)], off: impl Fn(f64, f64) -> f64) -> Vec<Ef
 
 /// Root mean square of wanted less true angle, as a part of the wanted angle's way,
 /// from a fifth of the session on: before that the joint comes from where it was.
-fn tracking(samples: &[Sample]) -> f64 {
-    let settled = &samples[samples.len() / 5..];
-    let both = settled
-        .iter()
-        .filter_map(|it| Some((it.target_deg?, it.true_deg?)));
+fn tracking(samples: &Samples) -> f64 {
+    let settled = samples.iter().skip(samples.len() / 5);
+    let both = settled.filter_map(|it| Some((it.target_deg?, it.true_deg?)));
     let (mut sum, mut count, mut low, mut high) = (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY);
     for (wanted, angle) in both {
         sum += (wanted - angle) * (wanted - angle);
@@ -139,9 +137,9 @@ fn tracking(samples: &[Sample]) -> f64 {
 }
 
 /// What each period loses of courses that were told every millisecond.
-fn telemetry(dense: &[Sample]) -> Vec<Effect> {
+fn telemetry(dense: &Samples) -> Vec<Effect> {
     let muscles = dense.first().map_or(0, |it| it.forces_n.len());
-    let force = |n: usize| -> Vec<f64> { dense.iter().map(|it| told(it, n)).collect() };
+    let force = |n: usize| -> Vec<f64> { dense.iter().map(|it| told(&it, n)).collect() };
     let angle: Vec<f64> = dense.iter().filter_map(|it| it.measured_deg).collect();
     let courses = (0..muscles).map(force).chain([angle]);
     let courses: Vec<(Vec<f64>, f64)> = courses

@@ -77,7 +77,7 @@ impl Played {
                 own.filter_map(|pulse| Some((pulse.start_us - epoch, gain(channel, pulse.code)?)));
             gains.collect()
         });
-        let reports = outcome.trial.samples.into_iter();
+        let reports = outcome.trial.samples.iter();
         let reports = reports.filter(|sample| sample.t_s >= 0.0);
         Ok(Self {
             pulses: felt.collect(),

@@ -86,6 +86,9 @@ problems! {
         "`{field}` is {given}, but it must come after {after}" ""
     411 More { count: usize }
         "there are {count} more mistakes" "mend these first"
+    412 ControlCharacter { character: String }
+        "`{field}` has the character {character}, which no page and no picture may hold"
+        "leave it out"
     420 ChannelTwice { channel: u8 }
         "channel {channel} is named once more by `{field}`" ""
     421 NoSuchChannel { channel: u8 }

@@ -26,15 +26,16 @@ const STALL_US: u64 = 20_000;
 /// the steps in which virtual time goes on, so that it changes nothing there.
 const POLL_US: u64 = 2_000;
 
-/// What arrived without being waited for.
+/// What arrived without being waited for. Device times are in 64 bits, µs, and do
+/// not wrap; [`stamp`](super::stamp) gives the device's own.
 #[derive(Clone, Debug)]
 pub enum Incoming {
-    /// A telemetry sample.
-    Telemetry(Box<Telemetry>),
+    /// A telemetry sample with its device time.
+    Telemetry(u64, Box<Telemetry>),
     /// An event with its device time.
-    Event(Micros, Event),
+    Event(u64, Event),
     /// A posted request was carried out, at this device time.
-    Acknowledged(u16, Micros),
+    Acknowledged(u16, u64),
     /// The answer to a posted [`Request::Status`].
     Status(Box<Status>),
     /// A posted request, or a frame (`None`), was refused.
@@ -42,7 +43,8 @@ pub enum Incoming {
 }
 
 enum Answer {
-    Ack(Micros),
+    /// At this device time, µs.
+    Ack(u64),
     Hello(Box<HelloInfo>),
     Status(Box<Status>),
     Refused(Refused),
@@ -166,8 +168,8 @@ impl<P: Port> Client<P> {
         self.port
     }
 
-    /// Device time at host time `host_us`, as far as answers tell.
-    pub fn device_time(&self, host_us: u64) -> Option<Micros> {
+    /// Device time at host time `host_us`, µs, as far as answers tell.
+    pub fn device_time(&self, host_us: u64) -> Option<u64> {
         self.clock.device_at(host_us)
     }
 
@@ -220,8 +222,9 @@ impl<P: Port> Client<P> {
         }
     }
 
-    /// Sends `request`, called `name` in errors, and waits for its acknowledgement.
-    pub(super) fn ack(&mut self, name: &'static str, request: Request) -> Result<Micros, Error> {
+    /// Sends `request`, called `name` in errors, and waits for its acknowledgement:
+    /// the device time of it, µs.
+    pub(super) fn ack(&mut self, name: &'static str, request: Request) -> Result<u64, Error> {
         let said = request.clone();
         match self.call(name, request)? {
             Answer::Ack(at) => {
@@ -237,7 +240,7 @@ impl<P: Port> Client<P> {
     ///
     /// # Errors
     /// Refused, not answered, or the device is lost.
-    pub fn arm(&mut self) -> Result<Micros, Error> {
+    pub fn arm(&mut self) -> Result<u64, Error> {
         let setup = self.setup.total();
         self.ack("Arm", Request::Arm { setup })
     }
@@ -304,7 +307,7 @@ impl<P: Port> Client<P> {
                 continue;
             };
             let response = postcard::from_bytes::<Response<'_>>(message);
-            let sorted = response.map(sort);
+            let sorted = response.map(|it| sort(it, |at| self.clock.unwrap(now_us, at)));
             self.decoder.clear();
             if let Ok(sorted) = sorted {
                 answer = self.dispatch(sorted, wanted, now_us).or(answer);
@@ -374,16 +377,19 @@ enum Sorted {
     Other(Incoming),
 }
 
-fn sort(response: Response<'_>) -> Sorted {
+/// What kind of message it is; `unwrap` gives device times in 64 bits.
+fn sort(response: Response<'_>, mut unwrap: impl FnMut(Micros) -> u64) -> Sorted {
     match response {
-        Response::Ack { seq, at } => Sorted::Answer(Some(seq), Answer::Ack(at)),
+        Response::Ack { seq, at } => Sorted::Answer(Some(seq), Answer::Ack(unwrap(at))),
         Response::Hello(info) => Sorted::Answer(Some(info.seq), Answer::Hello(Box::new(info))),
         Response::Status { seq, status } => {
             Sorted::Answer(Some(seq), Answer::Status(Box::new(status)))
         }
         Response::Refused { seq, refusal } => Sorted::Answer(seq, Answer::Refused(refusal.into())),
-        Response::Event { at, event } => Sorted::Other(Incoming::Event(at, event)),
-        Response::Telemetry(sample) => Sorted::Other(Incoming::Telemetry(Box::new(sample))),
+        Response::Event { at, event } => Sorted::Other(Incoming::Event(unwrap(at), event)),
+        Response::Telemetry(sample) => {
+            Sorted::Other(Incoming::Telemetry(unwrap(sample.at), Box::new(sample)))
+        }
     }
 }
 

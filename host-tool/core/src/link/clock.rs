@@ -1,13 +1,25 @@
-//! An estimate of device time from the answers' time stamps.
+//! Device time in 64 bits, and an estimate of it from the answers' time stamps.
 
-use firmware::units::{Micros, us};
+use firmware::units::Micros;
 
 /// Device time against host time. The exchange with the shortest round trip
 /// since the last refresh decides.
+///
+/// A device stamps with 32 bits, which are full after 71.6 minutes. Here, and
+/// nowhere else on the host, a stamp becomes microseconds in 64 bits that do not
+/// wrap; everything beyond the link counts with these.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Clock {
     best: Option<Exchange>,
     line: Option<Line>,
+    /// When the last stamp arrived in host time, and its time in 64 bits, µs.
+    last: Option<(u64, u64)>,
+}
+
+/// `device_us` as a device knows it: its lower 32 bits.
+#[must_use]
+pub const fn stamp(device_us: u64) -> Micros {
+    Micros::new(device_us as u32)
 }
 
 /// A straight line through all exchanges: device time less host time, over host
@@ -16,10 +28,6 @@ pub struct Clock {
 struct Line {
     first: Exchange,
     shortest_us: u64,
-    /// Device less host at the last exchange, µs modulo 2^32.
-    last: u32,
-    /// The same, less what it was at first, µs, not wrapped.
-    gained_us: i64,
     count: f64,
     mean_s: f64,
     mean_us: f64,
@@ -50,20 +58,15 @@ impl Line {
         Self {
             first,
             shortest_us: first.round_trip_us,
-            last: first.difference(),
             ..Self::default()
         }
     }
 
     /// Welford's update: the sums stay exact enough for days.
     fn add(&mut self, exchange: Exchange) {
-        // Wrapping on purpose: between two exchanges little is gained or lost.
-        let step = exchange.difference().wrapping_sub(self.last) as i32;
-        self.last = exchange.difference();
-        self.gained_us += i64::from(step);
         self.shortest_us = self.shortest_us.min(exchange.round_trip_us);
         let seconds = exchange.host_us.saturating_sub(self.first.host_us) as f64 * 1e-6;
-        let gained = self.gained_us as f64;
+        let gained = (exchange.difference() - self.first.difference()) as f64;
         self.count += 1.0;
         let (ds, du) = (seconds - self.mean_s, gained - self.mean_us);
         self.mean_s += ds / self.count;
@@ -81,7 +84,7 @@ impl Line {
         Fit {
             exchanges: self.count as u64,
             round_trip_us: self.shortest_us,
-            offset_us: self.first.difference(),
+            offset_us: self.first.difference() as u32, // modulo 2^32
             drift_ppm,
             residual_us: ((self.uu - explained).max(0.0) / self.count).sqrt(),
         }
@@ -92,13 +95,13 @@ impl Line {
 struct Exchange {
     round_trip_us: u64,
     host_us: u64,
-    device: Micros,
+    device_us: u64,
 }
 
 impl Exchange {
-    /// Device time less host time, µs modulo 2^32.
-    fn difference(&self) -> u32 {
-        self.device.get().wrapping_sub(self.host_us as u32)
+    /// Device time less host time, µs.
+    const fn difference(&self) -> i64 {
+        self.device_us.cast_signed() - self.host_us.cast_signed()
     }
 }
 
@@ -106,14 +109,29 @@ impl Exchange {
 const KEEP_US: u64 = 10_000_000;
 
 impl Clock {
+    /// The 64-bit time, µs, of a stamp that arrived at `host_us`: of all times with
+    /// these lower 32 bits the one nearest to where the device must be by the host's
+    /// clock, however long it was silent. At first the one nearest to host time, so
+    /// that a simulated device's time is its world's; never less than 0.
+    pub fn unwrap(&mut self, host_us: u64, at: Micros) -> u64 {
+        let expected_us = self.last.map_or(host_us, |(host, device)| {
+            device.saturating_add(host_us.saturating_sub(host))
+        });
+        let ahead_us = at.get().wrapping_sub(expected_us as u32).cast_signed();
+        let nearest = expected_us.checked_add_signed(ahead_us.into());
+        let device_us = nearest.unwrap_or_else(|| at.get().into());
+        self.last = Some((host_us, device_us));
+        device_us
+    }
+
     /// A request sent at `sent_us` was answered by `received_us` and stamped
-    /// `device` in between.
-    pub fn observe(&mut self, sent_us: u64, received_us: u64, device: Micros) {
+    /// `device_us` in between.
+    pub fn observe(&mut self, sent_us: u64, received_us: u64, device_us: u64) {
         let round_trip_us = received_us.saturating_sub(sent_us);
         let exchange = Exchange {
             round_trip_us,
             host_us: sent_us + round_trip_us / 2,
-            device,
+            device_us,
         };
         let line = self.line.get_or_insert_with(|| Line::new(exchange));
         line.add(exchange);
@@ -132,12 +150,12 @@ impl Clock {
         self.line.as_ref().map(Line::fit)
     }
 
-    /// Device time at host time `host_us`; `None` before the first answer.
+    /// Device time at host time `host_us`, µs; `None` before the first answer.
     #[must_use]
-    pub fn device_at(&self, host_us: u64) -> Option<Micros> {
-        // Wrapping on purpose: device time is modulo 2^32.
+    pub fn device_at(&self, host_us: u64) -> Option<u64> {
+        let since = |best: Exchange| host_us.cast_signed() - best.host_us.cast_signed();
         self.best
-            .map(|best| best.device + us(host_us.wrapping_sub(best.host_us) as u32))
+            .map(|best| best.device_us.saturating_add_signed(since(best)))
     }
 }
 
@@ -155,7 +173,8 @@ mod tests {
             let device = (u32::MAX - 999_999).wrapping_add((host_us + host_us / 25_000) as u32);
             let half = 150 + i % 7;
             let middle = host_us + 1_000;
-            clock.observe(middle - half, middle + half, Micros::new(device));
+            let device_us = clock.unwrap(middle + half, Micros::new(device));
+            clock.observe(middle - half, middle + half, device_us);
         }
         let fit = clock.fit().unwrap();
         assert_eq!((fit.exchanges, fit.round_trip_us), (1_000, 300));
@@ -168,10 +187,43 @@ mod tests {
     fn the_shortest_round_trip_decides() {
         let mut clock = Clock::default();
         assert_eq!(clock.device_at(0), None);
-        clock.observe(1_000, 3_000, Micros::new(u32::MAX));
-        assert_eq!(clock.device_at(2_010), Some(Micros::new(9)));
-        clock.observe(10_000, 10_200, Micros::new(8_000));
-        clock.observe(20_000, 29_000, Micros::new(50_000));
-        assert_eq!(clock.device_at(10_100), Some(Micros::new(8_000)));
+        clock.observe(1_000, 3_000, u32::MAX.into());
+        assert_eq!(clock.device_at(2_010), Some((1 << 32) + 9));
+        clock.observe(10_000, 10_200, 8_000);
+        clock.observe(20_000, 29_000, 50_000);
+        assert_eq!(clock.device_at(10_100), Some(8_000));
+    }
+
+    /// Stamps of a device that boots `boot_us` before or after its wrap, at all
+    /// distances up to a day and in silence of hours: each is the time it was.
+    #[test]
+    fn stamps_become_the_time_they_were_taken_at() {
+        const DAY_US: u64 = 86_400_000_000;
+        for boot_us in [0, 7, (1 << 31) + 5, (1 << 32) - 60_000_000, (1 << 32) - 1] {
+            for step_us in [
+                10_000,
+                999_999,
+                2_200_000_000,
+                4_400_000_000,
+                7 * (1 << 32) + 11,
+            ] {
+                let (mut clock, mut host_us) = (Clock::default(), 0);
+                while host_us < DAY_US.min(step_us * 5_000) {
+                    // The device's quartz is 100 ppm fast.
+                    let device_us = boot_us + host_us + host_us / 10_000;
+                    assert_eq!(clock.unwrap(host_us, stamp(device_us)), device_us);
+                    // What was stamped a little earlier may arrive later.
+                    let before_us = device_us.saturating_sub(2_500).max(boot_us);
+                    assert_eq!(clock.unwrap(host_us + 20, stamp(before_us)), before_us);
+                    host_us += step_us;
+                }
+            }
+        }
+        // A simulated world's time is its device's, also beyond the wrap at first.
+        let mut clock = Clock::default();
+        assert_eq!(
+            clock.unwrap((1 << 32) + 900, Micros::new(700)),
+            (1 << 32) + 700
+        );
     }
 }

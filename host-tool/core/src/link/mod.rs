@@ -16,7 +16,7 @@ mod requests;
 mod serial;
 
 pub use client::{Client, Incoming};
-pub use clock::Fit;
+pub use clock::{Fit, stamp};
 pub use error::{Error, Refused, advice, what};
 pub use interruption::{Interruption, Signal};
 pub use keeper::{Keeper, Lateness, UNATTENDED};

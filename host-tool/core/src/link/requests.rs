@@ -9,7 +9,7 @@ use firmware::safety::{ChannelSpec, ListedPulse, MAX_LISTED, StageKind, WearerSp
 use firmware::units::{Amplitude, Micros};
 
 /// Methods that send a request, wait for its acknowledgement and give the device
-/// time of it: each a name in errors, its arguments and the request.
+/// time of it, µs: each a name in errors, its arguments and the request.
 macro_rules! requests {
     ($($doc:literal $name:literal $method:ident($($argument:ident: $type:ty),*) $request:expr;)*) => {
         impl<P: Port> Client<P> {
@@ -18,7 +18,7 @@ macro_rules! requests {
                 ///
                 /// # Errors
                 /// Refused, not answered, or the device is lost.
-                pub fn $method(&mut self, $($argument: $type),*) -> Result<Micros, Error> {
+                pub fn $method(&mut self, $($argument: $type),*) -> Result<u64, Error> {
                     self.ack($name, $request)
                 }
             )*
@@ -70,7 +70,7 @@ impl<P: Port> Client<P> {
     ///
     /// # Errors
     /// As all; more than five groups are too large.
-    pub fn groups(&mut self, groups: &[GroupSpec]) -> Result<Micros, Error> {
+    pub fn groups(&mut self, groups: &[GroupSpec]) -> Result<u64, Error> {
         if groups.len() > MAX_GROUPS {
             return Err(Error::TooLarge("Groups"));
         }
@@ -83,7 +83,7 @@ impl<P: Port> Client<P> {
     ///
     /// # Errors
     /// As all; more than ten amplitudes are too large.
-    pub fn amplitudes(&mut self, list: &[(u8, Amplitude)]) -> Result<Micros, Error> {
+    pub fn amplitudes(&mut self, list: &[(u8, Amplitude)]) -> Result<u64, Error> {
         let list = list.iter();
         let own: Vec<_> = list.map(|&(channel, it)| (channel, it, None)).collect();
         self.send_amplitudes(&own)
@@ -94,7 +94,7 @@ impl<P: Port> Client<P> {
     ///
     /// # Errors
     /// As all; more than ten amplitudes are too large.
-    pub fn stimuli(&mut self, list: &[(u8, Amplitude, u16)]) -> Result<Micros, Error> {
+    pub fn stimuli(&mut self, list: &[(u8, Amplitude, u16)]) -> Result<u64, Error> {
         let list = list.iter();
         let pairs: Vec<_> = list
             .map(|&(channel, it, us)| (channel, it, Some(us)))
@@ -106,7 +106,7 @@ impl<P: Port> Client<P> {
     ///
     /// # Errors
     /// As all; more than sixteen pulses are too large.
-    pub fn pulses(&mut self, channel: u8, pulses: &[ListedPulse]) -> Result<Micros, Error> {
+    pub fn pulses(&mut self, channel: u8, pulses: &[ListedPulse]) -> Result<u64, Error> {
         if pulses.len() > MAX_LISTED {
             return Err(Error::TooLarge("Pulses"));
         }
@@ -115,7 +115,7 @@ impl<P: Port> Client<P> {
     }
 
     /// Either all have a width or none has.
-    fn send_amplitudes(&mut self, list: &[(u8, Amplitude, Option<u16>)]) -> Result<Micros, Error> {
+    fn send_amplitudes(&mut self, list: &[(u8, Amplitude, Option<u16>)]) -> Result<u64, Error> {
         if list.len() > CHANNELS {
             return Err(Error::TooLarge("Amplitudes"));
         }

@@ -209,13 +209,25 @@ fn painted(paint: Paint) -> String {
     }
 }
 
-/// Text made safe to stand in HTML, also within quotes.
+/// Text made safe to stand in HTML, SVG and XML, also within quotes. Characters that no
+/// XML document may hold (XML 1.0, section 2.2: U+FFFE, U+FFFF and most control
+/// characters), and the other control characters, become U+FFFD.
 #[must_use]
 pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            '\t' | '\n' | '\r' => safe.push(c),
+            '\u{fffe}' | '\u{ffff}' => safe.push(char::REPLACEMENT_CHARACTER),
+            _ if c.is_control() => safe.push(char::REPLACEMENT_CHARACTER),
+            _ => safe.push(c),
+        }
+    }
+    safe
 }
 
 /// The figure with its style and background, so that it is a file of its own.
@@ -227,4 +239,20 @@ pub fn standalone(figure: &Svg) -> String {
     format!(
         "{head}<style>{style}</style><rect width=\"100%\" height=\"100%\" fill=\"{paper}\"/>{body}"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_character_is_escaped_replaced_or_itself() {
+        let escaped = escape("<b title=\"ä\">\t1 & 2\u{1}\u{1b}\u{7f}\u{85}\u{fffe}\u{ffff}筋\r\n");
+        let meant = "&lt;b title=&quot;ä&quot;&gt;\t1 &amp; 2\u{fffd}\u{fffd}\u{fffd}\u{fffd}\u{fffd}\u{fffd}筋\r\n";
+        assert_eq!(escaped, meant);
+        for c in '\0'..=char::MAX {
+            let is_legal = |c: char| matches!(c, '\t' | '\n' | '\r' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..);
+            assert!(escape(&c.to_string()).chars().all(is_legal), "{c:?}");
+        }
+    }
 }

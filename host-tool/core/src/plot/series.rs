@@ -9,15 +9,28 @@ const GAP_S: f64 = 0.5;
 /// Splits a signal where nothing was recorded and keeps of each bucket the
 /// smallest and the largest value, in their order: at most two points a bucket.
 /// Values that are not finite are left out.
-pub fn shorten(points: impl Iterator<Item = Point>, buckets: usize) -> Vec<Vec<Point>> {
-    let points: Vec<Point> = points
-        .filter(|(t, value)| t.is_finite() && value.is_finite())
-        .collect();
-    let per_bucket = points.len().div_ceil(buckets.max(1)).max(2);
-    points
-        .chunk_by(|a, b| b.0 - a.0 <= GAP_S)
-        .map(|part| part.chunks(per_bucket).flat_map(extremes).collect())
-        .collect()
+///
+/// The points are gone through twice, and no more than a bucket is held.
+pub fn shorten(points: impl Iterator<Item = Point> + Clone, buckets: usize) -> Vec<Vec<Point>> {
+    let points = points.filter(|(t, value)| t.is_finite() && value.is_finite());
+    let per_bucket = points.clone().count().div_ceil(buckets.max(1)).max(2);
+    let (mut parts, mut part, mut bucket) = (Vec::new(), Vec::new(), Vec::new());
+    for point in points {
+        let last: Option<&Point> = bucket.last();
+        let is_gap = last.is_some_and(|last| point.0 - last.0 > GAP_S);
+        if is_gap || bucket.len() == per_bucket {
+            part.extend(extremes(&bucket));
+            bucket.clear();
+        }
+        if is_gap {
+            parts.push(std::mem::take(&mut part));
+        }
+        bucket.push(point);
+    }
+    part.extend(extremes(&bucket));
+    parts.push(part);
+    parts.retain(|part| !part.is_empty());
+    parts
 }
 
 /// The smallest and the largest of some points, earlier first; one if they are the same.

@@ -61,14 +61,14 @@ const fn column(
 /// The columns of `samples.csv`, in their order.
 #[rustfmt::skip]
 pub const SAMPLES: [Column; 24] = [
-    column(Each::Table, "t_s", "s", "time since the start of the trains", "device clock, 1 µs"),
+    column(Each::Table, "t_s", "s", "time since the start of the trains, rising, with six decimals", "device clock, 1 µs"),
     column(Each::Table, "target_deg", "°", "wanted joint angle, or where the wall stands; empty before the first setpoint and without joint or wall", "device: the setpoint it follows, held or extrapolated"),
     column(Each::Table, "measured_deg", "°", "joint angle; empty before the first measurement and without joint or wall", "the session's sensor, as the device took it"),
     column(Each::Table, "true_deg", "°", "joint angle of the simulated body; empty unless one runs in this program", "simulated body"),
     column(Each::Table, "effort", "", "what the control law asks for, 1 is all; at a wall the penetration in °; empty while neither runs", "device: control law"),
     column(Each::Table, "limiting", "0, 1", "1 while the device cannot give what is wanted, on any channel: a computed amplitude is held at the wearer's limit, or a force is wanted that is below that of threshold or beyond what the muscle, perhaps tired, gives", "device: guard, force control"),
     column(Each::Table, "state", "", "the device's state: boot, idle, armed, stimulating, stopping or fault", "device"),
-    column(Each::Channel, "amplitude", "", "amplitude in force; empty while the channel plays nothing", "device: as sent to the DAC; no measurement"),
+    column(Each::Channel, "amplitude", "", "amplitude in force, in whole steps of 0.001; empty while the channel plays nothing", "device: as sent to the DAC; no measurement"),
     column(Each::Width, "width", "µs", "pulse width in force; empty while the channel plays nothing", "device: as played; no measurement"),
     column(Each::Muscle, "force", "N", "force that the muscle model predicts from the pulses played; empty where none runs", "device: muscle model; no measurement"),
     column(Each::Force, "wanted", "N", "wanted force; empty before its first setpoint", "device: the setpoint it follows"),

@@ -43,17 +43,17 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
             return of("trial.json", 0);
         };
         let is_last = position + 1 == record.trials.len();
-        let (rows, others) = (samples(trial), samples(other));
-        let is_whole = rows.len() == others.len() && trial.events == other.events;
+        let (rows, others) = (trial.samples.len() + 1, other.samples.len() + 1);
+        let is_whole = rows == others && trial.events == other.events;
         let is_cut = is_cut && (is_last || !is_whole);
         // What came after the stop was asked for is not the session's.
         let kept = if is_cut {
-            until_cut(trial, &rows)
+            until_cut(trial)
         } else {
-            rows.len().max(others.len())
+            rows.max(others)
         };
-        let mut lines = 0..kept;
-        if let Some(line) = lines.find(|&line| rows.get(line) != others.get(line)) {
+        let (mut rows, mut others) = (lines(trial), lines(other));
+        if let Some(line) = (0..kept).find(|_| rows.next() != others.next()) {
             return of("samples.csv", line + 1);
         }
         if is_cut {
@@ -75,20 +75,23 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
     None
 }
 
-/// The lines of `samples.csv`.
-fn samples(trial: &Trial) -> Vec<String> {
-    let mut text = Vec::new();
-    // Writing to memory does not fail.
-    let _ = table::write_samples(&mut text, &trial.channels, &trial.samples);
-    let text = String::from_utf8_lossy(&text);
-    text.lines().map(str::to_owned).collect()
+/// The lines of `samples.csv`, one by one: a long one is not held as text.
+fn lines(trial: &Trial) -> impl Iterator<Item = Vec<u8>> {
+    let mut header = Vec::new();
+    table::push_sample_header(&mut header, &trial.channels);
+    let row = |sample| {
+        let mut row = Vec::new();
+        table::push_sample(&mut row, &sample, &trial.channels);
+        row
+    };
+    std::iter::once(header).chain(trial.samples.iter().map(row))
 }
 
-/// The lines before the trial was cut short: its last event says when.
-fn until_cut(trial: &Trial, rows: &[String]) -> usize {
+/// How many lines were written before the trial was cut short: its last event says when.
+fn until_cut(trial: &Trial) -> usize {
     let times = trial.events.iter().map(|(t_s, _)| *t_s);
     let cut = times.fold(f64::NAN, f64::min);
     let samples = trial.samples.iter();
     let before = samples.take_while(|s| cut.is_nan() || s.t_s < cut);
-    rows.len().min(before.count() + 1)
+    before.count() + 1
 }

@@ -19,6 +19,7 @@ mod place;
 mod provenance;
 mod recorder;
 mod sample;
+mod samples;
 mod table;
 mod worn;
 
@@ -37,6 +38,7 @@ pub use place::{Place, may_write};
 pub use provenance::{ClockFit, Declared, HostFacts, Plan, Program};
 pub use recorder::Recorder;
 pub use sample::{DeviceState, Sample};
+pub use samples::Samples;
 pub use table::{read_edges, read_samples, write_edges, write_samples};
 pub use worn::TrialWearer;
 
@@ -208,8 +210,8 @@ pub struct Trial {
     /// The channels in use; `Sample::amplitudes` has this order.
     pub channels: Vec<ChannelInfo>,
     /// Telemetry, oldest first.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub samples: Vec<Sample>,
+    #[serde(default, skip_serializing_if = "Samples::is_empty")]
+    pub samples: Samples,
     /// Switch states of one period, oldest first. A channel is isolated until
     /// its first edge.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

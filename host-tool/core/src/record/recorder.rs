@@ -2,7 +2,7 @@
 
 use super::disk::{replace, trial_folder, write_json};
 use super::{
-    ClockFit, Edge, ElectrodeReading, Identity, RecordError, Sample, Trial, columns, table,
+    ClockFit, Edge, ElectrodeReading, Identity, RecordError, Sample, Samples, Trial, columns, table,
 };
 use crate::disk::{Disk, FileSystem};
 use crate::session::KEPT_AS;
@@ -47,7 +47,7 @@ impl Recorder {
             disk,
             folder,
             trial: Trial {
-                samples: Vec::new(),
+                samples: Samples::default(),
                 edges: Vec::new(),
                 ..trial.clone()
             },
@@ -59,7 +59,7 @@ impl Recorder {
         table::push_sample_header(&mut recorder.row, &trial.channels);
         recorder.append().map_err(RecordError::write(&path))?;
         recorder.edges(&trial.edges)?;
-        trial.samples.iter().try_for_each(|s| recorder.sample(s))?;
+        trial.samples.iter().try_for_each(|s| recorder.sample(&s))?;
         Ok(recorder)
     }
 

@@ -1,9 +1,10 @@
 //! CSV of samples and edges. Numbers are written so that they read back exactly.
 
-use super::{ChannelInfo, DeviceState, Edge, RecordError, Sample, State, columns};
+use super::{ChannelInfo, DeviceState, Edge, RecordError, Sample, Samples, State, columns};
 use crate::number;
 use hal_sim::input;
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Seek, Write};
 use std::path::Path;
 use std::str::FromStr;
 
@@ -34,7 +35,7 @@ pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[Chann
     let predicted = channels.iter().filter(|c| c.muscle).count();
     let live = channels.iter().filter(|c| c.live_width).count();
     let controlled = channels.iter().filter(|c| c.force).count();
-    number::push(text, sample.t_s);
+    number::push_micros(text, sample.t_s);
     for value in [sample.target_deg, sample.measured_deg, sample.true_deg] {
         push_field(text, value);
     }
@@ -93,12 +94,12 @@ fn push_field(text: &mut Vec<u8>, value: Option<f64>) {
 pub fn write_samples(
     out: &mut impl Write,
     channels: &[ChannelInfo],
-    samples: &[Sample],
+    samples: &Samples,
 ) -> io::Result<()> {
     let mut text = Vec::new();
     push_sample_header(&mut text, channels);
     for sample in samples {
-        push_sample(&mut text, sample, channels);
+        push_sample(&mut text, &sample, channels);
     }
     out.write_all(&text)
 }
@@ -115,10 +116,10 @@ pub fn write_edges(out: &mut impl Write, edges: &[Edge]) -> io::Result<()> {
 
 /// Reads `samples.csv`. A last line without its end was cut by a crash and is
 /// dropped; anything else that does not fit is an error with its line.
-pub fn read_samples(path: &Path) -> Result<Vec<Sample>, RecordError> {
+pub fn read_samples(path: &Path) -> Result<Samples, RecordError> {
     let rows = Rows::open(path)?;
-    if rows.text.is_empty() {
-        return Ok(Vec::new()); // not even its header was whole
+    if rows.is_empty {
+        return Ok(Samples::default()); // not even its header was whole
     }
     let columns = |kind: &str| -> Vec<usize> {
         let named = rows.header.iter().enumerate();
@@ -233,21 +234,36 @@ fn word<S: PartialEq>(words: &[(S, &'static str)], state: S) -> &'static str {
     let found = words.iter().find(|(it, _)| *it == state);
     found.map_or("", |(_, word)| word)
 }
-/// The complete lines of a CSV file.
+
+/// The complete lines of a CSV file, which is read row by row: it may be longer than
+/// what a computer holds.
 struct Rows<'a> {
     path: &'a Path,
     header: Vec<String>,
-    text: String,
+    is_empty: bool,
+    file: File,
+    /// How long its complete lines are, bytes.
+    whole: u64,
 }
 
 impl<'a> Rows<'a> {
     fn open(path: &'a Path) -> Result<Self, RecordError> {
-        let text = input::read_text(path, input::LONGEST_TABLE);
-        let mut text = text.map_err(RecordError::io(path))?;
-        text.truncate(text.rfind('\n').map_or(0, |end| end + 1));
-        let header = text.lines().next().unwrap_or_default();
-        let header = header.split(',').map(str::to_owned).collect();
-        Ok(Rows { path, header, text })
+        let opened = || -> io::Result<Self> {
+            let mut file = input::open(path)?;
+            let whole = whole_lines(&mut file)?;
+            let mut header = String::new();
+            BufReader::new((&file).take(whole)).read_line(&mut header)?;
+            file.rewind()?;
+            let names = header.trim_end_matches(['\n', '\r']).split(',');
+            Ok(Rows {
+                path,
+                header: names.map(str::to_owned).collect(),
+                is_empty: whole == 0,
+                file,
+                whole,
+            })
+        };
+        opened().map_err(RecordError::io(path))
     }
 
     fn column(&self, name: &str) -> Result<usize, RecordError> {
@@ -255,11 +271,11 @@ impl<'a> Rows<'a> {
         found.ok_or_else(|| self.error(1, format!("the column {name} is missing")))
     }
 
-    fn map<T>(
+    fn map<T, C: FromIterator<T>>(
         &self,
         parse: impl Fn(&Row) -> Result<T, RecordError>,
-    ) -> Result<Vec<T>, RecordError> {
-        let mut reader = csv::Reader::from_reader(self.text.as_bytes());
+    ) -> Result<C, RecordError> {
+        let mut reader = csv::Reader::from_reader((&self.file).take(self.whole));
         let records = reader.records().enumerate();
         let rows = records.map(|(row, record)| {
             let line = row + 2;
@@ -273,6 +289,26 @@ impl<'a> Rows<'a> {
     fn error(&self, line: usize, what: String) -> RecordError {
         RecordError::Format(self.path.to_owned(), line, what)
     }
+}
+
+/// How long the complete lines of `file` are, bytes; it is at its beginning again.
+///
+/// # Errors
+/// It cannot be read, or is no text.
+fn whole_lines(file: &mut File) -> io::Result<u64> {
+    let (mut line, mut whole) = (Vec::new(), 0);
+    let mut lines = BufReader::with_capacity(1 << 16, &mut *file);
+    while lines.read_until(b'\n', &mut line)? > 0 {
+        let text = std::str::from_utf8(&line).map_err(io::Error::other)?;
+        whole += if text.ends_with('\n') {
+            line.len() as u64
+        } else {
+            0
+        };
+        line.clear();
+    }
+    file.rewind()?;
+    Ok(whole)
 }
 
 struct Row<'a> {

@@ -19,14 +19,14 @@ const AXES: [&str; 3] = ["backward (N)", "to the right (N)", "upward (N)"];
 pub(super) fn figure(trials: &[Trial]) -> Svg {
     let driven = trials
         .iter()
-        .filter(|trial| trial.samples.iter().any(is_wanted));
+        .filter(|trial| trial.samples.iter().any(|s| is_wanted(&s)));
     let driven: Vec<&Trial> = driven.collect();
     if driven.is_empty() {
         return Svg::default();
     }
     let samples = || driven.iter().flat_map(|trial| &trial.samples);
-    let all = samples().flat_map(|s| s.hand_n.iter().chain(&s.hand_true_n));
-    let (low, high) = range(all.copied().flatten()).unwrap_or((0.0, 1.0));
+    let all = samples().flat_map(|s| [s.hand_n, s.hand_true_n].concat());
+    let (low, high) = range(all.flatten()).unwrap_or((0.0, 1.0));
     let step = round_step((high - low).max(0.1), 3.0);
     let ends = (
         (low / step).floor() * step,
@@ -41,7 +41,7 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
             let y = Axis::linear(AXES[axis], ends, 4.0);
             let lines = |of: fn(&Sample) -> &[Option<f64>], stroke| {
                 let values = trial.samples.iter();
-                let known = values.filter_map(|s| Some((s.t_s, (*of(s).get(axis)?)?)));
+                let known = values.filter_map(|s| Some((s.t_s, (*of(&s).get(axis)?)?)));
                 let parts = shorten(known, BUCKETS).into_iter();
                 parts.map(move |part| Mark::Line(part, stroke))
             };

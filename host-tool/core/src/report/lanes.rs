@@ -33,7 +33,7 @@ enum Value {
 
 impl Value {
     /// What a trial knows of it over time.
-    fn course(self, trial: &Trial, channel: u8) -> impl Iterator<Item = Point> {
+    fn course(self, trial: &Trial, channel: u8) -> impl Iterator<Item = Point> + Clone {
         let place = trial.place(
             channel,
             match self {
@@ -52,7 +52,7 @@ impl Value {
             }
         };
         let samples = trial.samples.iter();
-        samples.filter_map(move |sample| Some((sample.t_s, value(sample)?)))
+        samples.filter_map(move |sample| Some((sample.t_s, value(&sample)?)))
     }
 }
 

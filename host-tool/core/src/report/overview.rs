@@ -162,7 +162,7 @@ fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
 }
 
 /// The samples in the part of a trial that is shown.
-fn shown(trial: &Trial) -> impl Iterator<Item = &Sample> {
+fn shown(trial: &Trial) -> impl Iterator<Item = Sample> + Clone {
     let (from, to) = SHOWN_S;
     let samples = trial.samples.iter();
     samples.filter(move |sample| (from..=to).contains(&sample.t_s))

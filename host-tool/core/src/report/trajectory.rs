@@ -28,13 +28,13 @@ pub(super) fn end_s(trials: &[Trial]) -> f64 {
 }
 
 /// An angle's course as lines.
-pub(super) fn course<'a>(
-    samples: impl Iterator<Item = &'a Sample>,
+pub(super) fn course(
+    samples: impl Iterator<Item = Sample> + Clone,
     angle: Angle,
     stroke: Stroke,
     buckets: usize,
 ) -> impl Iterator<Item = Mark> {
-    let points = samples.filter_map(|s| Some((s.t_s, angle(s)?)));
+    let points = samples.filter_map(move |s| Some((s.t_s, angle(&s)?)));
     let parts = shorten(points, buckets).into_iter();
     parts.map(move |part| Mark::Line(part, stroke))
 }

@@ -1,7 +1,7 @@
 //! A session as one trial of a record: its rows are on the disk as they come.
 
 use super::{
-    DeviceName, Observer, OpenError, RunError, SessionFile, begin_trial, edges_of_one_period, run,
+    DeviceName, FullestPeriod, Observer, OpenError, RunError, SessionFile, begin_trial, run_taken,
 };
 use crate::link::Port;
 use crate::record::{RecordError, Recorder, Trial};
@@ -79,17 +79,14 @@ pub fn record_on<P: Port>(
         ..begin_trial(file)
     };
     let mut recorder = Recorder::create(place.dir, place.position, &named)?;
-    let (outcome, mut port) = run(file, port, Some(&mut recorder), observer);
+    let mut fullest = FullestPeriod::new(&file.session, edges_us);
+    let (outcome, port) = run_taken(file, port, Some(&mut recorder), observer, &mut fullest);
     let took = begin.elapsed();
     let mut trial = Trial {
         name: named.name,
         ..outcome.trial
     };
-    if let (Some(port), Some(epoch)) = (&mut port, outcome.epoch_us)
-        && let Some(world) = port.world()
-    {
-        trial.edges = edges_of_one_period(&file.session, &world.recorder.trace, epoch, edges_us);
-    }
+    trial.edges = fullest.edges();
     let closed = recorder
         .edges(&trial.edges)
         .and_then(|()| recorder.finish(&trial.counters, trial.duration_s));

@@ -3,14 +3,13 @@
 mod record;
 
 use super::stages::check_stages;
-use super::{Observer, RunError, Seen, SessionFile, Stopped, Wish, trial};
-use crate::link::{Client, Error, Incoming, Interruption, Port};
+use super::{Observer, Outputs, RunError, Seen, SessionFile, Stopped, Wish, trial};
+use crate::link::{Client, Error, Incoming, Interruption, Port, stamp};
 use crate::record::{Recorder, Trial};
 use crate::session::{Course, Session, SessionLimb, Setpoint};
 use firmware::control::SensorSource;
 use firmware::link::{Counters, Event, HelloInfo, Request};
 use firmware::safety::{Stages, State};
-use firmware::units::{Micros, us};
 use std::collections::VecDeque;
 use std::iter;
 
@@ -22,7 +21,7 @@ const ACKNOWLEDGE_US: u64 = 300_000;
 
 /// Forces at the hand are sent so long before they are valid, that none is late for its
 /// recruitment, µs.
-const AHEAD_US: u32 = 10_000;
+const AHEAD_US: u64 = 10_000;
 
 /// Wanted forces at the hand whose answers may be on their way.
 const WISHES: usize = 64;
@@ -33,6 +32,9 @@ const POSTURE_US: u64 = 20_000;
 /// A device that says nothing for so long is lost, µs. It owes telemetry every
 /// 100 ms at least.
 const SILENCE_US: u64 = 1_000_000;
+
+/// From one time that a simulated device's outputs are taken to the next, µs.
+const TAKE_US: u64 = 1_000_000;
 
 /// What came of a session, complete or not.
 pub struct Outcome {
@@ -48,13 +50,18 @@ pub struct Outcome {
     pub error: Option<RunError>,
 }
 
-struct Run<'a, P> {
+struct Run<'a, 'o, P> {
     session: &'a Session,
     client: Client<P>,
     trial: Trial,
     recorder: Option<&'a mut Recorder>,
+    /// Who takes a simulated device's outputs while it runs; else its world keeps them.
+    outputs: Option<&'o mut dyn Outputs>,
+    /// Pulses that were taken, and up to when, in the port's time.
+    taken: (u64, u64),
     observer: &'a mut dyn Observer,
-    epoch: Micros,
+    /// When the trains started, device time in µs.
+    epoch: u64,
     /// The same in the port's time.
     epoch_us: u64,
     /// A board's count of this run's pulses after the electrode check, where no
@@ -78,6 +85,27 @@ pub fn run<P: Port>(
     file: &SessionFile,
     port: P,
     recorder: Option<&mut Recorder>,
+    observer: impl Observer,
+) -> (Outcome, Option<P>) {
+    conduct(file, port, (recorder, None), observer)
+}
+
+/// The same, and `outputs` takes what a simulated device puts out while it runs: then
+/// its world has no trace of it in the end.
+pub fn run_taken<P: Port>(
+    file: &SessionFile,
+    port: P,
+    recorder: Option<&mut Recorder>,
+    observer: impl Observer,
+    outputs: &mut dyn Outputs,
+) -> (Outcome, Option<P>) {
+    conduct(file, port, (recorder, Some(outputs)), observer)
+}
+
+fn conduct<P: Port>(
+    file: &SessionFile,
+    port: P,
+    (recorder, outputs): (Option<&mut Recorder>, Option<&mut dyn Outputs>),
     mut observer: impl Observer,
 ) -> (Outcome, Option<P>) {
     let session = &file.session;
@@ -102,8 +130,10 @@ pub fn run<P: Port>(
         client,
         trial,
         recorder,
+        outputs,
+        taken: (0, 0),
         observer: &mut observer,
-        epoch: info.at,
+        epoch: 0,
         epoch_us: 0,
         checked: 0,
         begun: Counters::default(),
@@ -139,6 +169,7 @@ pub fn run<P: Port>(
         run.cut_short(error);
     }
     if is_started {
+        run.take_the_last_outputs();
         run.count_pulses();
     }
     let outcome = Outcome {
@@ -198,7 +229,7 @@ pub fn acknowledge<P: Port>(port: P) -> Result<P, Error> {
     Ok(client.into_port())
 }
 
-impl<P: Port> Run<'_, P> {
+impl<P: Port> Run<'_, '_, P> {
     fn prepare(&mut self, stages: &Stages) -> Result<(), RunError> {
         // It may have played for others, or another trial, since it booted.
         let is_new = (self.client.port().world()).is_some_and(|world| !world.is_used());
@@ -245,14 +276,12 @@ impl<P: Port> Run<'_, P> {
         self.heard_us = now_us;
         let is_simulated = self.client.port().world().is_some();
         // In a simulated world, host time and device time are one.
-        let device_now = if is_simulated {
-            Some(Micros::new(now_us as u32))
-        } else {
-            self.client.device_time(now_us)
+        let now = match is_simulated {
+            true => now_us,
+            false => self.device_time(now_us),
         };
-        let now = device_now.unwrap_or(self.epoch);
         // The epoch is at most a few milliseconds from now.
-        self.epoch_us = now_us.saturating_add_signed((self.epoch - now).us().into());
+        self.epoch_us = (now_us + self.epoch).saturating_sub(now);
         Ok(())
     }
 
@@ -265,6 +294,7 @@ impl<P: Port> Run<'_, P> {
             self.trigger(asked_us, due);
             asked_us = due;
             self.listen((begin + due).min(end))?;
+            self.take_outputs();
             if begin + due >= end || self.is_finished {
                 break;
             }
@@ -284,8 +314,7 @@ impl<P: Port> Run<'_, P> {
         if self.measures()
             && let Some(deg) = self.client.port().glove_deg()
         {
-            let now = self.client.port().now_us();
-            let at = self.client.device_time(now).unwrap_or(self.epoch);
+            let at = stamp(self.now());
             let (joint, centideg) = (0, (deg * 100.0).round() as i16); // saturates
             let measured = Request::Measurement {
                 joint,
@@ -308,18 +337,17 @@ impl<P: Port> Run<'_, P> {
         for request in self.session.setpoints.lists(before, due) {
             self.client.post(request)?;
         }
-        // Wrapping: device time is modulo 2^32.
-        let now = self.epoch + us(due as u32);
+        let now = self.epoch + due;
         let setpoints = &self.session.setpoints;
         let ahead_us = match &setpoints.course {
             Course::Wrench(_) => AHEAD_US,
             _ => 0,
         };
-        let driven = setpoints.at(due + u64::from(ahead_us));
+        let driven = setpoints.at(due + ahead_us);
         for setpoint in iter::once(driven).chain(setpoints.with(due)) {
             let at = match setpoint {
-                Setpoint::Wrench(_) => Some(now + us(ahead_us)),
-                Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(now),
+                Setpoint::Wrench(_) => Some(stamp(now + ahead_us)),
+                Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(stamp(now)),
                 Setpoint::Amplitudes(_) | Setpoint::Held(_) | Setpoint::KeepAlive => None,
             };
             let seq = self.client.post(setpoint.request(at))?;
@@ -342,6 +370,22 @@ impl<P: Port> Run<'_, P> {
         }
     }
 
+    /// Device time now, µs.
+    fn now(&mut self) -> u64 {
+        let now_us = self.client.port().now_us();
+        self.device_time(now_us)
+    }
+
+    /// Device time at `port_us` of the port's, µs; the epoch before any answer.
+    fn device_time(&self, port_us: u64) -> u64 {
+        self.client.device_time(port_us).unwrap_or(self.epoch)
+    }
+
+    /// Seconds from the start of the trains to the device time `at_us`.
+    fn since_start_s(&self, at_us: u64) -> f64 {
+        trial::since_s(at_us, self.epoch)
+    }
+
     fn measures_posture(&self) -> bool {
         let limb = self.session.limb.as_ref();
         limb.is_some_and(SessionLimb::is_measured)
@@ -349,8 +393,7 @@ impl<P: Port> Run<'_, P> {
 
     /// A measurement of each of the arm's angles now.
     fn posture(&mut self) -> Vec<Request> {
-        let now = self.client.port().now_us();
-        let at = self.client.device_time(now).unwrap_or(self.epoch);
+        let at = stamp(self.now());
         let angles = self.client.port().posture_deg().into_iter().flatten();
         let measured = (0u8..).zip(angles).map(|(joint, deg)| {
             let centideg = (deg * 100.0).round() as i16; // saturates
@@ -365,8 +408,7 @@ impl<P: Port> Run<'_, P> {
 
     /// The modulated joints' angles of `due` µs after the start, measured now.
     fn joint_angles(&mut self, due: u64) -> Vec<Request> {
-        let now = self.client.port().now_us();
-        let at = self.client.device_time(now).unwrap_or(self.epoch);
+        let at = stamp(self.now());
         let joints = self.session.modulations.iter();
         let measured = joints.map(|joint| Request::Measurement {
             joint: joint.spec.joint,

@@ -72,10 +72,10 @@ fn of(stages: &Stages, channel: u8) -> Option<StageKind> {
 fn told(kind: StageKind) -> String {
     match kind {
         StageKind::Current { full_scale_ua } => {
-            format!("current, {} mA full scale", f64::from(full_scale_ua) * 1e-3)
+            format!("current, {} mA full scale", f64::from(full_scale_ua) / 1e3)
         }
         StageKind::Voltage { full_scale_mv } => {
-            format!("voltage, {} V full scale", f64::from(full_scale_mv) * 1e-3)
+            format!("voltage, {} V full scale", f64::from(full_scale_mv) / 1e3)
         }
     }
 }

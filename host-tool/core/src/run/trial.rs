@@ -11,16 +11,15 @@ use firmware::control::ForceGap;
 use firmware::haptics::{Hold, ModulationSpec, MotionPhase, Side};
 use firmware::link::{Counters, Event, ForceSample, JointSample, Telemetry};
 use firmware::safety::{self, Fault, StopCause};
-use firmware::units::{Amplitude, Micros};
-use hal_sim::trace::{State as TraceState, Trace};
-use std::collections::BTreeMap;
+use firmware::units::Amplitude;
+use hal_sim::trace::{Edge as TraceEdge, State as TraceState, Trace};
 
 /// An empty trial of `file`'s session.
 #[must_use]
 pub fn begin_trial(file: &SessionFile) -> Trial {
     let session = &file.session;
-    let seconds = |us: u64| us as f64 * 1e-6;
-    let milli = |value: f64| value * 1e-3;
+    let seconds = |us: u64| us as f64 / 1e6;
+    let milli = |value: f64| value / 1e3;
     let channels = session.channels.iter().map(|channel| ChannelInfo {
         number: channel.number,
         name: channel.name.clone(),
@@ -90,15 +89,22 @@ pub fn electrode(
     let is_voltage = channels.iter().any(of_volts) && current_ua > 0;
     ElectrodeReading {
         channel: number,
-        applied: f64::from(applied.get()) * 1e-3,
-        current_ma: f64::from(current_ua) * 1e-3,
+        applied: f64::from(applied.get()) / 1e3,
+        current_ma: f64::from(current_ua) / 1e3,
         load_ohm: is_voltage.then(|| f64::from(applied.get()) * 1e3 / f64::from(current_ua)),
     }
 }
 
-/// A telemetry sample; times count from `epoch`.
-pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sample {
-    let milli = |value: u32| f64::from(value) * 1e-3;
+/// Seconds from `begin_us` to `at_us`: the number nearest to that many µs, so that its
+/// shortest decimal has six places at most.
+pub fn since_s(at_us: u64, begin_us: u64) -> f64 {
+    (at_us.cast_signed() - begin_us.cast_signed()) as f64 / 1e6
+}
+
+/// A telemetry sample of `t_s` after the start. Whole steps of the device are divided,
+/// not multiplied by a fraction, or they would not be the nearest numbers to them.
+pub fn sample(telemetry: &Telemetry, t_s: f64, true_deg: Option<f64>) -> Sample {
+    let milli = |value: u32| f64::from(value) / 1e3;
     let force =
         |f: fn(&ForceSample) -> Option<f64>| telemetry.force_control.iter().map(f).collect();
     let side = |f: fn(ForceGap) -> u32| {
@@ -112,22 +118,22 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
     let amplitudes = telemetry.amplitudes.iter();
     let widths = telemetry.widths_us.iter();
     Sample {
-        t_s: f64::from((telemetry.at - epoch).us()) * 1e-6,
+        t_s,
         target_deg: degrees(telemetry.target_centideg),
         measured_deg: degrees(telemetry.measured_centideg),
         true_deg,
-        effort: telemetry.effort_milli.map(|e| f64::from(e) * 1e-3),
+        effort: telemetry.effort_milli.map(|e| f64::from(e) / 1e3),
         limiting: telemetry.limiting,
         state: state(telemetry.state),
         amplitudes: amplitudes.map(|a| a.map(|a| milli(a.get()))).collect(),
         widths_us: widths.map(|w| w.map(f64::from)).collect(),
         forces_n: telemetry.forces_mn.iter().map(|f| f.map(milli)).collect(),
-        wanted_n: force(|f| f.target_mn.map(|mn| f64::from(mn) * 1e-3)),
+        wanted_n: force(|f| f.target_mn.map(|mn| f64::from(mn) / 1e3)),
         rates_hz: force(|f| f.period_us.map(|us| 1e6 / f64::from(us))),
         below_n: side(|gap| gap.below_mn),
         above_n: side(|gap| gap.above_mn),
         hand_n: telemetry.wrench.map_or_else(Vec::new, |wrench| {
-            let newtons = wrench.target_mn.map(|mn| Some(f64::from(mn) * 1e-3));
+            let newtons = wrench.target_mn.map(|mn| Some(f64::from(mn) / 1e3));
             newtons.to_vec()
         }),
         held: telemetry.lift.as_ref().map(|lift| match lift.hold {
@@ -140,13 +146,13 @@ pub fn sample(telemetry: &Telemetry, epoch: Micros, true_deg: Option<f64>) -> Sa
             let phase = |phase| [1.0, -1.0][usize::from(phase == MotionPhase::Drop)];
             joint.phase.map(phase)
         }),
-        hand_made: (telemetry.wrench).map(|wrench| f64::from(wrench.made_permille) * 1e-3),
+        hand_made: (telemetry.wrench).map(|wrench| f64::from(wrench.made_permille) / 1e3),
         hand_true_n: Vec::new(),
     }
 }
 
 fn degrees(centi: Option<i16>) -> Option<f64> {
-    centi.map(|c| f64::from(c) * 1e-2)
+    centi.map(|c| f64::from(c) / 1e2)
 }
 
 /// A device's state as it is recorded.
@@ -236,33 +242,13 @@ fn named(counters: &Counters) -> [(&'static str, u32); 10] {
     ]
 }
 
-/// The edges of one period of `session`, as long as the longest of its channels',
-/// with times counted from its start: the first that starts `after_us` after
-/// `epoch_us` or later in which as many channels play as in any.
-#[must_use]
-pub fn edges_of_one_period(
-    session: &Session,
-    trace: &Trace,
-    epoch_us: u64,
-    after_us: u64,
-) -> Vec<Edge> {
+/// The longest period of a session's channels, µs.
+pub(super) fn longest_period_us(session: &Session) -> u64 {
     let periods = session.channels.iter().map(|c| {
         let slowest_us = c.force.and_then(|force| force.max_period_us);
         u64::from(slowest_us.unwrap_or(c.spec.train.period_us))
     });
-    let period = periods.max().unwrap_or(0).max(1);
-    let begin = epoch_us + after_us / period * period;
-    // Channels that play in each period, a bit each.
-    let mut playing: BTreeMap<u64, u16> = BTreeMap::new();
-    for edge in trace.edges_from(begin) {
-        if edge.state.is_driven() && edge.dac_code > 0 {
-            *playing.entry((edge.t_us - begin) / period).or_default() |= 1 << edge.channel;
-        }
-    }
-    let fullest = playing.values().map(|bits| bits.count_ones()).max();
-    let first = (playing.iter()).find(|(_, bits)| Some(bits.count_ones()) == fullest);
-    let begin = begin + first.map_or(0, |(nth, _)| nth * period);
-    edges_between(trace, begin, begin + period)
+    periods.max().unwrap_or(0).max(1)
 }
 
 /// Edges in `from_us..to_us`, with times counted from `from_us`.
@@ -271,16 +257,21 @@ pub fn edges_between(trace: &Trace, from_us: u64, to_us: u64) -> Vec<Edge> {
     trace
         .edges_from(from_us)
         .take_while(|edge| edge.t_us < to_us)
-        .map(|edge| Edge {
-            t_us: edge.t_us - from_us,
-            channel: edge.channel + 1,
-            state: match edge.state {
-                TraceState::Isolated => State::Isolated,
-                TraceState::Cathodic => State::Cathodic,
-                TraceState::Anodic => State::Anodic,
-                TraceState::Grounded => State::Grounded,
-            },
-            dac_code: edge.dac_code,
-        })
+        .map(|it| edge(it, from_us))
         .collect()
+}
+
+/// A trace's edge as it is recorded, with its time counted from `from_us`.
+pub(super) fn edge(edge: TraceEdge, from_us: u64) -> Edge {
+    Edge {
+        t_us: edge.t_us - from_us,
+        channel: edge.channel + 1,
+        state: match edge.state {
+            TraceState::Isolated => State::Isolated,
+            TraceState::Cathodic => State::Cathodic,
+            TraceState::Anodic => State::Anodic,
+            TraceState::Grounded => State::Grounded,
+        },
+        dac_code: edge.dac_code,
+    }
 }

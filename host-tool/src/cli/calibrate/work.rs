@@ -215,7 +215,7 @@ impl Worked {
 }
 
 fn drift((drift, [at_hz, _]): &(Drift, [f64; 2])) -> Value {
-    let milli = |value: u32| f64::from(value) * 1e-3;
+    let milli = |value: u32| f64::from(value) / 1e3;
     json!({
         "channel": drift.channel, "unit": drift.unit.symbol(), "accepted": drift.accepted,
         "frequency_hz": at_hz, "expected": milli(drift.expected.get()),

@@ -112,10 +112,7 @@ impl<'a> Playing<'a> {
         for request in self.orders() {
             self.client.request(request)?;
         }
-        let epoch = self.client.start()?;
-        let now_us = self.client.port().now_us();
-        let ahead_us = epoch.get().wrapping_sub(now_us as u32) as i32; // device time is world time
-        self.epoch_us = now_us.saturating_add_signed(ahead_us.into());
+        self.epoch_us = self.client.start()?; // device time is world time
         self.taken = (self.epoch_us / SAMPLE_US) as usize;
         Ok(())
     }

@@ -112,8 +112,7 @@ const ASSUMED_OHM: f64 = 1_000.0;
 /// tells the amplitudes: each sample's hold until the next one.
 fn delivered(session: &Session, trial: &Trial) -> (f64, f64) {
     let (mut charge_mc, mut energy_mj) = (0.0, 0.0);
-    for pair in trial.samples.windows(2) {
-        let [sample, next] = pair else { continue };
+    for (sample, next) in trial.samples.iter().zip(trial.samples.iter().skip(1)) {
         let for_s = next.t_s - sample.t_s;
         for (channel, amplitude) in session.channels.iter().zip(&sample.amplitudes) {
             let Some(amplitude) = amplitude else { continue };

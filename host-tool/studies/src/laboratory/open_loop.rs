@@ -248,9 +248,9 @@ impl Part {
     fn play(&self, body: &mut dyn Body) -> Result<Vec<(usize, Trial)>, RunError> {
         let mut touches = self.touches.iter();
         let mut trials = self.trials.clone();
-        for sample in trials.iter_mut().flat_map(|(_, trial)| &mut trial.samples) {
+        let mut look = |sample: &mut Sample| {
             let Some(looked_us) = sample.true_deg else {
-                continue;
+                return;
             };
             let looked_us = looked_us as u64; // whole
             // What came at the same microsecond came after the body had lived to it.
@@ -267,6 +267,9 @@ impl Part {
             }
             body.advance(looked_us);
             sample.true_deg = Some(body.angle_deg());
+        };
+        for (_, trial) in &mut trials {
+            trial.samples.change(&mut look);
         }
         match body.unsettled() {
             0 => Ok(trials),
@@ -286,7 +289,7 @@ fn difference(whole: &[(usize, Trial)], alone: &[(usize, Trial)]) -> Option<(usi
         let samples = whole.samples.iter().zip(&alone.samples);
         let sample = samples.into_iter().find(|(a, b)| a != b);
         let what = match sample {
-            Some((whole, alone)) => in_words(whole, alone),
+            Some((whole, alone)) => in_words(&whole, &alone),
             None if whole.samples.len() != alone.samples.len() => "the number of samples".into(),
             None if whole.events != alone.events => "an event".into(),
             None if whole.pulses != alone.pulses => "the number of pulses".into(),

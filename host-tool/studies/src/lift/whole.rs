@@ -121,11 +121,7 @@ fn played(study: &Study, joints: &[ModulationSpec], trace: &Trace) -> Result<Bur
         }
         client.request(Request::Held { held: true })?;
     }
-    let epoch = client.start()?;
-    let now_us = client.port().now_us();
-    // The same clock, modulo 2^32.
-    let ahead_us = (epoch - Micros::new(now_us as u32)).us();
-    let begin_us = now_us.saturating_add_signed(ahead_us.into());
+    let begin_us = client.start()?; // device time is world time
     let mut due_us = begin_us;
     for (nth, degrees) in trace.encoders_deg.iter().enumerate() {
         heed(&mut client, due_us)?;

@@ -135,10 +135,7 @@ impl Stimulation {
         client.arm().map_err(told)?;
         let first = self.setpoint(protocol, 0);
         client.request(first).map_err(told)?;
-        let epoch = client.start().map_err(told)?;
-        let now_us = client.port().now_us();
-        let ahead_us = epoch.get().wrapping_sub(now_us as u32) as i32; // device time is world time
-        let epoch_us = now_us.saturating_add_signed(ahead_us.into());
+        let epoch_us = client.start().map_err(told)?; // device time is world time
         let period_us = period_us(protocol);
         let count = (micros(protocol.settle_s) + micros(protocol.ramp_s)) / period_us;
         for nth in 1..=count {

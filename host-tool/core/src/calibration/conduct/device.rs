@@ -51,7 +51,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
             ) = incoming
                 && index + 1 == channel
             {
-                read = Some(f64::from(current_ua) * 1e-3);
+                read = Some(f64::from(current_ua) / 1e3);
             }
         }
         Ok(read)

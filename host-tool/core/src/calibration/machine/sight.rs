@@ -34,7 +34,7 @@ impl Machine {
             question: (self.presentation.has_question).then(|| self.step.question()),
             confirms: self.moved.is_some(),
             found: self.found[at].clone(),
-            t_s: t_us as f64 * 1e-6,
+            t_s: t_us as f64 / 1e6,
             ..View::default()
         }
     }

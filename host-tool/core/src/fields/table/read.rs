@@ -165,6 +165,9 @@ impl<'a> Table<'a> {
                     let allowed = characters(most);
                     return wrong(Problem::OutOfRange { allowed });
                 }
+                if let Some(character) = unshowable(text) {
+                    return wrong(Problem::ControlCharacter { character });
+                }
                 Some(Value::Text(text))
             }),
             Kind::Texts(most) => file.as_array().and_then(|list| {
@@ -173,6 +176,9 @@ impl<'a> Table<'a> {
                 if texts.iter().any(|text| !fits(text, *most)) {
                     let allowed = format!("texts of {}", characters(*most));
                     return Some(wrong(Problem::OutOfRange { allowed }));
+                }
+                if let Some(character) = texts.iter().find_map(|text| unshowable(text)) {
+                    return Some(wrong(Problem::ControlCharacter { character }));
                 }
                 Some(Some(Value::Texts(texts)))
             }),
@@ -327,6 +333,17 @@ impl<'a> Table<'a> {
 /// Whether a text says something, in at most so many characters.
 fn fits(text: &str, most: usize) -> bool {
     !text.trim().is_empty() && text.chars().count() <= most
+}
+
+/// The first character of a text that no XML document may hold, or that a terminal
+/// obeys; tabs and ends of lines are none. "U+001B".
+fn unshowable(text: &str) -> Option<String> {
+    let is_such = |c: &char| match c {
+        '\t' | '\n' | '\r' => false,
+        _ => c.is_control() || ['\u{fffe}', '\u{ffff}'].contains(c),
+    };
+    let first = text.chars().find(is_such)?;
+    Some(format!("U+{:04X}", u32::from(first)))
 }
 
 /// "1 to 200 characters".

@@ -1,13 +1,13 @@
 //! What a run's record is told of what arrives.
 
-use super::{Run, RunError};
+use super::{Run, RunError, TAKE_US};
 use crate::link::{Incoming, Port, Refused};
 use crate::run::{Seen, identity, pulses, trial};
 use crate::session::{nearest, newtons};
 use firmware::link::{Code, Event, HelloInfo};
 use firmware::safety::StopCause;
 
-impl<P: Port> Run<'_, P> {
+impl<P: Port> Run<'_, '_, P> {
     /// The record says who answered.
     pub(super) fn identify(&mut self, info: &HelloInfo) -> Result<(), RunError> {
         let in_process = self.client.port().world().is_some();
@@ -70,7 +70,8 @@ impl<P: Port> Run<'_, P> {
         let played = match self.client.port().world() {
             Some(world) => {
                 let trace = &world.recorder.trace;
-                Some(pulses::played(self.session, trace, self.epoch_us))
+                let left = pulses::played(self.session, trace, self.epoch_us);
+                Some(self.taken.0 + left)
             }
             None => told.map(u64::from),
         };
@@ -82,6 +83,35 @@ impl<P: Port> Run<'_, P> {
         }
         if let Some(recorder) = &mut self.recorder {
             recorder.played(played, self.trial.silent.as_deref());
+        }
+    }
+
+    /// From time to time, what a simulated device has put out goes to who takes it.
+    pub(super) fn take_outputs(&mut self) {
+        let now_us = self.client.port().now_us();
+        if now_us >= self.taken.1 + TAKE_US {
+            self.taken.1 = now_us;
+            // What came in the latest steps may still change.
+            self.take_until(now_us - TAKE_US / 2);
+        }
+    }
+
+    /// And in the end all that is left.
+    pub(super) fn take_the_last_outputs(&mut self) {
+        self.take_until(u64::MAX);
+        let now_us = self.client.port().now_us();
+        if let Some(outputs) = &mut self.outputs {
+            outputs.end(now_us);
+        }
+    }
+
+    fn take_until(&mut self, until_us: u64) {
+        if let Some(outputs) = &mut self.outputs
+            && let Some(world) = self.client.port().world()
+        {
+            let piece = world.recorder.trace.take(until_us);
+            self.taken.0 += pulses::played(self.session, &piece, self.epoch_us);
+            outputs.take(&piece, self.epoch_us);
         }
     }
 
@@ -103,10 +133,11 @@ impl<P: Port> Run<'_, P> {
 
     pub(super) fn file(&mut self, incoming: Incoming) -> Result<(), RunError> {
         match incoming {
-            Incoming::Telemetry(telemetry) => {
-                if telemetry.at.has_reached(self.epoch) {
+            Incoming::Telemetry(at_us, telemetry) => {
+                if at_us >= self.epoch {
                     let true_deg = self.client.port().true_deg();
-                    let mut sample = trial::sample(&telemetry, self.epoch, true_deg);
+                    let t_s = self.since_start_s(at_us);
+                    let mut sample = trial::sample(&telemetry, t_s, true_deg);
                     if self.session.limb.is_some() {
                         let force = self.client.port().hand_n().into_iter().flatten();
                         sample.hand_true_n = force.map(Some).collect();
@@ -118,12 +149,12 @@ impl<P: Port> Run<'_, P> {
                     self.trial.samples.push(sample);
                 }
             }
-            Incoming::Event(at, event) => {
+            Incoming::Event(at_us, event) => {
                 if self.file_electrode(&event)? {
                     return Ok(());
                 }
                 let text = trial::event(&event);
-                let t_s = f64::from((at - self.epoch).us()) * 1e-6;
+                let t_s = self.since_start_s(at_us);
                 self.observer.see(Seen::Event(t_s, &event));
                 self.note(t_s, text.clone())?;
                 if event == Event::Stopped(StopCause::Finished) {
@@ -139,9 +170,8 @@ impl<P: Port> Run<'_, P> {
             Incoming::Refused(_, refused) if refused.number == Code::Stopped as u16 => {}
             Incoming::Refused(seq, refused) => {
                 self.refused += 1;
-                let now = self.client.port().now_us();
-                let at = self.client.device_time(now).unwrap_or(self.epoch);
-                let t_s = f64::from((at - self.epoch).us()) * 1e-6;
+                let at_us = self.now();
+                let t_s = self.since_start_s(at_us);
                 self.observer.see(Seen::Refused(t_s, &refused));
                 let nearest = self.nearest(seq, &refused).unwrap_or_default();
                 self.note(t_s, format!("{refused}{nearest}"))?;

@@ -87,7 +87,10 @@ fn a_sweep_stops_at_what_the_whole_device_does_not_do() {
     lost.parts[0].touches.remove(place);
     assert!(swept(&lost, "lost").unwrap_err().starts_with("E612 unit 0"));
     let mut other = score(&experiment);
-    other.parts[0].trials[0].1.samples[50].amplitudes[0] = Some(1.0);
+    let changed = &mut other.parts[0].trials[0].1.samples;
+    let mut samples = changed.to_vec();
+    samples[50].amplitudes[0] = Some(1.0);
+    *changed = samples.into();
     let told = swept(&other, "other").unwrap_err();
     assert!(told.contains("telemetry at"), "{told}");
 }

@@ -88,7 +88,7 @@ pub(super) fn multiples(rows: &Rows<'_>) -> Html {
     let trials: Vec<&Trial> = shown(rows).map(|(_, trial)| trial).collect();
     let angles = trials
         .iter()
-        .flat_map(|trial| trial.samples.iter().filter_map(angle));
+        .flat_map(|trial| trial.samples.iter().filter_map(|s| angle(&s)));
     let Some((low, high)) = range(angles) else {
         return Html::default();
     };
@@ -163,7 +163,7 @@ fn draw_course(panel: &mut Panel, trial: &Trial) {
         panel.ground.push(ground);
     }
     let mut line = |of: fn(&Sample) -> Option<f64>, color, width| {
-        let points = trial.samples.iter().filter_map(|s| Some((s.t_s, of(s)?)));
+        let points = trial.samples.iter().filter_map(|s| Some((s.t_s, of(&s)?)));
         let lines = shorten(points, POINTS).into_iter();
         let lines = lines.map(|points| Mark::Line(points, stroke(color, width)));
         panel.marks.extend(lines);

@@ -229,7 +229,7 @@ impl<'a> Limb<'a> {
             BodySpec::Arm { .. } | BodySpec::Still { .. } => return None,
         };
         let (from, to) = trial.measure.unwrap_or((0.0, f64::INFINITY));
-        let judged = |s: &&Sample| (from..=to).contains(&s.t_s);
+        let judged = |s: &Sample| (from..=to).contains(&s.t_s);
         let judged = || trial.samples.iter().filter(judged);
         let (least, most) = range(judged().filter_map(|s| s.measured_deg))?;
         let (poses, bound) = match trial.wall {

@@ -1,0 +1,360 @@
+//! A trial's samples in memory, packed: a day of a hundred rows a second takes tens of
+//! megabytes, where a [`Sample`] each would take gigabytes.
+
+#[cfg(test)]
+mod tests;
+
+use super::{DeviceState, Sample};
+use crate::number::millionths;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+
+/// Telemetry samples, oldest first. A row is kept as what differs from the row before:
+/// a bit for each of its values, and of each that changed the difference in millionths,
+/// or its 64 bits where it is no whole number of them. What comes out is what went in,
+/// to the bit.
+#[derive(Clone, Default)]
+pub struct Samples {
+    bytes: Vec<u8>,
+    count: usize,
+    last: Option<Sample>,
+    /// Of the last row.
+    cells: Vec<Cell>,
+    shape: Shape,
+}
+
+type Cell = Option<f64>;
+
+/// Values that a sample has once, and how many it has of each kind of list.
+const SINGLE: usize = 7;
+type Shape = [usize; 11];
+
+/// The states in the order of their codes.
+const STATES: [DeviceState; 6] = [
+    DeviceState::Boot,
+    DeviceState::Idle,
+    DeviceState::Armed,
+    DeviceState::Stimulating,
+    DeviceState::Stopping,
+    DeviceState::Fault,
+];
+
+/// Bits of a row's first byte; the state's code lies above them.
+const RESHAPED: u8 = 1;
+const LIMITING: u8 = 2;
+const STATE_SHIFT: u32 = 2;
+
+/// What a changed value's code says, before those of differences.
+const NOTHING: u64 = 0;
+const RAW: u64 = 1;
+const DIFFERENCE: u64 = 2;
+
+impl Samples {
+    /// Appends a row.
+    pub fn push(&mut self, sample: Sample) {
+        let lists = lists(&sample);
+        let shape = lists.map(|list| list.len());
+        let singles = [
+            Some(sample.t_s),
+            sample.target_deg,
+            sample.measured_deg,
+            sample.true_deg,
+            sample.effort,
+            sample.hand_made,
+            sample.held,
+        ];
+        let values = lists.into_iter().flatten().copied();
+        let cells: Vec<Cell> = singles.into_iter().chain(values).collect();
+        let is_reshaped = shape != self.shape || self.count == 0;
+        let state = STATES.iter().position(|state| *state == sample.state);
+        let mut head = (state.unwrap_or(0) as u8) << STATE_SHIFT;
+        head |= LIMITING * u8::from(sample.limiting) | RESHAPED * u8::from(is_reshaped);
+        self.bytes.push(head);
+        if is_reshaped {
+            for length in shape {
+                push_varint(&mut self.bytes, length as u64);
+            }
+            self.cells = vec![None; cells.len()];
+            self.shape = shape;
+        }
+        let bits = |cell: &Cell| cell.map(f64::to_bits);
+        let mut pairs = cells.iter().zip(&self.cells);
+        let mask_at = self.bytes.len();
+        self.bytes.resize(mask_at + cells.len().div_ceil(8), 0);
+        for place in 0..cells.len() {
+            let Some((now, before)) = pairs.next().filter(|(a, b)| bits(a) != bits(b)) else {
+                continue;
+            };
+            self.bytes[mask_at + place / 8] |= 1 << (place % 8);
+            push_cell(&mut self.bytes, *now, *before);
+        }
+        self.cells = cells;
+        self.count += 1;
+        self.last = Some(sample);
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The oldest.
+    #[must_use]
+    pub fn first(&self) -> Option<Sample> {
+        self.iter().next()
+    }
+
+    /// The latest.
+    #[must_use]
+    pub const fn last(&self) -> Option<&Sample> {
+        self.last.as_ref()
+    }
+
+    /// All of them, oldest first.
+    #[must_use]
+    pub fn iter(&self) -> Iter<'_> {
+        Iter {
+            bytes: &self.bytes,
+            left: self.count,
+            cells: Vec::new(),
+            shape: Shape::default(),
+        }
+    }
+
+    /// Keeps the first `count`.
+    pub fn truncate(&mut self, count: usize) {
+        if count < self.count {
+            *self = self.iter().take(count).collect();
+        }
+    }
+
+    /// All of them, unpacked.
+    #[must_use]
+    pub fn to_vec(&self) -> Vec<Sample> {
+        self.iter().collect()
+    }
+
+    /// Changes each of them.
+    pub fn change(&mut self, change: impl FnMut(&mut Sample)) {
+        let mut samples = self.to_vec();
+        samples.iter_mut().for_each(change);
+        *self = samples.into();
+    }
+}
+
+/// The lists of a sample, in the order of [`Shape`].
+fn lists(sample: &Sample) -> [&[Cell]; 11] {
+    [
+        &sample.amplitudes,
+        &sample.widths_us,
+        &sample.forces_n,
+        &sample.wanted_n,
+        &sample.rates_hz,
+        &sample.below_n,
+        &sample.above_n,
+        &sample.hand_n,
+        &sample.hand_true_n,
+        &sample.joint_deg,
+        &sample.phase,
+    ]
+}
+
+/// Samples of a trial, unpacked one by one.
+#[derive(Clone)]
+pub struct Iter<'a> {
+    bytes: &'a [u8],
+    left: usize,
+    cells: Vec<Cell>,
+    shape: Shape,
+}
+
+impl Iterator for Iter<'_> {
+    type Item = Sample;
+
+    fn next(&mut self) -> Option<Sample> {
+        self.left = self.left.checked_sub(1)?;
+        let head = self.byte();
+        if head & RESHAPED != 0 {
+            self.shape = std::array::from_fn(|_| self.varint() as usize);
+            self.cells = vec![None; SINGLE + self.shape.iter().sum::<usize>()];
+        }
+        let (mask, rest) = self.bytes.split_at(self.cells.len().div_ceil(8));
+        self.bytes = rest;
+        for place in 0..self.cells.len() {
+            if mask[place / 8] & 1 << (place % 8) != 0 {
+                self.cells[place] = self.cell(self.cells[place]);
+            }
+        }
+        Some(self.sample(head))
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        (self.left, Some(self.left))
+    }
+}
+
+impl ExactSizeIterator for Iter<'_> {}
+
+impl Iter<'_> {
+    /// The next byte. What [`Samples::push`] wrote is whole.
+    fn byte(&mut self) -> u8 {
+        let (first, rest) = self.bytes.split_first().unwrap_or((&0, &[]));
+        self.bytes = rest;
+        *first
+    }
+
+    fn varint(&mut self) -> u64 {
+        let (mut value, mut shift) = (0, 0);
+        loop {
+            let byte = self.byte();
+            value |= u64::from(byte & 0x7F) << shift;
+            shift += 7;
+            if byte & 0x80 == 0 {
+                return value;
+            }
+        }
+    }
+
+    /// The value that follows one of `before` in the row before.
+    fn cell(&mut self, before: Cell) -> Cell {
+        match self.varint() {
+            NOTHING => None,
+            RAW => {
+                let bytes: [u8; 8] = std::array::from_fn(|_| self.byte());
+                Some(f64::from_le_bytes(bytes))
+            }
+            code => {
+                let zigzag = code - DIFFERENCE;
+                let difference = (zigzag >> 1).cast_signed() ^ -(zigzag & 1).cast_signed();
+                Some((whole(before) + difference) as f64 / 1e6)
+            }
+        }
+    }
+
+    /// The row of the values unpacked.
+    fn sample(&self, head: u8) -> Sample {
+        let single = |place: usize| self.cells[place];
+        let mut lists = &self.cells[SINGLE..];
+        let [
+            amplitudes,
+            widths_us,
+            forces_n,
+            wanted_n,
+            rates_hz,
+            below_n,
+            above_n,
+            hand_n,
+            hand_true_n,
+            joint_deg,
+            phase,
+        ] = self.shape.map(|length| {
+            let (list, rest) = lists.split_at(length);
+            lists = rest;
+            list.to_vec()
+        });
+        Sample {
+            t_s: single(0).unwrap_or_default(),
+            target_deg: single(1),
+            measured_deg: single(2),
+            true_deg: single(3),
+            effort: single(4),
+            limiting: head & LIMITING != 0,
+            state: STATES[usize::from(head >> STATE_SHIFT)],
+            amplitudes,
+            widths_us,
+            forces_n,
+            wanted_n,
+            rates_hz,
+            below_n,
+            above_n,
+            hand_n,
+            hand_made: single(5),
+            hand_true_n,
+            held: single(6),
+            joint_deg,
+            phase,
+        }
+    }
+}
+
+/// A value in millionths; 0 for one that is no whole number of them.
+fn whole(cell: Cell) -> i64 {
+    cell.and_then(millionths).unwrap_or(0)
+}
+
+/// Appends `now`, which follows `before`.
+fn push_cell(bytes: &mut Vec<u8>, now: Cell, before: Cell) {
+    let Some(value) = now else {
+        return push_varint(bytes, NOTHING);
+    };
+    let Some(millionths) = millionths(value) else {
+        push_varint(bytes, RAW);
+        return bytes.extend_from_slice(&value.to_le_bytes());
+    };
+    let difference = millionths - whole(before);
+    let zigzag = (difference << 1 ^ difference >> 63).cast_unsigned();
+    push_varint(bytes, DIFFERENCE + zigzag);
+}
+
+/// Appends seven bits a byte, the lowest first.
+fn push_varint(bytes: &mut Vec<u8>, mut value: u64) {
+    while value >= 0x80 {
+        bytes.push(value as u8 | 0x80);
+        value >>= 7;
+    }
+    bytes.push(value as u8);
+}
+
+impl FromIterator<Sample> for Samples {
+    fn from_iter<I: IntoIterator<Item = Sample>>(rows: I) -> Self {
+        let mut samples = Self::default();
+        rows.into_iter().for_each(|sample| samples.push(sample));
+        samples
+    }
+}
+
+impl From<Vec<Sample>> for Samples {
+    fn from(rows: Vec<Sample>) -> Self {
+        rows.into_iter().collect()
+    }
+}
+
+impl<'a> IntoIterator for &'a Samples {
+    type Item = Sample;
+    type IntoIter = Iter<'a>;
+
+    fn into_iter(self) -> Iter<'a> {
+        self.iter()
+    }
+}
+
+impl PartialEq for Samples {
+    fn eq(&self, other: &Self) -> bool {
+        self.iter().eq(other.iter())
+    }
+}
+
+impl fmt::Debug for Samples {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self).finish()
+    }
+}
+
+impl Serialize for Samples {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_seq(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Samples {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        Vec::deserialize(from).map(|rows: Vec<Sample>| rows.into())
+    }
+}
