@@ -192,3 +192,21 @@ fn is_transient(error: &io::Error) -> bool {
         io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
     )
 }
+
+#[cfg(test)]
+#[cfg(target_os = "linux")]
+mod tests {
+    use super::*;
+    use keepalive::tests::is_watched;
+
+    #[test]
+    fn a_served_host_is_watched() {
+        let mut wire = TcpWire::bind("127.0.0.1:0", Vec::new()).unwrap();
+        let address = wire.local_addr().unwrap();
+        let _host = TcpStream::connect(address).unwrap();
+        while !wire.connected() {
+            assert_eq!(wire.read(&mut [0; 8]).unwrap(), 0);
+        }
+        assert!(is_watched(address));
+    }
+}
