@@ -6,12 +6,14 @@
 
 mod client;
 mod clock;
+mod elapsed;
 mod error;
 mod interruption;
 mod paced;
 mod port;
 mod requests;
 mod serial;
+mod stall;
 
 pub use client::{Client, Incoming};
 pub use clock::Fit;
