@@ -1,13 +1,14 @@
 //! The course of a session: configure, arm, start, stream, stop.
 
+mod ended;
+mod measured;
 mod record;
 
 use super::stages::check_stages;
 use super::{Observer, RunError, Seen, SessionFile, Stopped, Wish, trial};
 use crate::link::{Client, Error, Incoming, Interruption, Port};
 use crate::record::{Recorder, Trial};
-use crate::session::{Course, Session, SessionLimb, Setpoint};
-use firmware::control::SensorSource;
+use crate::session::{Course, Session, Setpoint};
 use firmware::link::{Counters, Event, HelloInfo, Request};
 use firmware::safety::{Stages, State};
 use firmware::units::{Micros, us};
@@ -33,6 +34,10 @@ const POSTURE_US: u64 = 20_000;
 /// A device that says nothing for so long is lost, µs. It owes telemetry every
 /// 100 ms at least.
 const SILENCE_US: u64 = 1_000_000;
+
+/// So many messages are filed at once when a setpoint is due, and the rest after it: a
+/// device that sends without end delays neither setpoints nor the session's end.
+const MOST_AT_ONCE: usize = 1000;
 
 /// What came of a session, complete or not.
 pub struct Outcome {
@@ -63,11 +68,16 @@ struct Run<'a, P> {
     /// What the device had counted before: nothing if it booted for this.
     begun: Counters,
     refused: usize,
-    ended: Option<(String, &'static str)>,
+    /// Why the device ended it, if it did.
+    ended: Option<RunError>,
+    /// Events that came beyond the most that are kept.
+    left_out: u64,
     /// The latest forces at the hand that were asked for, with their numbers.
     wishes: VecDeque<(u16, [i32; 3])>,
     /// When the device last said something, in the port's time.
     heard_us: u64,
+    /// How long this computer had stalled in sum by then, µs.
+    heard_stalled_us: u64,
 }
 
 /// Runs `session` through `port` and gives the port back with the outcome.
@@ -107,8 +117,10 @@ pub fn run<P: Port>(
         begun: Counters::default(),
         refused: 0,
         ended: None,
+        left_out: 0,
         wishes: VecDeque::new(),
         heard_us: 0,
+        heard_stalled_us: 0,
     };
     let started = run.identify(&info).and_then(|()| run.prepare(&info.stages));
     let is_started = started.is_ok();
@@ -132,6 +144,7 @@ pub fn run<P: Port>(
         (Err(error), Err(why)) => Err(signalled(error, t_s, Stopped::Unanswered(why))),
     };
     run.clock();
+    run.count_left_out();
     if let Err(error) = &result {
         run.cut_short(error);
     }
@@ -239,7 +252,7 @@ impl<P: Port> Run<'_, P> {
             .request(self.session.setpoints.at(0).request(None))?;
         self.epoch = self.client.start()?;
         let now_us = self.client.port().now_us();
-        self.heard_us = now_us;
+        self.hear();
         let is_simulated = self.client.port().world().is_some();
         // In a simulated world, host time and device time are one.
         let device_now = if is_simulated {
@@ -339,62 +352,22 @@ impl<P: Port> Run<'_, P> {
         }
     }
 
-    fn measures_posture(&self) -> bool {
-        let limb = self.session.limb.as_ref();
-        limb.is_some_and(SessionLimb::is_measured)
-    }
-
-    /// A measurement of each of the arm's angles now.
-    fn posture(&mut self) -> Vec<Request> {
-        let now = self.client.port().now_us();
-        let at = self.client.device_time(now).unwrap_or(self.epoch);
-        let angles = self.client.port().posture_deg().into_iter().flatten();
-        let measured = (0u8..).zip(angles).map(|(joint, deg)| {
-            let centideg = (deg * 100.0).round() as i16; // saturates
-            Request::Measurement {
-                joint,
-                centideg,
-                at,
-            }
-        });
-        measured.collect()
-    }
-
-    /// The modulated joints' angles of `due` µs after the start, measured now.
-    fn joint_angles(&mut self, due: u64) -> Vec<Request> {
-        let now = self.client.port().now_us();
-        let at = self.client.device_time(now).unwrap_or(self.epoch);
-        let joints = self.session.modulations.iter();
-        let measured = joints.map(|joint| Request::Measurement {
-            joint: joint.spec.joint,
-            centideg: joint.angle_at(due),
-            at,
-        });
-        measured.collect()
-    }
-
-    fn measures(&self) -> bool {
-        self.session.sensor() == Some(SensorSource::Host)
-    }
-
-    /// Files what arrives by `until_us`.
+    /// Files what arrives by `until_us`, or has arrived by now if that is over.
     fn listen(&mut self, until_us: u64) -> Result<(), RunError> {
-        while let Some(incoming) = self.client.next(until_us)? {
-            self.heard_us = self.client.port().now_us();
+        let until_us = until_us.max(self.client.port().now_us());
+        let mut late = 0;
+        while late < MOST_AT_ONCE
+            && let Some(incoming) = self.client.next(until_us)?
+        {
+            self.hear();
+            late += usize::from(self.heard_us > until_us);
             self.file(incoming)?;
-            if let Some((why, advice)) = self.ended.take() {
-                let t_s = self.trial.events.last().map_or(0.0, |(t, _)| *t);
-                return Err(RunError::Ended { t_s, why, advice });
+            if let Some(ended) = self.ended.take() {
+                return Err(ended);
             }
             self.poll_observer()?;
         }
-        let silence_us = self.client.port().now_us().saturating_sub(self.heard_us);
-        if silence_us > SILENCE_US {
-            return Err(RunError::Link(Error::NoAnswer {
-                request: "setpoints",
-                waited_ms: silence_us / 1000,
-            }));
-        }
+        self.check_silence()?;
         self.poll_observer()
     }
 
@@ -416,7 +389,10 @@ impl<P: Port> Run<'_, P> {
     /// counters.
     fn finish(&mut self) -> Result<(), RunError> {
         let until = self.client.port().now_us() + STOP_US;
-        while let Some(incoming) = self.client.next(until)? {
+        for _ in 0..MOST_AT_ONCE {
+            let Some(incoming) = self.client.next(until)? else {
+                break;
+            };
             let is_end = matches!(
                 incoming,
                 Incoming::Event(_, Event::Stopped(_) | Event::Faulted(_))
