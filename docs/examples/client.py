@@ -20,6 +20,12 @@ import time
 import zlib
 
 SCHEMA = 0x445101DBFD6BDBAC  # docs/protocol.md, "Schema hash"
+ANSWER_S = 2.0  # a device answers within milliseconds, a busy computer hears it later
+# A device ends stimulation when its host is silent for so long. A program like this one, on
+# a computer that does other things too, is at times kept waiting for 0.1 s and more; half a
+# second is what a client that died may leave on, unchanged and within the limits below.
+HOST_TIMEOUT_MS = 500
+SESSION_TAKEN = 112
 
 # --- postcard: types are functions (encode) and methods of Reader (decode) ---
 
@@ -158,9 +164,29 @@ def channel(c):
     )
 
 
+# The wearer's limits, in the order of protocol.md's table.
+LIMITS = {
+    "max_current_ua": 20_000,
+    "max_charge_nc": 4_000,
+    "max_rms_ua": 10_000,
+    "rise_ms": 500,
+    "fall_ms": 50,
+    "host_timeout_ms": HOST_TIMEOUT_MS,
+    "max_sum_ua": 200_000,
+    "max_sum_rms_ua": 50_000,
+    "return_area_mm2": 2_500,
+    "hand_stop_required": False,
+    "rise_bursts": 1,
+    "max_session_s": 86_400,
+    "max_dose_mc": 4_320_000,
+    "max_step_ua": 100_000,
+    "max_step_ua_per_s": 100_000,
+}
+
 # What this client can say; the rest is in the tables of protocol.md.
 CONTENT = {
     "Hello": lambda c: varint(c["schema"]),
+    "Wearer": lambda c: b"".join(varint(c[name]) for name in LIMITS),
     "Channel": channel,
     "Sync": lambda c: option(lambda n: bytes([n]), c["channel"]),
     "Amplitudes": lambda c: varint(c["mask"])
@@ -250,7 +276,8 @@ def from_device(message):
     r = Reader(message)
     kind = r.varint()
     if kind == 0:
-        return "Hello", {"seq": r.varint(), "session": r.varint()}
+        names = "seq session schema".split()
+        return "Hello", {name: r.varint() for name in names}
     if kind == 1:
         return "Ack", {"seq": r.varint(), "at": r.varint()}
     if kind == 2:
@@ -301,29 +328,54 @@ class Device:
         self.bytes = b""
         self.parts = {}  # of the setup, as the device accepted them
 
-    def send(self, request):
-        seq, self.seq = self.seq, (self.seq + 1) % 65536
-        data = frame(to_device(self.session, seq, request))
+    def write(self, data):
         while data:
             data = data[os.write(self.fd, data) :]
+
+    def send(self, request):
+        seq, self.seq = self.seq, (self.seq + 1) % 65536
+        self.write(frame(to_device(self.session, seq, request)))
         return seq
 
     def receive(self, timeout_s):
-        """The next message, or None."""
+        """The next message, or None. A spoilt frame is skipped."""
         until = time.monotonic() + timeout_s
-        while b"\0" not in self.bytes:
-            left = max(0.0, until - time.monotonic())
-            if not select.select([self.fd], [], [], left)[0]:
-                return None
-            data = os.read(self.fd, 4096)
-            if not data:
-                raise ConnectionError("the device closed the connection")
-            self.bytes += data
-        data, self.bytes = self.bytes.split(b"\0", 1)
-        try:
-            return from_device(unframe(data)) if data else self.receive(timeout_s)
-        except ValueError:
-            return self.receive(timeout_s)  # a spoilt frame: skip it
+        while True:
+            while b"\0" not in self.bytes:
+                left = max(0.0, until - time.monotonic())
+                if not select.select([self.fd], [], [], left)[0]:
+                    return None
+                data = os.read(self.fd, 4096)
+                if not data:
+                    raise ConnectionError("the device closed the connection")
+                self.bytes += data
+            data, self.bytes = self.bytes.split(b"\0", 1)
+            try:
+                if data:
+                    return from_device(unframe(data))
+            except (ValueError, IndexError):
+                pass
+
+    def hello(self):
+        """Opens a session. What comes before its answer was meant for an earlier host, as
+        was what stands half said on the wire, which the 0x00 ends."""
+        self.write(b"\0")
+        seq = self.send({"Hello": {"schema": SCHEMA}})
+        while message := self.receive(ANSWER_S):
+            kind, content = message
+            if kind == "Hello" and content["seq"] == seq:
+                break
+            if kind == "Refused":
+                code, number = content["refusal"]["code"], content["seq"]
+                # Who serves another host turns this one away before it hears a number.
+                if number == seq or number is None and code == SESSION_TAKEN:
+                    raise RuntimeError(f"refused: {content['refusal']}")
+        else:
+            raise TimeoutError("no answer to Hello")
+        if content["schema"] != SCHEMA:
+            of = f"{content['schema']:#018x}"
+            raise RuntimeError(f"the device speaks schema {of}, this client {SCHEMA:#018x}")
+        self.session = content["session"]
 
     def configure(self, name, **content):
         """Puts a part into the setup, a channel's or its own, and notes it."""
@@ -332,10 +384,10 @@ class Device:
         place = REQUESTS.index(name), content.get("channel", content.get("joint", 0))
         self.parts[place] = encoded(request)
 
-    def ask(self, request, timeout_s=0.5):
+    def ask(self, request):
         """Sends a request and waits for its answer."""
         seq = self.send(request)
-        while message := self.receive(timeout_s):
+        while message := self.receive(ANSWER_S):
             kind, content = message
             if kind == "Refused" and content["seq"] in (seq, None):
                 raise RuntimeError(f"refused: {content['refusal']}")
@@ -347,11 +399,12 @@ class Device:
 
 def stimulate(place):
     device = Device(place)
-    _, hello = device.ask({"Hello": {"schema": SCHEMA}})
-    device.session = hello["session"]
+    device.hello()
+    device.configure("Wearer", **LIMITS)
     train = {
         "shape": "BiphasicCathodicFirst",
         "width_us": 200,
+        "max_width_us": 200,
         "gap_us": 50,
         "ground_us": 0,
         "period_us": 20_000,

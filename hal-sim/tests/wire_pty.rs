@@ -2,7 +2,8 @@
 
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Write};
-use std::path::PathBuf;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use hal_sim::wire::pty::PtyWire;
@@ -96,17 +97,91 @@ fn a_new_host_does_not_hear_what_the_last_one_missed() {
     assert_eq!(&heard, b"new");
 }
 
+/// What is at `path` keeps its place: a terminal is refused there, and nothing has changed.
+fn keeps(path: &Path, why: &str) {
+    let is_file = path.symlink_metadata().expect("there").is_file();
+    let read = || is_file.then(|| std::fs::read(path).expect("a file"));
+    let before = (std::fs::read_link(path).ok(), read());
+    let error = PtyWire::open(path).expect_err(why);
+    assert_eq!(error.kind(), ErrorKind::AlreadyExists, "{why}");
+    assert!(error.to_string().contains(why), "{why}: {error}");
+    let after = (std::fs::read_link(path).ok(), read());
+    assert_eq!(after, before, "{why}");
+}
+
 #[test]
-fn a_stale_link_is_replaced_and_a_file_is_not() {
+fn a_stale_link_is_replaced_and_nothing_else() {
     let path = path("stale");
-    std::os::unix::fs::symlink("/dev/pts/999999", &path).expect("new");
+    symlink("/dev/pts/999999", &path).expect("new");
     let wire = PtyWire::open(&path).expect("replaces the link");
     assert_eq!(std::fs::read_link(&path).expect("a link"), wire.device());
     drop(wire);
 
     std::fs::write(&path, b"notes").expect("new");
-    let error = PtyWire::open(&path).expect_err("keeps the file");
-    assert_eq!(error.kind(), ErrorKind::AlreadyExists);
-    assert_eq!(std::fs::read(&path).expect("still there"), b"notes");
+    keeps(&path, "exists and is no link");
+    std::fs::remove_file(&path).expect("ours");
+    std::fs::create_dir(&path).expect("new");
+    keeps(&path, "exists and is no link");
+    std::fs::remove_dir(&path).expect("ours");
+    // Links of others, some of which lead nowhere: a board that is not plugged in.
+    for target in [
+        "/dev/null",
+        "/dev/ttyUSB99",
+        "/dev/shm/7",
+        "/dev/pts",
+        "/dev/pts/ptmx",
+        "nowhere",
+    ] {
+        symlink(target, &path).expect("new");
+        keeps(&path, "no pseudo-terminal");
+        std::fs::remove_file(&path).expect("ours");
+    }
+}
+
+#[test]
+fn the_link_of_a_terminal_in_use_is_kept() {
+    let path = path("used");
+    let mut first = PtyWire::open(&path).expect("a terminal");
+    keeps(&path, "a terminal in use");
+    let mut host = host(&path);
+    host.write_all(b"still mine").expect("open");
+    let got = read_until(&mut first, |_, all| all.len() == 10);
+    assert_eq!(got, b"still mine");
+    drop(first);
+    assert!(
+        path.symlink_metadata().is_err(),
+        "the first removes its own"
+    );
+}
+
+#[test]
+fn of_two_that_find_a_stale_link_one_has_it() {
+    let path = path("two");
+    for _ in 0..20 {
+        symlink("/dev/pts/999999", &path).expect("new");
+        let wires = std::thread::scope(|scope| {
+            let both = [0, 1].map(|_| scope.spawn(|| PtyWire::open(&path)));
+            both.map(|thread| thread.join().expect("no panic"))
+        });
+        let had: Vec<_> = wires.iter().flatten().collect();
+        assert_eq!(had.len(), 1, "{wires:?}");
+        assert_eq!(std::fs::read_link(&path).expect("a link"), had[0].device());
+    }
+}
+
+#[test]
+fn only_its_own_link_is_removed_at_the_end() {
+    let path = path("end");
+    let (first, other) = (PtyWire::open(&path).expect("free"), "/dev/pts/999998");
+    // Somebody else's, to another terminal, and then to the same.
+    for target in [other.into(), first.device().to_owned()] {
+        let spare = path.with_extension("spare");
+        symlink(&target, &spare).expect("new");
+        std::fs::rename(&spare, &path).expect("replaced");
+        assert_eq!(std::fs::read_link(&path).expect("a link"), target);
+    }
+    let target = first.device().to_owned();
+    drop(first);
+    assert_eq!(std::fs::read_link(&path).expect("kept"), target);
     std::fs::remove_file(&path).expect("ours");
 }

@@ -1,7 +1,7 @@
 //! The TCP wire as a host sees it.
 
 use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
 use hal_sim::wire::ByteStream;
@@ -23,7 +23,7 @@ fn host(wire: &TcpWire) -> TcpStream {
 }
 
 /// Reads the wire until `done`, at most 5 s; returns what came.
-fn serve_until(wire: &mut TcpWire, mut done: impl FnMut(&TcpWire, &[u8]) -> bool) -> Vec<u8> {
+fn serve_until(wire: &mut TcpWire, mut done: impl FnMut(&mut TcpWire, &[u8]) -> bool) -> Vec<u8> {
     let (mut all, mut buf, start) = (Vec::new(), [0; 64], Instant::now());
     while !done(wire, &all) {
         assert!(start.elapsed() < PATIENCE, "got {all:?}");
@@ -81,6 +81,62 @@ fn a_successor_that_waits_already_is_served_not_refused() {
     let got = serve_until(&mut wire, |_, all| all.len() == 15);
     assert_eq!(got, b"last wordshello");
     assert_eq!(wire.refusals(), 0);
+}
+
+/// A script that has said all it has to say closes its side: `nc -N`, `shutdown(SHUT_WR)`.
+#[test]
+fn a_host_that_sends_no_more_gets_its_answers() {
+    let mut wire = wire();
+    let mut first = host(&wire);
+    first.write_all(b"ask").expect("connected");
+    first.shutdown(Shutdown::Write).expect("connected");
+    serve_until(&mut wire, |_, all| all == b"ask");
+    for _ in 0..100 {
+        assert_eq!(wire.read(&mut [0; 64]).expect("listening"), 0);
+    }
+    assert!(wire.connected());
+    wire.write_all(b"answer").expect("connected");
+    // A successor that knocks meanwhile is let in, not refused, and later ones are.
+    let mut second = host(&wire);
+    second.write_all(b"next").expect("connected");
+    serve_until(&mut wire, |_, all| all == b"next");
+    let mut heard = Vec::new();
+    first.read_to_end(&mut heard).expect("closed in order");
+    assert_eq!(heard, b"answer");
+    assert_eq!(wire.refusals(), 0);
+    wire.write_all(b"own").expect("connected");
+    let mut own = [0; 3];
+    second.read_exact(&mut own).expect("served");
+    assert_eq!(&own, b"own");
+}
+
+#[test]
+fn a_host_that_sends_no_more_keeps_its_place_for_a_second() {
+    let mut wire = wire();
+    let mut first = host(&wire);
+    serve_until(&mut wire, |wire, _| wire.connected());
+    first.shutdown(Shutdown::Write).expect("connected");
+    let start = Instant::now();
+    serve_until(&mut wire, |wire, _| {
+        wire.write_all(b"sample").expect("connected");
+        !wire.connected()
+    });
+    assert!(start.elapsed() >= Duration::from_secs(1));
+    let mut heard = Vec::new();
+    first.read_to_end(&mut heard).expect("closed in order");
+    assert!(heard.starts_with(b"samplesample"));
+}
+
+#[test]
+fn one_that_waits_behind_a_leaving_host_may_leave_too() {
+    let mut wire = wire();
+    drop(host(&wire));
+    serve_until(&mut wire, |wire, _| wire.connected());
+    drop(host(&wire));
+    serve_until(&mut wire, |wire, _| !wire.connected());
+    let mut third = host(&wire);
+    third.write_all(b"here").expect("connected");
+    assert_eq!(serve_until(&mut wire, |_, all| all.len() == 4), b"here");
 }
 
 #[test]

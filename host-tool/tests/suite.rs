@@ -21,6 +21,7 @@ mod chip_cli;
 mod distributed_cli;
 mod endpoint_cli;
 mod errors;
+mod examples;
 mod explain_model;
 mod faults_cli;
 mod hand_cli;

@@ -10,6 +10,7 @@ use std::io;
 use std::time::{Duration, Instant};
 
 pub mod faults;
+pub mod keepalive;
 #[cfg(unix)]
 pub mod pty;
 pub mod stream;

@@ -1,9 +1,11 @@
 //! A pseudo-terminal: to any program on this machine, a serial port.
 
+mod link;
+
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::os::fd::AsFd;
-use std::os::unix::fs::{OpenOptionsExt, symlink};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -14,6 +16,7 @@ use nix::pty::openpty;
 use nix::sys::termios::{FlushArg, SetArg, cfmakeraw, tcflush, tcgetattr, tcsetattr};
 
 use super::{ByteStream, WRITE_PATIENCE, write_patiently};
+use link::Link;
 
 /// The board's end of a pseudo-terminal whose other end hosts open by a path.
 ///
@@ -23,20 +26,21 @@ use super::{ByteStream, WRITE_PATIENCE, write_patiently};
 pub struct PtyWire {
     master: File,
     device: PathBuf,
-    link: PathBuf,
+    /// Removes itself.
+    _link: Link,
     connected: bool,
     /// The host did not read for too long: writes no longer wait for it.
     stalled: bool,
 }
 
 impl PtyWire {
-    /// Opens a raw pseudo-terminal and makes `path` a symbolic link to it,
-    /// which is removed on drop. A link left behind by an earlier run is
-    /// replaced.
+    /// Opens a raw pseudo-terminal and makes `path` a symbolic link to it, which is
+    /// removed on drop if it still is this one. Of what is at `path` already, only a link
+    /// to a pseudo-terminal that is no more is replaced: what a run that crashed leaves.
     ///
     /// # Errors
-    /// `AlreadyExists` if something other than a link to a device is at `path`;
-    /// otherwise what the system says.
+    /// `AlreadyExists` if something else is at `path`, a link to a terminal that lives
+    /// among it; otherwise what the system says.
     pub fn open(path: impl AsRef<Path>) -> io::Result<PtyWire> {
         let pty = openpty(None, None)?;
         make_ready(&pty.slave)?;
@@ -46,13 +50,11 @@ impl PtyWire {
         // The slave end closes here: while it is open nowhere, the master
         // reports a hang-up, and that is how we know whether a host is there.
         drop(pty.slave);
-        let link = path.as_ref().to_path_buf();
-        remove_stale_link(&link)?;
-        symlink(&device, &link)?;
+        let link = Link::make(path.as_ref(), &device)?;
         Ok(PtyWire {
             master: File::from(pty.master),
             device,
-            link,
+            _link: link,
             connected: false,
             stalled: false,
         })
@@ -123,15 +125,6 @@ impl ByteStream for PtyWire {
     }
 }
 
-impl Drop for PtyWire {
-    fn drop(&mut self) {
-        // Someone may have put another link there meanwhile: leave it alone.
-        if std::fs::read_link(&self.link).is_ok_and(|target| target == self.device) {
-            let _ = std::fs::remove_file(&self.link);
-        }
-    }
-}
-
 /// Makes a terminal raw, with nothing waiting for its reader.
 fn make_ready(slave: &impl AsFd) -> nix::Result<()> {
     let mut settings = tcgetattr(slave)?;
@@ -148,15 +141,4 @@ fn is_absence(error: &io::Error) -> bool {
             error.kind(),
             io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
         )
-}
-
-fn remove_stale_link(path: &Path) -> io::Result<()> {
-    match std::fs::read_link(path) {
-        Ok(target) if target.starts_with("/dev") => std::fs::remove_file(path),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-        _ => Err(io::Error::new(
-            io::ErrorKind::AlreadyExists,
-            format!("{} exists and is no link to a terminal", path.display()),
-        )),
-    }
 }

@@ -27,6 +27,8 @@ enum Happening {
     Gone,
     /// Nothing comes any more, and nobody says why.
     Silent,
+    /// This computer sleeps, and then all that came is there at once.
+    Asleep,
     /// The world changes.
     World(fn(&mut World)),
 }
@@ -66,6 +68,11 @@ impl Port for Accident {
                 while !self.port.receive(until_us)?.is_empty() {}
                 Ok(Vec::new())
             }
+            Happening::Asleep => {
+                self.happening = Happening::Nothing;
+                self.port.world.run_until(AT_US + 5_000_000)?;
+                self.port.receive(until_us)
+            }
             Happening::World(change) => {
                 change(&mut self.port.world);
                 self.port.receive(until_us)
@@ -84,9 +91,10 @@ impl Port for Accident {
 type Row = (&'static str, Happening, &'static [&'static str], bool);
 
 #[rustfmt::skip]
-const ROWS: [Row; 5] = [
+const ROWS: [Row; 6] = [
     ("gone", Happening::Gone, &["E502 lost the device", "reconnect and run again"], false),
     ("silent", Happening::Silent, &["E501 no answer to setpoints", "is the device powered"], false),
+    ("asleep", Happening::Asleep, &["E509 this computer did not run this program for 499", "HostSilent", "suspended, asleep or too busy", "run again", "is kept"], false),
     ("over-current", Happening::World(|world| world.sensors.over_current = true), &["E512", "fault 6: OverCurrent", "--acknowledge", "is kept"], true),
     ("electrode off", Happening::World(|world| world.body.loads_mut()[0] = Load::Open), &["E512", "fault 7: ElectrodeOff", "--acknowledge", "is kept"], true),
     ("hand-held stop", Happening::World(|world| world.sensors.hand_stop = false), &["E512", "stopping: HandStop", "close it", "is kept"], false),

@@ -6,6 +6,7 @@ mod identify;
 mod limb_activation;
 mod limb_geometry;
 mod limb_least_squares;
+mod link_failures;
 mod link_native;
 mod long_sessions;
 mod report_page;

@@ -24,7 +24,8 @@ pub struct Serve {
     /// The simulator: native or chip
     #[arg(long, default_value = "native")]
     device: DeviceName,
-    /// Path of a pseudo-terminal to create
+    /// Path of a link to a pseudo-terminal to create; nothing there is replaced but the
+    /// link of a `serve` that crashed
     #[arg(long)]
     pty: Option<PathBuf>,
     /// Address to listen at, HOST:PORT
@@ -61,7 +62,7 @@ impl Serve {
             #[cfg(unix)]
             (Some(path), _) => {
                 let wire = PtyWire::open(path).with_context(|| {
-                    format!("cannot open a pseudo-terminal at {}", path.display())
+                    format!("E771 cannot open a pseudo-terminal at {}", path.display())
                 })?;
                 Ok((Box::new(wire), path.display().to_string()))
             }

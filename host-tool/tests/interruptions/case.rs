@@ -180,8 +180,9 @@ fn interrupt(way: Way, program: &mut Program, board: Option<&Board>) -> Instant 
 
 /// Whether the device ended the run because this computer was too slow.
 fn is_disturbed(case: Case, status: ExitStatus, error: &str) -> bool {
-    let stalled =
-        error.contains("HostSilent") || case.way != Way::Freeze && error.contains("E501 no answer");
+    let stalled = error.contains("HostSilent")
+        || error.contains("E509 this computer did not run")
+        || case.way != Way::Freeze && error.contains("E501 no answer");
     status.code() == Some(1) && stalled
 }
 

@@ -4,6 +4,7 @@
 //! rewrites the vectors and the marked blocks of protocol.md; the tables of
 //! types are written by people and only checked here.
 
+mod alive;
 mod fields;
 mod messages;
 mod schema;

@@ -16,6 +16,7 @@ use super::Cycle;
 use super::board::{Around, Board, BoardError};
 use super::cpu::Stop;
 use crate::lockstep::Device;
+use crate::wire::keepalive;
 use firmware::lockstep::{Sensors, Sink};
 use firmware::units::Micros;
 use gdbstub::common::Signal;
@@ -83,12 +84,14 @@ pub struct Debugger<L: Line = Socket> {
 }
 
 impl Debugger<Socket> {
-    /// Waits for gdb at `listener`, with `board`'s core halted at reset.
+    /// Waits for gdb at `listener`, with `board`'s core halted at reset. A gdb whose computer
+    /// vanishes is taken for one that has left ([`keepalive::watch`]).
     ///
     /// # Errors
     /// gdb is gone.
     pub fn accept(listener: &TcpListener, board: Board<Points>) -> io::Result<Self> {
         let (stream, _) = listener.accept()?;
+        keepalive::watch(&stream)?;
         Self::attach(Socket(stream), board)
     }
 }

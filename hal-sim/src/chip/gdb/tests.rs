@@ -158,3 +158,15 @@ fn what_nobody_models_is_told_in_words() {
         Err(BoardError::Stopped { .. })
     ));
 }
+
+/// A gdb whose computer vanished would hold the core for ever.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_gdb_that_vanished_is_noticed() {
+    let mut gdb = Gdb::attach(&LOOP);
+    assert_eq!(gdb.exchange("?"), "T05thread:01;");
+    let address = gdb.stream.peer_addr().unwrap();
+    assert!(crate::wire::keepalive::tests::is_watched(address));
+    gdb.send("D");
+    gdb.device.join().unwrap().unwrap();
+}

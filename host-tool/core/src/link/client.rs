@@ -1,6 +1,7 @@
 //! A host's view of one device.
 
 use super::clock::{Clock, Fit};
+use super::stall::Stalls;
 use super::{Error, Interruption, Keeper, Port, Refused};
 use firmware::link::{
     Code, Decoder, Event, HelloInfo, Request, Response, SCHEMA, SetupSum, Status, Telemetry,
@@ -18,12 +19,8 @@ const ANSWER_US: u64 = 500_000;
 /// Posted requests whose answers are still awaited, at most.
 const MAX_AWAITED: usize = 256;
 
-/// A look at the port that ends so much later than asked for, µs, shows that this computer
-/// stalled.
-const STALL_US: u64 = 20_000;
-
-/// Longest wait between two looks for a signal, µs of port time; a multiple of
-/// the steps in which virtual time goes on, so that it changes nothing there.
+/// Longest wait between two looks for a signal or a stall, µs of port time; a multiple
+/// of the steps in which virtual time goes on, so that it changes nothing there.
 const POLL_US: u64 = 2_000;
 
 /// What arrived without being waited for. Device times are in 64 bits, µs, and do
@@ -66,6 +63,9 @@ pub struct Client<P> {
     interruption: Option<Interruption>,
     /// Of what the device has accepted.
     setup: SetupSum,
+    /// When the port was last asked for bytes, µs.
+    asked_us: Option<u64>,
+    stalls: Stalls,
 }
 
 impl<P: Port> Client<P> {
@@ -97,6 +97,8 @@ impl<P: Port> Client<P> {
             incoming: VecDeque::new(),
             interruption,
             setup: SetupSum::default(),
+            asked_us: None,
+            stalls: Stalls::default(),
         };
         let info = client.hello()?;
         Ok((client, info))
@@ -110,20 +112,17 @@ impl<P: Port> Client<P> {
         self.keeper = None; // it speaks in the session before
         // Ends what an earlier host may have left half said.
         self.port.send(&[0])?;
-        let sent_us = self.port.now_us();
-        let seq = self.send("Hello", Request::Hello { schema: SCHEMA })?;
-        match self.answer((seq, sent_us))? {
-            Some(Answer::Hello(info)) => {
-                // What came before it was meant for an earlier host.
-                self.incoming.clear();
-                self.awaited.clear();
-                self.session = info.session;
-                self.setup = SetupSum::default();
-                Ok(*info)
-            }
-            Some(Answer::Refused(refused)) => Err(Error::Refused(refused)),
-            _ => Err(no_answer("Hello")),
-        }
+        let request = Request::Hello { schema: SCHEMA };
+        let is_hello = |answer: &Answer| matches!(answer, Answer::Hello(_));
+        let Answer::Hello(info) = self.answer("Hello", request, is_hello)? else {
+            return Err(no_answer("Hello"));
+        };
+        // What came before it was meant for an earlier host.
+        self.incoming.clear();
+        self.awaited.clear();
+        self.session = info.session;
+        self.setup = SetupSum::default();
+        Ok(*info)
     }
 
     /// From now on waits last as long as they must: for the answer to a stop.
@@ -203,7 +202,8 @@ impl<P: Port> Client<P> {
         Ok(seq)
     }
 
-    /// The next message that nobody waits for, by `until_us` at the latest.
+    /// The next message that nobody waits for, by `until_us` at the latest: asked again
+    /// and again, it says `None` soon after that, however many messages come.
     ///
     /// # Errors
     /// [`Error::Lost`].
@@ -214,6 +214,10 @@ impl<P: Port> Client<P> {
             }
             if let Some(incoming) = self.incoming.pop_front() {
                 return Ok(Some(incoming));
+            }
+            // What had come by then was taken: more would have no end if the device has none.
+            if self.asked_us.is_some_and(|asked_us| asked_us >= until_us) {
+                return Ok(None);
             }
             self.receive(until_us, None)?;
             if self.incoming.is_empty() && self.port.now_us() >= until_us {
@@ -246,33 +250,48 @@ impl<P: Port> Client<P> {
     }
 
     fn call(&mut self, name: &'static str, request: Request) -> Result<Answer, Error> {
+        self.answer(name, request, |_| true)
+    }
+
+    /// Sends `request` and waits for its answer. The time in which this computer does not
+    /// run the program is not the device's: it has as much longer.
+    fn answer(
+        &mut self,
+        name: &'static str,
+        request: Request,
+        is_answer: impl Fn(&Answer) -> bool,
+    ) -> Result<Answer, Error> {
         let sent_us = self.port.now_us();
+        self.stalls.look(sent_us, 0);
+        let before_us = self.stalls.sum_us();
         let seq = self.send(name, request)?;
-        match self.answer((seq, sent_us))? {
-            Some(Answer::Refused(refused)) => Err(Error::Refused(refused)),
-            Some(answer) => Ok(answer),
-            None => Err(no_answer(name)),
+        loop {
+            let stalled_us = self.stalls.sum_us() - before_us;
+            let until_us = sent_us + ANSWER_US + stalled_us;
+            if self.port.now_us() >= until_us {
+                return Err(match stalled_us >= ANSWER_US {
+                    true => host_stalled(stalled_us, &format!("no answer to {name} came then")),
+                    false => no_answer(name),
+                });
+            }
+            match self.receive(until_us, Some((seq, sent_us)))? {
+                Some(Answer::Refused(refused)) => return Err(Error::Refused(refused)),
+                Some(answer) if is_answer(&answer) => return Ok(answer),
+                _ => {}
+            }
         }
     }
 
-    /// The answer to the request of this number, sent at this time; none within
-    /// [`ANSWER_US`]. Time in which this computer did not look does not count.
-    fn answer(&mut self, wanted: (u16, u64)) -> Result<Option<Answer>, Error> {
-        let (mut look_us, mut until_us) = (wanted.1, wanted.1 + ANSWER_US);
-        loop {
-            let now_us = self.port.now_us();
-            let late_us = now_us.saturating_sub(look_us);
-            if late_us > STALL_US {
-                until_us += late_us;
-            }
-            if now_us >= until_us {
-                return Ok(None);
-            }
-            look_us = until_us.min(now_us + POLL_US);
-            if let Some(answer) = self.receive(look_us, Some(wanted))? {
-                return Ok(Some(answer));
-            }
-        }
+    /// The longest time of the last two seconds in which this computer did not run the
+    /// program, as far as the port shows, µs; 0 for none above 10 ms.
+    pub fn stalled_us(&mut self) -> u64 {
+        let now_us = self.port.now_us();
+        self.stalls.recent_us(now_us)
+    }
+
+    /// The sum of all such times since the client was opened, µs.
+    pub(crate) fn stalled_in_sum_us(&self) -> u64 {
+        self.stalls.sum_us()
     }
 
     fn send(&mut self, name: &'static str, request: Request) -> Result<u16, Error> {
@@ -283,22 +302,35 @@ impl<P: Port> Client<P> {
         Ok(seq)
     }
 
-    /// How long to wait at most before the next look for a signal.
-    fn poll_signal(&mut self, until_us: u64) -> Result<u64, Error> {
-        let Some(interruption) = &self.interruption else {
-            return Ok(until_us);
-        };
-        if let Some(signal) = interruption.asked() {
-            return Err(Error::Interrupted(signal));
-        }
-        Ok(until_us.min(self.port.now_us() + POLL_US))
+    /// Whether to go on waiting.
+    fn heed_signal(&self) -> Result<(), Error> {
+        let asked = self.interruption.as_ref().and_then(Interruption::asked);
+        asked.map_or(Ok(()), |signal| Err(Error::Interrupted(signal)))
+    }
+
+    /// Bytes by `until_us`, or none before that: after [`POLL_US`] signals and stalls are
+    /// looked for.
+    fn look(&mut self, until_us: u64) -> Result<Vec<u8>, Error> {
+        self.heed_signal()?;
+        let now_us = self.port.now_us();
+        self.stalls.look(now_us, 0);
+        self.asked_us = Some(now_us);
+        let until_us = until_us.min(now_us + POLL_US);
+        let received = self.port.receive(until_us);
+        let now_us = self.port.now_us();
+        self.stalls.look(now_us, until_us);
+        received.map_err(|error| match self.stalls.recent_us(now_us) {
+            stalled_us @ ANSWER_US.. => {
+                host_stalled(stalled_us, &format!("the connection broke ({error})"))
+            }
+            _ => error.into(),
+        })
     }
 
     /// Takes what arrives by `until_us`, or none before that; returns the answer
     /// to `wanted`.
     fn receive(&mut self, until_us: u64, wanted: Wanted) -> Result<Option<Answer>, Error> {
-        let until_us = self.poll_signal(until_us)?;
-        let bytes = self.port.receive(until_us)?;
+        let bytes = self.look(until_us)?;
         let now_us = self.port.now_us();
         let mut answer = None;
         let mut rest = bytes.as_slice();
@@ -306,9 +338,13 @@ impl<P: Port> Client<P> {
             let Some(Ok(message)) = self.decoder.take(&mut rest) else {
                 continue;
             };
+            let device = other_schema(message, wanted);
             let response = postcard::from_bytes::<Response<'_>>(message);
             let sorted = response.map(|it| sort(it, |at| self.clock.unwrap(now_us, at)));
             self.decoder.clear();
+            if let Some(device) = device {
+                return Err(Error::OtherSchema { device });
+            }
             if let Ok(sorted) = sorted {
                 answer = self.dispatch(sorted, wanted, now_us).or(answer);
             }
@@ -370,6 +406,15 @@ fn framed(session: u16, next: &mut u16, request: Request) -> Option<Vec<u8>> {
         request,
     };
     encode(&message).map(|frame| frame.to_vec())
+/// The schema hash in the answer to a `Hello`, if it is not this program's. Before it come
+/// the variant, the request's number and the session's in every version; what comes behind
+/// it may be read otherwise than it was meant.
+fn other_schema(message: &[u8], wanted: Wanted) -> Option<u64> {
+    let (number, _) = wanted?;
+    let begin = postcard::take_from_bytes::<(u32, u16, u16, u64)>(message);
+    let ((variant, seq, _, schema), _) = begin.ok()?;
+    let is_hello = variant == 0 && seq == number;
+    (is_hello && schema != SCHEMA).then_some(schema)
 }
 
 enum Sorted {
@@ -395,6 +440,11 @@ fn sort(response: Response<'_>, mut unwrap: impl FnMut(Micros) -> u64) -> Sorted
 
 fn is_session_taken(answer: &Answer) -> bool {
     matches!(answer, Answer::Refused(refused) if refused.code() == Some(Code::SessionTaken))
+}
+
+fn host_stalled(stalled_us: u64, then: &impl ToString) -> Error {
+    let (stalled_ms, then) = (stalled_us / 1000, then.to_string());
+    Error::HostStalled { stalled_ms, then }
 }
 
 fn no_answer(request: &'static str) -> Error {

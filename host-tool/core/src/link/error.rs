@@ -1,7 +1,7 @@
 //! What can go wrong on the link, and what to do about it.
 
 use super::Signal;
-use firmware::link::{Code, Refusal};
+use firmware::link::{Code, Refusal, SCHEMA};
 use firmware::safety::Fault;
 use std::fmt;
 use std::io;
@@ -33,6 +33,25 @@ pub enum Error {
     /// E580: a signal came while the host waited.
     #[error("E580 {0} came: nothing is waited for any more")]
     Interrupted(Signal),
+    /// E508: the device's messages are of another version.
+    #[error(
+        "E508 the device speaks schema {device:#018x}, this program {SCHEMA:#018x}; {}",
+        advice(Code::SchemaMismatch)
+    )]
+    OtherSchema {
+        /// The device's schema hash.
+        device: u64,
+    },
+    /// E509: the program did not run, and then something was missing.
+    #[error(
+        "E509 this computer did not run this program for {stalled_ms} ms (suspended, asleep or too busy): {then}; run again"
+    )]
+    HostStalled {
+        /// For how long.
+        stalled_ms: u64,
+        /// What came of it.
+        then: String,
+    },
     /// E504: the port cannot be opened.
     #[error("E504 cannot open {port}: {reason}; {advice}")]
     Open {

@@ -7,6 +7,7 @@
 
 mod client;
 mod clock;
+mod elapsed;
 mod error;
 mod interruption;
 mod keeper;
@@ -14,6 +15,7 @@ mod paced;
 mod port;
 mod requests;
 mod serial;
+mod stall;
 
 pub use client::{Client, Incoming};
 pub use clock::{Fit, stamp};

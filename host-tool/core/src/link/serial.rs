@@ -1,9 +1,10 @@
 //! Real-time ports: a serial port and a TCP socket.
 
+use super::elapsed::Elapsed;
 use super::{Error, Port};
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Longest wait of one read, so that `until_us` is kept.
 const POLL: Duration = Duration::from_millis(2);
@@ -11,7 +12,7 @@ const POLL: Duration = Duration::from_millis(2);
 /// A device at the other end of a stream of bytes, in real time.
 pub struct Stream<S> {
     stream: S,
-    start: Instant,
+    elapsed: Elapsed,
 }
 
 /// A board on a serial port.
@@ -73,12 +74,8 @@ impl TcpPort {
 impl<S> Stream<S> {
     /// Its time counts from now.
     fn begin(stream: S) -> Self {
-        let start = Instant::now();
-        Self { stream, start }
-    }
-
-    fn elapsed_us(&self) -> u64 {
-        u64::try_from(self.start.elapsed().as_micros()).unwrap_or(u64::MAX)
+        let elapsed = Elapsed::begin();
+        Self { stream, elapsed }
     }
 }
 
@@ -102,7 +99,7 @@ impl Forked for Box<dyn serialport::SerialPort> {
 
 impl<S: Forked> Port for Stream<S> {
     fn now_us(&mut self) -> u64 {
-        self.elapsed_us()
+        self.elapsed.us()
     }
 
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {
@@ -114,7 +111,7 @@ impl<S: Forked> Port for Stream<S> {
     }
 
     fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>> {
-        let mut buffer = [0; 1024];
+        let mut buffer = [0; 4096];
         loop {
             match self.stream.read(&mut buffer) {
                 Ok(0) => {
@@ -124,7 +121,7 @@ impl<S: Forked> Port for Stream<S> {
                 Ok(count) => return Ok(buffer[..count].to_vec()),
                 Err(e) => match e.kind() {
                     ErrorKind::TimedOut | ErrorKind::WouldBlock => {
-                        if self.elapsed_us() >= until_us {
+                        if self.elapsed.us() >= until_us {
                             return Ok(Vec::new());
                         }
                     }

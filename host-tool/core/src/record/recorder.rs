@@ -8,6 +8,13 @@ use crate::disk::{Disk, FileSystem};
 use crate::session::KEPT_AS;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// So many events of a trial are on the disk as soon as they are noted.
+const AT_ONCE: usize = 64;
+/// Later ones, each of which would have all others written again, within this time: a
+/// device that reports events without end does not keep its host at the disk.
+const LATER: Duration = Duration::from_millis(500);
 
 /// Appends the rows of one trial to its folder, each in one piece and at once.
 /// What was recorded survives an unplugged device, an error, a full disk and a
@@ -19,6 +26,8 @@ pub struct Recorder {
     samples: Box<dyn Write>,
     /// A row on its way.
     row: Vec<u8>,
+    /// When `trial.json` was written.
+    described: Instant,
 }
 
 impl Recorder {
@@ -53,6 +62,7 @@ impl Recorder {
             },
             samples,
             row: Vec::new(),
+            described: Instant::now(),
         };
         recorder.describe()?;
         recorder.accompany(trial)?;
@@ -96,7 +106,10 @@ impl Recorder {
     /// Notes that something happened `t_s` seconds into the trial.
     pub fn event(&mut self, t_s: f64, text: &str) -> Result<(), RecordError> {
         self.trial.events.push((t_s, text.to_owned()));
-        self.describe()
+        match self.trial.events.len() > AT_ONCE && self.described.elapsed() < LATER {
+            true => Ok(()),
+            false => self.describe(),
+        }
     }
 
     /// Notes what the electrode check read.
@@ -144,7 +157,8 @@ impl Recorder {
         written.map_err(RecordError::write(&path))
     }
 
-    fn describe(&self) -> Result<(), RecordError> {
+    fn describe(&mut self) -> Result<(), RecordError> {
+        self.described = Instant::now();
         write_json(&*self.disk, &self.folder.join("trial.json"), &self.trial)
     }
 }

@@ -23,7 +23,7 @@ pub enum RunError {
         /// The event.
         why: String,
         /// What to do about it.
-        advice: &'static str,
+        advice: String,
     },
     /// The session declares other stages than the board has.
     #[error("E505 {0}; declare the stages that the board has, or use the board it was made for")]

@@ -1,13 +1,14 @@
 //! The course of a session: configure, arm, start, stream, stop.
 
+mod ended;
+mod measured;
 mod record;
 
 use super::stages::check_stages;
 use super::{Observer, Outputs, RunError, Seen, SessionFile, Stopped, Wish, trial};
 use crate::link::{Client, Error, Incoming, Interruption, Port, stamp};
 use crate::record::{Recorder, Trial};
-use crate::session::{Course, Session, SessionLimb, Setpoint};
-use firmware::control::SensorSource;
+use crate::session::{Course, Session, Setpoint};
 use firmware::link::{Counters, Event, HelloInfo, Request};
 use firmware::safety::{Stages, State};
 use std::collections::VecDeque;
@@ -35,6 +36,9 @@ const SILENCE_US: u64 = 1_000_000;
 
 /// From one time that a simulated device's outputs are taken to the next, µs.
 const TAKE_US: u64 = 1_000_000;
+/// So many messages are filed at once when a setpoint is due, and the rest after it: a
+/// device that sends without end delays neither setpoints nor the session's end.
+const MOST_AT_ONCE: usize = 1000;
 
 /// What came of a session, complete or not.
 pub struct Outcome {
@@ -70,13 +74,18 @@ struct Run<'a, 'o, P> {
     /// What the device had counted before: nothing if it booted for this.
     begun: Counters,
     refused: usize,
-    ended: Option<(String, &'static str)>,
+    /// Why the device ended it, if it did.
+    ended: Option<RunError>,
+    /// Events that came beyond the most that are kept.
+    left_out: u64,
     /// Every train of a fixed number of pulses has played: the session is over.
     is_finished: bool,
     /// The latest forces at the hand that were asked for, with their numbers.
     wishes: VecDeque<(u16, [i32; 3])>,
     /// When the device last said something, in the port's time.
     heard_us: u64,
+    /// How long this computer had stalled in sum by then, µs.
+    heard_stalled_us: u64,
 }
 
 /// Runs `session` through `port` and gives the port back with the outcome.
@@ -140,8 +149,10 @@ fn conduct<P: Port>(
         refused: 0,
         ended: None,
         is_finished: false,
+        left_out: 0,
         wishes: VecDeque::new(),
         heard_us: 0,
+        heard_stalled_us: 0,
     };
     let started = run.identify(&info).and_then(|()| run.prepare(&info.stages));
     let is_started = started.is_ok();
@@ -165,6 +176,7 @@ fn conduct<P: Port>(
         (Err(error), Err(why)) => Err(signalled(error, t_s, Stopped::Unanswered(why))),
     };
     run.clock();
+    run.count_left_out();
     if let Err(error) = &result {
         run.cut_short(error);
     }
@@ -273,7 +285,7 @@ impl<P: Port> Run<'_, '_, P> {
             .request(self.session.setpoints.at(0).request(None))?;
         self.epoch = self.client.start()?;
         let now_us = self.client.port().now_us();
-        self.heard_us = now_us;
+        self.hear();
         let is_simulated = self.client.port().world().is_some();
         // In a simulated world, host time and device time are one.
         let now = match is_simulated {
@@ -386,63 +398,25 @@ impl<P: Port> Run<'_, '_, P> {
         trial::since_s(at_us, self.epoch)
     }
 
-    fn measures_posture(&self) -> bool {
-        let limb = self.session.limb.as_ref();
-        limb.is_some_and(SessionLimb::is_measured)
-    }
-
-    /// A measurement of each of the arm's angles now.
-    fn posture(&mut self) -> Vec<Request> {
-        let at = stamp(self.now());
-        let angles = self.client.port().posture_deg().into_iter().flatten();
-        let measured = (0u8..).zip(angles).map(|(joint, deg)| {
-            let centideg = (deg * 100.0).round() as i16; // saturates
-            Request::Measurement {
-                joint,
-                centideg,
-                at,
-            }
-        });
-        measured.collect()
-    }
-
-    /// The modulated joints' angles of `due` µs after the start, measured now.
-    fn joint_angles(&mut self, due: u64) -> Vec<Request> {
-        let at = stamp(self.now());
-        let joints = self.session.modulations.iter();
-        let measured = joints.map(|joint| Request::Measurement {
-            joint: joint.spec.joint,
-            centideg: joint.angle_at(due),
-            at,
-        });
-        measured.collect()
-    }
-
-    fn measures(&self) -> bool {
-        self.session.sensor() == Some(SensorSource::Host)
-    }
-
-    /// Files what arrives by `until_us`.
+    /// Files what arrives by `until_us`, or has arrived by now if that is over.
     fn listen(&mut self, until_us: u64) -> Result<(), RunError> {
-        while let Some(incoming) = self.client.next(until_us)? {
-            self.heard_us = self.client.port().now_us();
+        let until_us = until_us.max(self.client.port().now_us());
+        let mut late = 0;
+        while late < MOST_AT_ONCE
+            && let Some(incoming) = self.client.next(until_us)?
+        {
+            self.hear();
+            late += usize::from(self.heard_us > until_us);
             self.file(incoming)?;
-            if let Some((why, advice)) = self.ended.take() {
-                let t_s = self.trial.events.last().map_or(0.0, |(t, _)| *t);
-                return Err(RunError::Ended { t_s, why, advice });
+            if let Some(ended) = self.ended.take() {
+                return Err(ended);
             }
             if self.is_finished {
                 return Ok(());
             }
             self.poll_observer()?;
         }
-        let silence_us = self.client.port().now_us().saturating_sub(self.heard_us);
-        if silence_us > SILENCE_US {
-            return Err(RunError::Link(Error::NoAnswer {
-                request: "setpoints",
-                waited_ms: silence_us / 1000,
-            }));
-        }
+        self.check_silence()?;
         self.poll_observer()
     }
 
@@ -465,7 +439,10 @@ impl<P: Port> Run<'_, '_, P> {
     fn finish(&mut self) -> Result<(), RunError> {
         let wait_us = if self.is_finished { 0 } else { STOP_US };
         let until = self.client.port().now_us() + wait_us;
-        while let Some(incoming) = self.client.next(until)? {
+        for _ in 0..MOST_AT_ONCE {
+            let Some(incoming) = self.client.next(until)? else {
+                break;
+            };
             let is_end = matches!(
                 incoming,
                 Incoming::Event(_, Event::Stopped(_) | Event::Faulted(_))

@@ -7,6 +7,12 @@ use crate::session::{nearest, newtons};
 use firmware::link::{Code, Event, HelloInfo};
 use firmware::safety::StopCause;
 
+/// Most events and refusals that a record keeps: more than a device sends that is not broken.
+const MOST_EVENTS: usize = 10_000;
+
+/// Most readings of electrodes that it keeps: of ten channels, each several times.
+const MOST_READINGS: usize = 100;
+
 impl<P: Port> Run<'_, '_, P> {
     /// The record says who answered.
     pub(super) fn identify(&mut self, info: &HelloInfo) -> Result<(), RunError> {
@@ -41,6 +47,10 @@ impl<P: Port> Run<'_, '_, P> {
         else {
             return Ok(false);
         };
+        if self.trial.electrode_check.len() >= MOST_READINGS {
+            self.left_out += 1;
+            return Ok(true);
+        }
         let reading = trial::electrode(&self.trial.channels, channel, applied, current_ua);
         if let Some(recorder) = &mut self.recorder {
             recorder.electrode(reading)?;
@@ -157,13 +167,14 @@ impl<P: Port> Run<'_, '_, P> {
                 let t_s = self.since_start_s(at_us);
                 self.observer.see(Seen::Event(t_s, &event));
                 self.note(t_s, text.clone())?;
-                if event == Event::Stopped(StopCause::Finished) {
-                    self.is_finished = true;
-                } else if matches!(
+                let is_finished = event == Event::Stopped(StopCause::Finished);
+                self.is_finished |= is_finished;
+                let is_end = matches!(
                     event,
                     Event::Faulted(_) | Event::Stopping(_) | Event::Stopped(_)
-                ) {
-                    self.ended = Some((text, trial::advice(&event)));
+                );
+                if is_end && !is_finished && self.ended.is_none() {
+                    self.ended = Some(self.ended_by(&event, t_s, text));
                 }
             }
             // The last setpoints, which a stop has overtaken; its event tells of it.
@@ -198,7 +209,24 @@ impl<P: Port> Run<'_, '_, P> {
         ))
     }
 
+    /// The record says how many events it has left out.
+    pub(super) fn count_left_out(&mut self) {
+        if self.left_out == 0 {
+            return;
+        }
+        let text = format!("{} more events, which are not recorded", self.left_out);
+        let t_s = self.t_s();
+        if let Some(recorder) = &mut self.recorder {
+            let _ = recorder.event(t_s, &text); // written again at the end
+        }
+        self.trial.events.push((t_s, text));
+    }
+
     fn note(&mut self, t_s: f64, text: String) -> Result<(), RunError> {
+        if self.trial.events.len() >= MOST_EVENTS {
+            self.left_out += 1;
+            return Ok(());
+        }
         if let Some(recorder) = &mut self.recorder {
             recorder.event(t_s, &text)?;
         }

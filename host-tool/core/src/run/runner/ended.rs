@@ -1,0 +1,64 @@
+//! Why a run ends that was not to end: the device stopped, or it says nothing any more.
+
+use super::{Run, RunError, SILENCE_US};
+use crate::link::{Error, Port};
+use crate::run::trial;
+use firmware::link::Event;
+use firmware::safety::StopCause;
+
+impl<P: Port> Run<'_, P> {
+    /// The device has said something now.
+    pub(super) fn hear(&mut self) {
+        self.heard_us = self.client.port().now_us();
+        self.heard_stalled_us = self.client.stalled_in_sum_us();
+    }
+
+    /// # Errors
+    /// The device has been silent for too long, while this computer listened.
+    pub(super) fn check_silence(&mut self) -> Result<(), RunError> {
+        let silence_us = self.client.port().now_us().saturating_sub(self.heard_us);
+        let stalled_us = self.client.stalled_in_sum_us() - self.heard_stalled_us;
+        if silence_us.saturating_sub(stalled_us) <= SILENCE_US {
+            return Ok(());
+        }
+        let error = if stalled_us > SILENCE_US {
+            Error::HostStalled {
+                stalled_ms: stalled_us / 1000,
+                then: "nothing came from the device then; what was recorded is kept".to_owned(),
+            }
+        } else {
+            Error::NoAnswer {
+                request: "setpoints",
+                waited_ms: silence_us / 1000,
+            }
+        };
+        Err(error.into())
+    }
+
+    /// The device ended the session `t_s` after its start by `event`, `why` in words.
+    pub(super) fn ended_by(&mut self, event: &Event, t_s: f64, why: String) -> RunError {
+        let (Event::Stopping(StopCause::HostSilent) | Event::Stopped(StopCause::HostSilent)) =
+            event
+        else {
+            let advice = trial::advice(event).to_owned();
+            return RunError::Ended { t_s, why, advice };
+        };
+        let timeout_ms = u64::from(self.session.wearer.host_timeout_ms);
+        let stalled_ms = self.client.stalled_us() / 1000;
+        // The time since the last setpoint belongs to the silence, too.
+        if stalled_ms >= timeout_ms / 2 {
+            let then = format!(
+                "after {timeout_ms} ms without it the device ended the session at {t_s:.2} s, as \
+                 it must ({why}); what was recorded is kept"
+            );
+            return Error::HostStalled { stalled_ms, then }.into();
+        }
+        let advice = format!(
+            "nothing reached it for longer than wearer.host_timeout_ms ({timeout_ms} ms), though \
+             this program was never more than {} ms late: look at the cable, the hub or the \
+             network, and run again",
+            stalled_ms.max(10)
+        );
+        RunError::Ended { t_s, why, advice }
+    }
+}

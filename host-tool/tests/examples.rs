@@ -1,0 +1,243 @@
+//! Every command that the example programs show at their head, and the documents about
+//! them anywhere, does what it says, as it stands there.
+
+use crate::program::{Board, FLEXOR, folder, said};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// How every such command begins.
+const PYTHON: &str = "python3 docs/examples/";
+
+/// Where boards are in what is shown: for these the test has its own.
+const SOCKET: &str = "127.0.0.1:4242";
+const PORT: &str = "/dev/ttyACM0";
+
+/// A busy computer, on which a client is late for its device, may do that so often.
+const ATTEMPTS: u32 = 3;
+
+fn files(folder: &Path, end: &str, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files(&path, end, found);
+        } else if path.extension().is_some_and(|own| own == end) {
+            found.push(path);
+        }
+    }
+}
+
+/// The examples, and every document of the repository, with their texts.
+fn texts() -> BTreeMap<PathBuf, String> {
+    let mut found = vec![];
+    files(&Path::new(ROOT).join("docs/examples"), "py", &mut found);
+    files(&Path::new(ROOT).join("docs"), "md", &mut found);
+    for entry in std::fs::read_dir(ROOT).unwrap() {
+        let path = entry.unwrap().path();
+        found.extend(
+            path.extension()
+                .is_some_and(|own| own == "md")
+                .then_some(path),
+        );
+    }
+    let text = |path: PathBuf| (path.clone(), std::fs::read_to_string(path).unwrap());
+    found.into_iter().map(text).collect()
+}
+
+/// Lines and quoted pieces of `text` that begin with `begin`, without a comment behind.
+fn shown<'a>(text: &'a str, begin: &str) -> Vec<&'a str> {
+    let starts = text.match_indices(begin).map(|(start, _)| start);
+    let commands = starts.filter_map(|start| {
+        let (before, rest) = text.split_at(start);
+        let is_quoted = before.ends_with('`');
+        let line = before.rsplit('\n').next().unwrap_or(before);
+        let end = rest.find(if is_quoted { '`' } else { '\n' });
+        let command = &rest[..end.unwrap_or(rest.len())];
+        let command = command.split(" #").next().unwrap_or(command).trim();
+        (is_quoted || line.trim().is_empty()).then_some(command)
+    });
+    commands.collect()
+}
+
+/// What a command of an example does at its end.
+fn is_done(command: &str, told: &str) -> bool {
+    match command {
+        _ if command.contains("--selftest") => told.contains("requests encoded"),
+        _ if command.contains("client.py") => {
+            told.contains("stimulating") && told.contains("{'Stopped': 'Request'}")
+        }
+        _ if command.contains("hand.py") => told.contains("100.0 % of"),
+        _ if command.contains("lift.py") => told.contains("let go at"),
+        _ => told.contains("done: w.toml"),
+    }
+}
+
+/// Runs it in a folder from which the repository's files are where they are in its root.
+/// It has a board of its own, to whose socket another program has spoken before.
+fn try_command(command: &str, folder: &Path) -> Result<String, String> {
+    let mut line = command.to_owned();
+    let mut boards = vec![];
+    if line.contains(SOCKET) {
+        let board = Board::tcp(folder);
+        line = line.replace(&format!("tcp:{SOCKET}"), &board.at);
+        let address = board.at.strip_prefix("tcp:").unwrap();
+        let mut other = std::net::TcpStream::connect(address).unwrap();
+        other.write_all(b"AT\r\nAT\r\n").unwrap(); // a modem manager
+        boards.push(board);
+    }
+    if line.contains(PORT) {
+        let board = Board::serve(folder, &["--pty", "ttyACM0"]);
+        line = line.replace(PORT, &board.at);
+        boards.push(board);
+    }
+    let path = Path::new(FLEXOR).parent().unwrap().to_owned();
+    let old = std::env::var_os("PATH").unwrap_or_default();
+    let places = std::iter::once(path).chain(std::env::split_paths(&old));
+    let mut words = line.split_whitespace();
+    let mut process = Command::new(words.next().unwrap())
+        .args(words)
+        .current_dir(folder)
+        .env("PATH", std::env::join_paths(places).unwrap())
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut typed = process.stdin.take().unwrap();
+    let lines = BufReader::new(process.stdout.take().unwrap()).lines();
+    let (mut told, mut given) = (String::new(), 0);
+    for line in lines.map_while(Result::ok) {
+        if let Some(word) = operator(&line, &mut given) {
+            let _ = writeln!(typed, "{word}"); // it may have ended
+        }
+        told += &(line + "\n");
+    }
+    drop(typed);
+    let (exit, _, error) = said(process.wait_with_output().unwrap());
+    let is_right = exit == Some(0) && is_done(command, &told) && !error.contains("Traceback");
+    match is_right {
+        true => Ok(told),
+        false => Err(format!("{command} ends with {exit:?}: {told}{error}")),
+    }
+}
+
+/// What somebody who calibrates types after such a line of `calibrate.py`.
+fn operator(line: &str, given: &mut u32) -> Option<&'static str> {
+    let (view, asked) = line.trim_end().rsplit_once(": ")?;
+    if view.ends_with(", ready") {
+        *given += 1;
+        return Some(match asked {
+            _ if *given > 5 && asked.contains("enough") => "e",
+            _ if asked.contains("raise") => "u",
+            _ => "a",
+        });
+    }
+    let is_question = asked.contains('?');
+    let names = view.contains(", points,");
+    is_question.then_some(if names { "wrist extension" } else { "y" })
+}
+
+/// A client that was too late for its device says that of it, by name.
+fn is_late(error: &str) -> bool {
+    error.contains("HostSilent") || error.contains("{'Faulted': 5}")
+}
+
+#[test]
+#[cfg(unix)]
+fn every_command_that_is_shown_runs() {
+    let texts = texts();
+    let mut commands = BTreeSet::new();
+    for (path, text) in &texts {
+        let own = shown(text, PYTHON);
+        let name = path.file_name().unwrap().to_str().unwrap();
+        let is_example = name.ends_with(".py");
+        let mentions_itself = own.iter().any(|command| command.contains(name));
+        assert!(
+            !is_example || mentions_itself,
+            "{name} shows no command of its own"
+        );
+        commands.extend(own.into_iter().map(str::to_owned));
+    }
+    assert!(commands.len() >= 8, "{commands:?}");
+    let next = std::sync::Mutex::new(commands.iter().enumerate());
+    let failures = std::sync::Mutex::new(vec![]);
+    let work = || {
+        loop {
+            let Some((number, command)) = next.lock().unwrap().next() else {
+                return;
+            };
+            let mut outcome = Err(String::new());
+            for attempt in 1..=ATTEMPTS {
+                let folder = folder(&format!("examples/{number}-{attempt}"));
+                for name in ["docs", "host-tool"] {
+                    let there = Path::new(ROOT).canonicalize().unwrap().join(name);
+                    std::os::unix::fs::symlink(there, folder.join(name)).unwrap();
+                }
+                outcome = try_command(command, &folder);
+                match &outcome {
+                    Err(error) if is_late(error) => println!("attempt {attempt}: {error}"),
+                    _ => break,
+                }
+            }
+            match outcome {
+                Ok(_) => println!("{command}"),
+                Err(error) => failures.lock().unwrap().push(error),
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(work);
+        }
+    });
+    let failures = failures.into_inner().unwrap();
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// The boards beside the examples are served by commands that are shown, too.
+#[test]
+fn every_board_that_is_shown_is_served() {
+    let mut serves = BTreeSet::new();
+    for (path, text) in texts() {
+        if path.extension().is_some_and(|end| end == "py") || text.contains(PYTHON) {
+            let own = shown(&text, "flexor serve ").into_iter();
+            serves.extend(own.map(str::to_owned));
+        }
+    }
+    assert!(!serves.is_empty());
+    let folder = folder("examples/boards");
+    for command in serves {
+        let wire = command.trim_end_matches('&').replace(SOCKET, "127.0.0.1:0");
+        let wire = wire.replace("HOST:PORT", "127.0.0.1:0");
+        let words: Vec<&str> = wire.split_whitespace().skip(2).collect();
+        if !words.contains(&"--tcp") && !words.contains(&"--pty") {
+            continue; // a part of one
+        }
+        let board = Board::serve(&folder, &words);
+        assert!(!board.at.is_empty(), "{command}");
+    }
+}
+
+/// An example that a document names is there.
+#[test]
+fn every_example_that_is_named_is_there() {
+    let mut count = 0;
+    for (path, text) in texts() {
+        for (start, found) in text.match_indices("examples/") {
+            let rest = &text[start + found.len()..];
+            let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != '.');
+            let name = rest[..end.unwrap_or(rest.len())].trim_end_matches('.');
+            if !name.ends_with(".py") {
+                continue;
+            }
+            count += 1;
+            let file = Path::new(ROOT).join("docs/examples").join(name);
+            assert!(file.is_file(), "{}: {name}", path.display());
+        }
+    }
+    assert!(count > 10, "{count}");
+}

@@ -1,0 +1,195 @@
+//! What keeps a host alive: protocol.md's list against what a device does, request by
+//! request.
+
+use super::{PROTOCOL, messages, read, types};
+use firmware::link::{Event, Request};
+use firmware::pulse::TrainSpec;
+use firmware::safety::{ListedPulse, StopCause};
+use firmware::units::{Amplitude, Micros};
+use host_core::link::{Client, Error, Incoming, Port};
+use host_core::run::DeviceName;
+use std::collections::BTreeSet;
+use tests::desk;
+
+/// Of all wearers here, ms.
+const TIMEOUT_MS: u16 = 100;
+
+/// A setup, and what is a setpoint in it.
+struct Scene {
+    setup: Vec<Request>,
+    port: Box<dyn Port>,
+    setpoints: Vec<Request>,
+}
+
+impl Scene {
+    /// That of a shipped session.
+    fn shipped(name: &str, setpoints: Vec<Request>) -> Self {
+        let file = desk::load(name);
+        let port = DeviceName::Native.open(&file.session, 1).unwrap();
+        let first = file.session.setpoints.at(0).request(None);
+        let setpoints = setpoints.into_iter().chain([first]).collect();
+        let mut setup = file.session.requests();
+        for request in &mut setup {
+            if let Request::Wearer(spec) = request {
+                spec.host_timeout_ms = TIMEOUT_MS;
+            }
+        }
+        Self {
+            setup,
+            port,
+            setpoints,
+        }
+    }
+
+    /// A channel that takes lists of pulses.
+    fn lists() -> Self {
+        let train = TrainSpec {
+            lists: true,
+            ..TrainSpec::biphasic(200, 50, 20_000)
+        };
+        let spec = desk::channel(train, 100_000, 20_000);
+        let setup = vec![
+            Request::Wearer(desk::wearer(TIMEOUT_MS)),
+            Request::Channel { channel: 0, spec },
+        ];
+        let pulse = ListedPulse {
+            after_us: 0,
+            amplitude: Amplitude::new(1_000),
+            width_us: 200,
+        };
+        let pulses = [pulse].into_iter().collect();
+        let port = Box::new(host_core::link::SimulatedPort::new(desk::world(
+            Micros::new(0),
+        )));
+        Self {
+            setup,
+            port,
+            setpoints: vec![
+                Request::Pulses { channel: 0, pulses },
+                messages::amplitudes(&[(0, 1_000)]),
+            ],
+        }
+    }
+}
+
+/// One for each kind of setpoint.
+const SCENES: [fn() -> Scene; 5] = [
+    Scene::lists,
+    || Scene::shipped("hamana_exp4_two_point_finger.toml", vec![]),
+    || Scene::shipped("force_ramp.toml", rungs()),
+    || Scene::shipped("endpoint_force.toml", vec![]),
+    || Scene::shipped("lift.toml", vec![Request::Held { held: false }]),
+];
+
+fn rungs() -> Vec<Request> {
+    let sent = messages::requests().into_iter();
+    let requests = sent.map(|(_, sent)| sent.request);
+    let is_rung = |request: &Request| matches!(request, Request::Rung { .. });
+    requests.filter(is_rung).collect()
+}
+
+/// The variant of a request.
+fn name(request: &Request) -> String {
+    let value = serde_json::to_value(request).unwrap();
+    let object = value.as_object().and_then(|object| object.keys().next());
+    object.map_or_else(|| value.as_str().unwrap().to_owned(), String::clone)
+}
+
+/// Whether a request 60 ms after the last `KeepAlive` is taken, and whether it puts off the
+/// stop: then 160 ms after it, else 100.
+fn asked(scene: Scene, request: Request) -> (bool, bool) {
+    let (mut client, _) = Client::open(scene.port).unwrap();
+    for request in scene.setup {
+        client.request(request).unwrap();
+    }
+    client.arm().unwrap();
+    client.start().unwrap();
+    // What rises has risen.
+    let first = scene.setpoints.into_iter().next_back().unwrap();
+    let _ = client.request(first); // refused where something is to be measured first
+    let wait = |client: &mut Client<Box<dyn Port>>, ms: u64| {
+        let until = client.port().now_us() + ms * 1_000;
+        while client.next(until).unwrap().is_some() {}
+    };
+    let mut last = client.keep_alive().unwrap();
+    for _ in 0..3 {
+        wait(&mut client, 50);
+        last = client.keep_alive().unwrap();
+    }
+    wait(&mut client, 60);
+    let is_taken = match client.request(request) {
+        // An answer of its own kind is none that this waits for.
+        Ok(_) | Err(Error::NoAnswer { .. }) => true,
+        Err(Error::Refused(_)) => false,
+        Err(error) => panic!("{error}"),
+    };
+    let until = client.port().now_us() + 300_000;
+    while let Some(incoming) = client.next(until).unwrap() {
+        if let Incoming::Event(at, Event::Stopping(StopCause::HostSilent)) = incoming {
+            let after_ms = (at - last).us() / 1_000;
+            assert!(
+                (98..=101).contains(&after_ms) || (158..=162).contains(&after_ms),
+                "{after_ms}"
+            );
+            return (is_taken, after_ms > 130);
+        }
+    }
+    (is_taken, false)
+}
+
+/// The requests between protocol.md's marks.
+fn listed() -> BTreeSet<String> {
+    let text = read(PROTOCOL);
+    let (_, list) = text.split_once("<!-- alive:begin -->").unwrap();
+    let (list, _) = list.split_once("<!-- alive:end -->").unwrap();
+    let names = list.split('`').skip(1).step_by(2);
+    names.map(str::to_owned).collect()
+}
+
+/// Refused while a device stimulates, whatever they carry.
+const NEVER_TAKEN: [&str; 7] = [
+    "Acknowledge",
+    "Arm",
+    "Channel",
+    "ForceControl",
+    "Muscle",
+    "Start",
+    "StoreStages",
+];
+
+#[test]
+fn protocol_md_lists_what_keeps_a_host_alive() {
+    let (mut taken, mut alive) = (BTreeSet::new(), BTreeSet::new());
+    for scene in SCENES {
+        let vectors = messages::requests().into_iter();
+        let vectors = vectors.map(|(_, sent)| sent.request);
+        let own = scene().setpoints;
+        for request in vectors.chain(own) {
+            let name = name(&request);
+            // `Stop` ends it by itself; what was found need not be tried again.
+            if name == "Stop" || alive.contains(&name) {
+                continue;
+            }
+            let (is_taken, is_alive) = asked(scene(), request);
+            assert!(is_taken || !is_alive, "{name} is refused, and keeps alive");
+            taken.extend(is_taken.then(|| name.clone()));
+            alive.extend(is_alive.then_some(name));
+        }
+    }
+    // Passed on as a `KeepAlive`, as the list says apart.
+    assert!(alive.remove("SimulateTrigger"));
+    assert_eq!(alive, listed());
+    // Each of the others was really tried.
+    let types = types();
+    let variants = types["Request"]
+        .iter()
+        .map(|(row, _)| row.split_once(' ').unwrap().1);
+    for variant in variants.filter(|variant| *variant != "Stop") {
+        let is_possible = !NEVER_TAKEN.contains(&variant);
+        assert_eq!(
+            taken.contains(variant),
+            is_possible,
+            "{variant} while stimulating"
+        );
+    }
+}
