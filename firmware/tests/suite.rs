@@ -23,6 +23,7 @@ mod device_rungs;
 mod device_safety;
 mod device_setup_sum;
 mod device_stop;
+mod device_takeover;
 mod device_telemetry;
 mod device_wall;
 mod device_widths;

@@ -37,6 +37,11 @@ pub enum OrderKind {
     Acknowledge,
     Status,
     KeepAlive,
+    /// Say whether another host may take over, or the device restart.
+    Release {
+        /// Which of the two.
+        restarts: bool,
+    },
     /// Play the list that lies in the list mailbox.
     Pulses,
     Amplitudes {
@@ -45,6 +50,29 @@ pub enum OrderKind {
         /// In the same order, µs; 0 for the train's own.
         widths: [u16; CHANNELS],
     },
+}
+
+/// What kind of order a verdict answers, as far as the session asks.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Answered {
+    Start,
+    Setpoint,
+    Other,
+}
+
+/// Answer to [`OrderKind::Release`].
+#[derive(Clone, Copy, Debug)]
+pub struct Released {
+    /// The order's number.
+    pub seq: u16,
+    /// When it was decided.
+    pub at: Micros,
+    /// Of a restart.
+    pub restarts: bool,
+    /// The decision.
+    pub is_granted: bool,
+    /// The state from then on.
+    pub state: State,
 }
 
 /// Pulser → session.
@@ -58,11 +86,13 @@ pub enum Report {
         at: Micros,
         /// The decision.
         result: Result<(), Denied>,
-        /// Whether it was a setpoint.
-        setpoint: bool,
+        /// What it answers.
+        answered: Answered,
         /// The state from then on.
         state: State,
     },
+    /// Answer to [`OrderKind::Release`].
+    Released(Released),
     /// Stops up to this one are carried out; void is what was posted before.
     Stopped {
         /// As counted by the [`StopFlag`].
