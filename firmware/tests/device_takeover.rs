@@ -7,7 +7,7 @@ use firmware::device::{Controller, Identity, Mailboxes, Pulser, Session, WINDOWS
 use firmware::link::{Code, Request, SCHEMA, SetupSum};
 use firmware::pulse::{CHANNELS, Sample, WINDOW_US, WindowPlan};
 use firmware::safety::{
-    Inputs, Origin, Reading, StageKind, StageTable, Stages, State,
+    Inputs, Origin, Reading, StageKind, StageSupply, StageTable, Stages, State,
 };
 use firmware::units::{DacCode, Micros, us};
 
@@ -20,6 +20,7 @@ const STAGES: [Option<StageKind>; CHANNELS] = [Some(StageKind::Current {
 }); CHANNELS];
 const STORE: Request = Request::StoreStages {
     stages: STAGES,
+    supply: StageSupply::Common,
 };
 
 /// The three owners, called one by one as a board's interrupts and thread are.
@@ -44,6 +45,7 @@ impl Owners {
     fn configured() -> (Self, u32) {
         let table = StageTable {
             origin: Origin::Owner,
+            supply: Some(StageSupply::Common),
             stages: STAGES,
         };
         let stages = Stages::Stored(table);

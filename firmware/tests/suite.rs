@@ -37,4 +37,5 @@ mod muscle_inverse;
 mod muscle_ladder;
 mod muscle_properties;
 mod muscle_recruitment;
+mod safety_opposition;
 mod safety_sums;

@@ -65,6 +65,7 @@ pub enum Code {
     JointAndModulation = 244,
     ShareLimit = 245,
     NoPhaseJoint = 246,
+    OppositePhases = 248,
     WrongState = 300,
     NotArmed = 301,
     ArmInputOpen = 302,
@@ -90,7 +91,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 71] = [
+    pub const ALL: [Self; 72] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -141,6 +142,7 @@ impl Code {
         Self::JointAndModulation,
         Self::ShareLimit,
         Self::NoPhaseJoint,
+        Self::OppositePhases,
         Self::WrongState,
         Self::NotArmed,
         Self::ArmInputOpen,
@@ -313,6 +315,9 @@ impl From<SetupError> for Refusal<'static> {
                 Self::new(Code::DensityLimit, "area_mm2").allowed(0, bound(max.get()))
             }
             SetupError::Sum(e) => e.into(),
+            SetupError::Opposed { channel, other } => Self::new(Code::OppositePhases, "supply")
+                .on(channel)
+                .allowed(other.into(), other.into()),
         }
     }
 }

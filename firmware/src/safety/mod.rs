@@ -11,6 +11,7 @@ mod fault;
 mod guard;
 pub mod limits;
 mod list;
+mod opposition;
 mod outputs;
 mod ramp;
 mod setup;
@@ -27,10 +28,13 @@ pub use check::{ElectrodeCheck, Reading};
 pub use fault::{Fault, FaultRecord};
 pub use guard::Guard;
 pub use list::{ListedPulse, MAX_LISTED, PulseList};
+pub use opposition::opposed;
 pub use outputs::{Broken, Expected, OutputCheck};
 pub use setup::{Channel, ChannelSpec, Setup, SetupError, check_group};
 pub use stage::{Stage, StageSpec};
-pub use stages::{Origin, StageKind, StageMismatch, StageTable, StageWords, Stages, StagesFault};
+pub use stages::{
+    Origin, StageKind, StageMismatch, StageSupply, StageTable, StageWords, Stages, StagesFault,
+};
 pub use state::{Denied, Inputs, Notice, State, StopCause};
 pub use stimulus::Stimulus;
 pub use sums::{SumError, Sums};

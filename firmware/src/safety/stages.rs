@@ -27,6 +27,17 @@ pub enum StageKind {
     },
 }
 
+/// What drives the stages' currents through the wearer.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum StageSupply {
+    /// One high-voltage supply and one return for all: no two channels may drive in
+    /// opposite directions at the same time.
+    Common,
+    /// Each stage drives either direction whatever the others do: a supply of its own, or
+    /// two rails with the return between them.
+    Separate,
+}
+
 /// Who says what stages there are.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum Origin {
@@ -41,6 +52,8 @@ pub enum Origin {
 pub struct StageTable {
     /// Who says so.
     pub origin: Origin,
+    /// How they are supplied. `None` in a table from before this was asked: taken as common.
+    pub supply: Option<StageSupply>,
     /// One per channel.
     pub stages: [Option<StageKind>; CHANNELS],
 }
@@ -101,6 +114,16 @@ impl StageSpec {
 }
 
 impl Stages {
+    /// Whether channels may drive in opposite directions at the same time: those of a
+    /// simulator may, as if each had a supply of its own.
+    #[must_use]
+    pub const fn may_oppose(&self) -> bool {
+        match self {
+            Self::AsDeclared | Self::Unknown(_) => true, // nothing is armed of the unknown
+            Self::Stored(table) => matches!(table.supply, Some(StageSupply::Separate)),
+        }
+    }
+
     /// Holds what is declared for `channel` against what the board has.
     ///
     /// # Errors
@@ -128,12 +151,15 @@ impl Stages {
     }
 }
 
-/// A table as it lies in a board's memory, little-endian words: "FXST", version and
-/// origin, the chip's number, ten stages, CRC-32 of all before it.
+/// A table as it lies in a board's memory, little-endian words: "FXST"; version (upper
+/// half), supply (bits 8 to 15) and origin; the chip's number; ten stages; CRC-32 of all
+/// before it.
 pub type StageWords = [u32; WORDS];
 
 const MAGIC: u32 = u32::from_le_bytes(*b"FXST");
-const VERSION: u32 = 1;
+/// Without a supply.
+const UNDECLARED_VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Magic, version, three of the chip's number.
 const HEAD: usize = 5;
 const WORDS: usize = HEAD + CHANNELS + 1;
@@ -167,8 +193,13 @@ impl StageTable {
             Origin::Owner => 0,
             Origin::Session => 1,
         };
+        let version = match self.supply {
+            None => UNDECLARED_VERSION << 16,
+            Some(StageSupply::Common) => VERSION << 16 | 1 << 8,
+            Some(StageSupply::Separate) => VERSION << 16 | 2 << 8,
+        };
         let [a, b, c] = unique_id;
-        let head = [MAGIC, VERSION << 16 | origin, a, b, c];
+        let head = [MAGIC, version | origin, a, b, c];
         let stages = self.stages.iter().map(|stage| match *stage {
             None => 0,
             // Full scales are below 2^24.
@@ -196,9 +227,15 @@ impl StageTable {
         if *magic != MAGIC || *crc != checksum(rest) {
             return Err(StagesFault::Damaged);
         }
-        let origin = match (version >> 16, version & 0xFFFF) {
-            (VERSION, 0) => Origin::Owner,
-            (VERSION, 1) => Origin::Session,
+        let supply = match (version >> 16, version >> 8 & 0xFF) {
+            (UNDECLARED_VERSION, 0) => None,
+            (VERSION, 1) => Some(StageSupply::Common),
+            (VERSION, 2) => Some(StageSupply::Separate),
+            _ => return Err(StagesFault::Version),
+        };
+        let origin = match version & 0xFF {
+            0 => Origin::Owner,
+            1 => Origin::Session,
             _ => return Err(StagesFault::Version),
         };
         if [*a, *b, *c] != unique_id {
@@ -206,6 +243,7 @@ impl StageTable {
         }
         let mut table = Self {
             origin,
+            supply,
             stages: [None; CHANNELS],
         };
         for (stage, word) in table.stages.iter_mut().zip(stages) {
@@ -266,6 +304,7 @@ mod tests {
         (stages[3], stages[9]) = (Some(VOLTS), None);
         StageTable {
             origin: Origin::Owner,
+            supply: Some(StageSupply::Common),
             stages,
         }
     }
@@ -277,9 +316,32 @@ mod tests {
     #[test]
     fn a_table_comes_back_from_its_words() {
         for origin in [Origin::Owner, Origin::Session] {
-            let table = StageTable { origin, ..table() };
-            assert_eq!(stored(&table.words(UID)), Stages::Stored(table));
+            for supply in [None, Some(StageSupply::Common), Some(StageSupply::Separate)] {
+                let table = StageTable {
+                    origin,
+                    supply,
+                    ..table()
+                };
+                let stages = stored(&table.words(UID));
+                assert_eq!(stages, Stages::Stored(table));
+                assert_eq!(stages.may_oppose(), supply == Some(StageSupply::Separate));
+            }
         }
+    }
+
+    /// As firmware wrote it that knew of no supply.
+    #[test]
+    fn a_table_from_before_declares_no_supply() {
+        let mut words = table().words(UID);
+        words[1] = 1 << 16 | 1;
+        words[WORDS - 1] = checksum(&words[..WORDS - 1]);
+        let before = StageTable {
+            origin: Origin::Session,
+            supply: None,
+            ..table()
+        };
+        assert_eq!(stored(&words), Stages::Stored(before));
+        assert!(!stored(&words).may_oppose());
     }
 
     #[test]
@@ -311,10 +373,18 @@ mod tests {
             Stages::stored([&whole, &whole], [1, 2, 4]),
             unknown(StagesFault::OtherBoard)
         );
-        let mut later = whole;
-        later[1] = 2 << 16;
-        later[WORDS - 1] = checksum(&later[..WORDS - 1]);
-        assert_eq!(stored(&later), unknown(StagesFault::Version));
+        for version in [
+            3 << 16 | 1 << 8,
+            2 << 16,
+            2 << 16 | 3 << 8,
+            1 << 16 | 1 << 8,
+        ] {
+            let mut later = whole;
+            later[1] = version;
+            later[WORDS - 1] = checksum(&later[..WORDS - 1]);
+            let found = stored(&later);
+            assert_eq!(found, unknown(StagesFault::Version), "{version:#x}");
+        }
         // A right sum over a stage that cannot be.
         let mut wild = whole;
         wild[HEAD] = 1 << KIND_SHIFT | 999;

@@ -8,7 +8,7 @@ use crate::control::Endpoint;
 use crate::link::{Code, Part, Refusal, Request, SetupSum};
 use crate::pulse::{CHANNELS, TrainSpec};
 use crate::safety::{
-    ListedPulse, MAX_LISTED, Origin, PulseList, StageKind, StageTable, Stages,
+    ListedPulse, MAX_LISTED, Origin, PulseList, StageKind, StageSupply, StageTable, Stages,
 };
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use fixed::types::I16F16;
@@ -149,8 +149,8 @@ impl Session {
             Request::Pulses { channel, pulses } => {
                 return self.play(*channel, pulses, order(OrderKind::Pulses), mail);
             }
-            Request::StoreStages { stages } => {
-                self.store_stages(now, seq, *stages, mail)?;
+            Request::StoreStages { stages, supply } => {
+                self.store_stages(now, seq, *stages, *supply, mail)?;
                 return Ok(Reply::Later);
             }
             // Who serves a simulator takes it on its way here.
@@ -172,6 +172,7 @@ impl Session {
         now: Micros,
         seq: u16,
         stages: [Option<StageKind>; CHANNELS],
+        supply: StageSupply,
         mail: &mut SessionMail<'_>,
     ) -> Result<(), Refusal<'static>> {
         if self.identity.stages == Stages::AsDeclared {
@@ -179,6 +180,7 @@ impl Session {
         }
         let table = StageTable {
             origin: Origin::Owner,
+            supply: Some(supply),
             stages,
         };
         table.validate()?;

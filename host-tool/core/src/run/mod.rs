@@ -32,6 +32,6 @@ pub use option_bytes::option_bytes_told;
 pub use profile::{Booted, ProfileError, Profiled, Stopwatch, profile};
 pub use recorded::{BeginError, Recorded, TrialPlace, record, record_on};
 pub use runner::{Outcome, acknowledge, greet, run};
-pub use stages::stages_told;
+pub use stages::{check_supply, stages_told};
 pub use trial::{begin_trial, edges_between, edges_of_one_period, event, sample};
 pub use wearer::{BodyError, body_of, fit, rest, worn_alike};

@@ -2,7 +2,7 @@
 
 mod record;
 
-use super::stages::check_stages;
+use super::stages::{check_opposition, check_stages};
 use super::{Observer, RunError, Seen, SessionFile, Stopped, Wish, trial};
 use crate::link::{Client, Error, Incoming, Interruption, Port};
 use crate::record::{Recorder, Trial};
@@ -203,6 +203,7 @@ impl<P: Port> Run<'_, P> {
             self.begun = self.client.status()?.counters;
         }
         check_stages(self.session, stages)?;
+        check_opposition(self.session, stages)?;
         for request in self.session.requests() {
             self.client.request(request)?;
         }
