@@ -1,5 +1,6 @@
 //! What the owners say to each other: single-producer, single-consumer.
 
+mod answer;
 mod post;
 
 use super::part::ControlPart;
@@ -13,6 +14,7 @@ use crate::safety::{Denied, FaultRecord, Notice, PulseList, Setup, State, Stimul
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use heapless::spsc::{Consumer, Producer, Queue};
 
+pub use answer::{Answered, Released};
 use post::{Lost, StopFlag};
 
 /// Session → pulser.
@@ -50,29 +52,6 @@ pub enum OrderKind {
         /// In the same order, µs; 0 for the train's own.
         widths: [u16; CHANNELS],
     },
-}
-
-/// What kind of order a verdict answers, as far as the session asks.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Answered {
-    Start,
-    Setpoint,
-    Other,
-}
-
-/// Answer to [`OrderKind::Release`].
-#[derive(Clone, Copy, Debug)]
-pub struct Released {
-    /// The order's number.
-    pub seq: u16,
-    /// When it was decided.
-    pub at: Micros,
-    /// Of a restart.
-    pub restarts: bool,
-    /// The decision.
-    pub is_granted: bool,
-    /// The state from then on.
-    pub state: State,
 }
 
 /// Pulser → session.
