@@ -156,22 +156,24 @@ const DEBUG: [(u32, u32, u32); 5] = [
 ];
 
 fn write_debug(bench: &mut Bench, address: u32, value: u32) {
-    let (cpu, cycle) = (&mut bench.board.cpu, bench.board.cpu.cycle);
+    let cycle = bench.board.cpu.cycle;
     if address >> 12 == 0xE_0042 {
         let soc = &mut bench.board.around.soc;
         soc.write(address, Size::Word, value, cycle).unwrap();
     } else {
-        cpu.system.write(address, Size::Word, value, cycle).unwrap();
+        let system = &mut bench.board.cpu.system;
+        system.write(address, Size::Word, value, cycle).unwrap();
     }
 }
 
 fn read_debug(bench: &mut Bench, address: u32) -> u32 {
-    let (cpu, cycle) = (&mut bench.board.cpu, bench.board.cpu.cycle);
+    let cycle = bench.board.cpu.cycle;
     if address >> 12 == 0xE_0042 {
         let soc = &mut bench.board.around.soc;
         soc.read(address, Size::Word, cycle).unwrap().value
     } else {
-        cpu.system.read(address, Size::Word, cycle).unwrap()
+        let system = &mut bench.board.cpu.system;
+        system.read(address, Size::Word, cycle).unwrap()
     }
 }
 
