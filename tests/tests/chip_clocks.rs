@@ -3,6 +3,7 @@
 
 use crate::chip_faults::{Bench, TWO_WINDOWS_US};
 use firmware::safety::Fault;
+use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::trace::Levels;
 
 /// Registers that decide edges (RM0090), and bits of each to turn. Left
@@ -142,4 +143,85 @@ fn an_output_that_flips_is_over_with_the_slot() {
     println!("{:?}", trace.levels);
     assert_eq!(trace.last_levels(), Levels::ISOLATED);
     assert!(trace.levels.iter().all(|(t, _)| *t <= at + 1));
+}
+
+/// What debuggers write when they attach and detach: DBGMCU_CR, APB1FZR, APB2FZR, DEMCR,
+/// DWT_CTRL, and what each must read as for the firmware (bits that count, value).
+const DEBUG: [(u32, u32, u32); 5] = [
+    (0xE004_2004, 1, 1),
+    (0xE004_2008, 0x1001, 0),
+    (0xE004_200C, 0x0004_0001, 0),
+    (0xE000_EDFC, 1 << 24, 1 << 24),
+    (0xE000_1000, 1, 1),
+];
+
+fn write_debug(bench: &mut Bench, address: u32, value: u32) {
+    let cycle = bench.board.cpu.cycle;
+    if address >> 12 == 0xE_0042 {
+        let soc = &mut bench.board.around.soc;
+        soc.write(address, Size::Word, value, cycle).unwrap();
+    } else {
+        let system = &mut bench.board.cpu.system;
+        system.write(address, Size::Word, value, cycle).unwrap();
+    }
+}
+
+fn read_debug(bench: &mut Bench, address: u32) -> u32 {
+    let cycle = bench.board.cpu.cycle;
+    if address >> 12 == 0xE_0042 {
+        let soc = &mut bench.board.around.soc;
+        soc.read(address, Size::Word, cycle).unwrap().value
+    } else {
+        let system = &mut bench.board.cpu.system;
+        system.read(address, Size::Word, cycle).unwrap()
+    }
+}
+
+/// A debugger that detaches restores DBGMCU_CR (CYCCNT stands in sleep then) and clears
+/// DEMCR (it stands for good); one that attaches freezes timers and watchdog under a halt.
+/// Stimulation goes on, and within two windows all is as the firmware needs it.
+#[test]
+fn what_a_debugger_writes_ends_nothing_and_is_put_back() {
+    let (bench, _) = Bench::in_a_pulse();
+    let detach: &[(u32, u32)] = &[(0xE004_2004, 0), (0xE000_EDFC, 0)];
+    let cases: [&[(u32, u32)]; 6] = [
+        &[(0xE004_2004, 0)],
+        &[(0xE004_2008, 0x1801), (0xE004_200C, 0x0007_0003)],
+        &[(0xE000_EDFC, 0)],
+        &[(0xE000_1000, 0)],
+        &[(0xE000_1004, 12_345)], // CYCCNT itself
+        detach,
+    ];
+    for writes in cases {
+        let mut bench = bench.clone();
+        // At any moment of a window: every 1.013 ms.
+        for _ in 0..70 {
+            for &(address, value) in writes {
+                write_debug(&mut bench, address, value);
+            }
+            bench.run_us(1_013);
+            assert_eq!(bench.fault(), None, "{writes:x?}");
+            for (address, bits, value) in DEBUG {
+                let found = read_debug(&mut bench, address) & bits;
+                assert_eq!(found, value, "{address:#x} after {writes:x?}");
+            }
+        }
+        assert!(bench.drives_within(10), "{writes:x?}");
+    }
+}
+
+/// Debug registers that no one keeps: CYCCNT loses what the core sleeps.
+#[test]
+fn the_cycle_counter_stands_while_the_image_sleeps_without_debug_bits() {
+    let mut bench = Bench::idle();
+    let since = bench.board.cpu.cycle;
+    let before = read_debug(&mut bench, 0xE000_1004);
+    for _ in 0..10 {
+        write_debug(&mut bench, 0xE004_2004, 0);
+        bench.run_us(100);
+    }
+    let passed = (bench.board.cpu.cycle - since) as u32;
+    let counted = read_debug(&mut bench, 0xE000_1004).wrapping_sub(before);
+    println!("counted {counted} of {passed} cycles");
+    assert!(counted < passed / 2, "{counted} of {passed}");
 }

@@ -8,7 +8,8 @@ use firmware::link::{BROADCAST, Code, HelloInfo, Refusal, Request, Response, SCH
 use firmware::lockstep::Sensors;
 use firmware::pulse::{CHANNELS, TrainSpec};
 use firmware::safety::{
-    ChannelSpec, Origin, StageKind, StageSpec, StageTable, StageWords, Stages, StagesFault, State,
+    ChannelSpec, Origin, StageKind, StageSpec, StageSupply, StageTable, StageWords, Stages,
+    StagesFault, State,
 };
 use firmware::units::{Amplitude, Micros};
 use hal_sim::chip::board::{Board, stages};
@@ -148,8 +149,15 @@ fn write(board: &mut Board<()>, copies: [&StageWords; 2]) {
 fn table(stages: [Option<StageKind>; CHANNELS]) -> StageTable {
     StageTable {
         origin: Origin::Owner,
+        supply: Some(StageSupply::Separate),
         stages,
     }
+}
+
+/// What stores such a table.
+fn store(stages: [Option<StageKind>; CHANNELS]) -> Request {
+    let supply = StageSupply::Separate;
+    Request::StoreStages { stages, supply }
 }
 
 fn is_refused(said: &Said, code: Code, named: &str, max: i32) {
@@ -191,6 +199,55 @@ fn a_false_declaration_is_refused_by_name() {
     assert!(matches!(said, Said::Ack), "{said:?}");
     bench.expect_never_driven();
     assert!(matches!(bench.ask(desk::ARM, 30_000), Said::Ack));
+}
+
+/// Channel 1's second phase meets channel 2's first: a board whose stages share a supply, or
+/// whose table is from before that was asked, refuses to arm it and names both.
+#[test]
+fn opposite_directions_at_once_are_refused_unless_supplies_are_separate() {
+    let common = Some(StageSupply::Common);
+    for (supply, is_armed) in [
+        (None, false),
+        (common, false),
+        (Some(StageSupply::Separate), true),
+    ] {
+        let mut bench = Bench::booted(|board| {
+            let stages = [Some(AMPS); CHANNELS];
+            let declared = StageTable {
+                supply,
+                ..table(stages)
+            };
+            let words = declared.words(board.around.soc.signature.uid);
+            write(board, [&words; 2]);
+        });
+        let Stages::Stored(told) = bench.greet().stages else {
+            panic!("a table was stored");
+        };
+        assert_eq!(told.supply, supply);
+        let stage = StageSpec::Current {
+            full_scale_ua: 100_000,
+        };
+        for (channel, offset_us) in [(0, 0), (1, 300)] {
+            let spec = ChannelSpec {
+                train: TrainSpec {
+                    offset_us,
+                    ..TrainSpec::biphasic(200, 100, 20_000)
+                },
+                stage,
+                limit: Amplitude::new(5_000),
+                area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
+            };
+            let said = bench.ask(Request::Channel { channel, spec }, 5_000);
+            assert!(matches!(said, Said::Ack), "{said:?}");
+        }
+        let said = bench.ask(desk::ARM, 60_000);
+        if is_armed {
+            assert!(matches!(said, Said::Ack), "{said:?}");
+        } else {
+            is_refused(&said, Code::OppositePhases, "supply", 1);
+            bench.expect_never_driven();
+        }
+    }
 }
 
 #[test]
@@ -268,10 +325,10 @@ fn a_table_is_stored_and_found_after_the_restart() {
     // Out of its range: named, and nothing is stored.
     let mut wild = ten;
     wild[1] = Some(StageKind::Current { full_scale_ua: 999 });
-    let said = bench.ask(Request::StoreStages { stages: wild }, 5_000);
+    let said = bench.ask(store(wild), 5_000);
     is_refused(&said, Code::OutOfRange, "full_scale_ua", 100_000);
     // Accepted, and it restarts by itself: erasing two sectors takes 2 s each.
-    let said = bench.ask(Request::StoreStages { stages: ten }, 5_000_000);
+    let said = bench.ask(store(ten), 5_000_000);
     assert!(matches!(said, Said::Ack), "{said:?}");
     let hello = bench.greet();
     assert_eq!(hello.stages, Stages::Stored(table(ten)));
@@ -282,7 +339,7 @@ fn a_table_is_stored_and_found_after_the_restart() {
     assert!(matches!(said, Said::Ack), "{said:?}");
     // Not while armed.
     assert!(matches!(bench.ask(desk::ARM, 30_000), Said::Ack));
-    let said = bench.ask(Request::StoreStages { stages: ten }, 5_000);
+    let said = bench.ask(store(ten), 5_000);
     is_refused(&said, Code::WrongState, "state", 0);
 }
 

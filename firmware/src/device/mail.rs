@@ -1,5 +1,6 @@
 //! What the owners say to each other: single-producer, single-consumer.
 
+mod answer;
 mod post;
 
 use super::part::ControlPart;
@@ -13,6 +14,7 @@ use crate::safety::{Denied, FaultRecord, Notice, PulseList, Setup, State, Stimul
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use heapless::spsc::{Consumer, Producer, Queue};
 
+pub use answer::{Answered, Released};
 use post::{Lost, StopFlag};
 
 /// Session → pulser.
@@ -37,6 +39,11 @@ pub enum OrderKind {
     Acknowledge,
     Status,
     KeepAlive,
+    /// Say whether another host may take over, or the device restart.
+    Release {
+        /// Which of the two.
+        restarts: bool,
+    },
     /// Play the list that lies in the list mailbox.
     Pulses,
     Amplitudes {
@@ -58,11 +65,13 @@ pub enum Report {
         at: Micros,
         /// The decision.
         result: Result<(), Denied>,
-        /// Whether it was a setpoint.
-        setpoint: bool,
+        /// What it answers.
+        answered: Answered,
         /// The state from then on.
         state: State,
     },
+    /// Answer to [`OrderKind::Release`].
+    Released(Released),
     /// Stops up to this one are carried out; void is what was posted before.
     Stopped {
         /// As counted by the [`StopFlag`].

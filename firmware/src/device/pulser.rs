@@ -2,7 +2,7 @@
 
 mod orders;
 
-use super::mail::{ControlEvent, ControlOrder, Mailboxes, PulserMail, Report};
+use super::mail::{Answered, ControlEvent, ControlOrder, Mailboxes, PulserMail, Report};
 use crate::pulse::{Levels, MAX_PULSES, PulseStart, Sample, Scheduler, WINDOW_US, WindowPlan};
 use crate::safety::trips;
 use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, OutputCheck, Setup, State};
@@ -308,7 +308,7 @@ impl Pulser {
         if let Some(result) = result
             && let Some(seq) = self.arming.take()
         {
-            self.verdict(seq, at, result, false, mail);
+            self.verdict(seq, at, result, Answered::Other, mail);
         }
         let state = self.guard.state();
         let _ = mail.report(Report::Changed { at, state, notice }); // counted
@@ -428,14 +428,14 @@ impl Pulser {
         seq: u16,
         at: Micros,
         result: Result<(), Denied>,
-        setpoint: bool,
+        answered: Answered,
         mail: &mut PulserMail<'_>,
     ) {
         let _ = mail.report(Report::Verdict {
             seq,
             at,
             result,
-            setpoint,
+            answered,
             state: self.guard.state(),
         }); // counted
     }

@@ -8,12 +8,16 @@
 mod opening;
 mod outbox;
 mod present;
+mod release;
 mod requests;
 
 pub use opening::{Identity, first_session};
+pub(super) use release::is_at_rest;
 
 use super::draft::Draft;
-use super::mail::{Asked, ControlReport, ControlRequest, ControlVerdict, Report, SessionMail};
+use super::mail::{
+    Answered, Asked, ControlReport, ControlRequest, ControlVerdict, Report, SessionMail,
+};
 use crate::link::{
     Code, Counters, Decoder, Event, Part, Reading, Refusal, Request, Response, Sender, SetupSum,
     Status, encode_into, too_long,
@@ -23,6 +27,7 @@ use crate::units::Micros;
 use heapless::Deque;
 use outbox::{Outbox, ROOM};
 use present::is_of_present;
+use release::Release;
 
 /// Room that telemetry leaves for answers.
 const RESERVED: usize = 768;
@@ -44,11 +49,13 @@ pub struct Session {
     last_session: u16,
     expected: Option<u16>,
     state: State,
-    /// Number of the `Start` not yet answered.
-    starting: Option<u16>,
+    /// `Start`s not yet answered, and when the latest came.
+    starting: Option<(u8, Micros)>,
     draft: Draft,
     /// Over what made the draft, as it came.
     setup: SetupSum,
+    /// Another host's takeover, or a restart, that the pulser has yet to judge.
+    release: Option<Release>,
     /// What is to be stored, after which the board restarts.
     storing: Option<StageTable>,
     counters: Counters,
@@ -84,6 +91,7 @@ impl Session {
             starting: None,
             draft: Draft::on(identity.stages),
             setup: SetupSum::default(),
+            release: None,
             storing: None,
             counters: Counters::default(),
             stops: Deque::new(),
@@ -138,7 +146,7 @@ impl Session {
         self.counters.lost_posts = mail.lost.count();
         while let Some(report) = mail.reports.dequeue() {
             if matches!(report, Report::Stopped { .. }) || is_of_present(report.at(), now) {
-                self.forward(report);
+                self.forward(report, mail);
             } else {
                 self.drop_message();
             }
@@ -200,7 +208,8 @@ impl Session {
         let seq = sender.seq;
         if let Request::Hello { schema } = *request {
             match self.open(now, seq, sender.session, schema, mail) {
-                Ok(info) => self.respond(&Response::Hello(info)),
+                Ok(Some(info)) => self.respond(&Response::Hello(info)),
+                Ok(None) => {} // the pulser's verdict is the answer
                 Err(refusal) => self.refuse(Some(seq), refusal),
             }
             return;
@@ -219,9 +228,12 @@ impl Session {
         }
     }
 
-    /// Refuses what takes longer to carry out than a `Stop` behind it may wait.
-    fn check_at_rest(&self) -> Result<(), Refusal<'static>> {
+    /// Refuses what takes longer to carry out than a `Stop` behind it may wait. The copy of
+    /// the state does: nothing plays before a `Start` was answered.
+    fn check_at_rest(&mut self, now: Micros) -> Result<(), Refusal<'static>> {
         let plays = matches!(self.state, State::Stimulating | State::Stopping);
+        // An answer that is so late is lost.
+        self.starting.take_if(|(_, at)| !is_of_present(*at, now));
         if plays || self.starting.is_some() {
             return Err(Refusal::new(Code::WrongState, "state"));
         }
@@ -249,18 +261,25 @@ impl Session {
         }
     }
 
-    fn forward(&mut self, report: Report) {
+    fn forward(&mut self, report: Report, mail: &mut SessionMail<'_>) {
         match report {
             Report::Verdict {
                 seq,
                 at,
                 result,
-                setpoint,
+                answered,
                 state,
             } => {
                 self.state = state;
+                if answered == Answered::Start {
+                    let left = |(count, at): (u8, Micros)| Some((count.checked_sub(1)?, at));
+                    let left = self.starting.and_then(left);
+                    self.starting = left.filter(|(count, _)| *count > 0);
+                }
+                let setpoint = answered == Answered::Setpoint;
                 self.verdict(seq, at, result.map_err(Refusal::from), setpoint);
             }
+            Report::Released(verdict) => self.released(verdict, mail),
             Report::Stopped { stops, at, state } => {
                 self.state = state;
                 self.stopped(stops, at);
@@ -322,7 +341,6 @@ impl Session {
         result: Result<(), Refusal<'static>>,
         setpoint: bool,
     ) {
-        self.starting = self.starting.filter(|start| *start != seq);
         match result {
             Ok(()) => {
                 self.counters.setpoints = self.counters.setpoints.saturating_add(setpoint.into());

@@ -9,8 +9,8 @@ use crate::muscle::{MuscleSpec, Rung};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS, TrainSpec};
 use crate::range::Range;
 use crate::safety::{
-    ChannelSpec, FaultRecord, ListedPulse, MAX_LISTED, StageKind, Stages, State, StopCause,
-    WearerSpec,
+    ChannelSpec, FaultRecord, ListedPulse, MAX_LISTED, StageKind, StageSupply, Stages, State,
+    StopCause, WearerSpec,
 };
 use crate::units::{Amplitude, Micros};
 use heapless::Vec;
@@ -165,11 +165,13 @@ pub enum Request {
     /// simulator takes it and answers; every device refuses it.
     SimulateTrigger,
     /// Stores which output stages the board has, for whoever puts it into service.
-    /// Idle only. Acknowledged on arrival; then the board isolates, writes, and
+    /// Idle only. Acknowledged before it does; then the board isolates, writes, and
     /// restarts: the next [`Response::Hello`] tells the table it found.
     StoreStages {
         /// One per channel; `None` where there is none.
         stages: [Option<StageKind>; CHANNELS],
+        /// How they are supplied.
+        supply: StageSupply,
     },
     /// A list of pulses that a channel plays once, in place of its train's own, from its
     /// next burst on. A setpoint.

@@ -65,6 +65,7 @@ pub enum Code {
     JointAndModulation = 244,
     ShareLimit = 245,
     NoPhaseJoint = 246,
+    OppositePhases = 248,
     AboveStart = 250,
     ListTooSteep = 251,
     CountedControlled = 252,
@@ -93,7 +94,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 74] = [
+    pub const ALL: [Self; 75] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -144,6 +145,7 @@ impl Code {
         Self::JointAndModulation,
         Self::ShareLimit,
         Self::NoPhaseJoint,
+        Self::OppositePhases,
         Self::AboveStart,
         Self::ListTooSteep,
         Self::CountedControlled,
@@ -319,6 +321,9 @@ impl From<SetupError> for Refusal<'static> {
                 Self::new(Code::DensityLimit, "area_mm2").allowed(0, bound(max.get()))
             }
             SetupError::Sum(e) => e.into(),
+            SetupError::Opposed { channel, other } => Self::new(Code::OppositePhases, "supply")
+                .on(channel)
+                .allowed(other.into(), other.into()),
         }
     }
 }

@@ -120,7 +120,7 @@ impl Channel {
     }
 
     /// Whether its pulses keep their distance from the common epoch.
-    const fn is_steady(&self) -> bool {
+    pub(super) const fn is_steady(&self) -> bool {
         let spec = self.train.spec();
         self.min_period_us == self.max_period_us && spec.trigger.is_none() && !spec.lists
     }

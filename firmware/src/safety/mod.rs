@@ -12,6 +12,7 @@ mod guard;
 pub mod limits;
 mod list;
 mod measures;
+mod opposition;
 mod outputs;
 mod ramp;
 mod setup;
@@ -28,10 +29,13 @@ pub use check::{ElectrodeCheck, Reading};
 pub use fault::{Fault, FaultRecord};
 pub use guard::Guard;
 pub use list::{ListedPulse, MAX_LISTED, PulseList};
+pub use opposition::opposed;
 pub use outputs::{Broken, Expected, OutputCheck};
 pub use setup::{Channel, ChannelSpec, Setup, SetupError, check_group};
 pub use stage::{Stage, StageSpec};
-pub use stages::{Origin, StageKind, StageMismatch, StageTable, StageWords, Stages, StagesFault};
+pub use stages::{
+    Origin, StageKind, StageMismatch, StageSupply, StageTable, StageWords, Stages, StagesFault,
+};
 pub use state::{Denied, Inputs, Notice, State, StopCause};
 pub use stimulus::Stimulus;
 pub use sums::{SumError, Sums};

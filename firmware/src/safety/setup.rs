@@ -50,6 +50,14 @@ pub enum SetupError {
     },
     /// With all channels at their limits, the common return would carry too much.
     Sum(SumError),
+    /// Two channels can drive in opposite directions at the same time, and the board's
+    /// stages have one supply, or do not say which.
+    Opposed {
+        /// One.
+        channel: u8,
+        /// The other.
+        other: u8,
+    },
 }
 
 impl From<StageMismatch> for SetupError {

@@ -5,6 +5,9 @@
 //! the current it asked for: no measurement below the first pulse can tell. So a
 //! board says what it is, and a setup that says otherwise is refused by name.
 
+#[cfg(test)]
+mod tests;
+
 use super::StageSpec;
 use crate::crc::CRC;
 use crate::pulse::CHANNELS;
@@ -27,6 +30,17 @@ pub enum StageKind {
     },
 }
 
+/// What drives the stages' currents through the wearer.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub enum StageSupply {
+    /// One high-voltage supply and one return for all: no two channels may drive in
+    /// opposite directions at the same time.
+    Common,
+    /// Each stage drives either direction whatever the others do: a supply of its own, or
+    /// two rails with the return between them.
+    Separate,
+}
+
 /// Who says what stages there are.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum Origin {
@@ -41,6 +55,8 @@ pub enum Origin {
 pub struct StageTable {
     /// Who says so.
     pub origin: Origin,
+    /// How they are supplied. `None` in a table from before this was asked: taken as common.
+    pub supply: Option<StageSupply>,
     /// One per channel.
     pub stages: [Option<StageKind>; CHANNELS],
 }
@@ -101,6 +117,16 @@ impl StageSpec {
 }
 
 impl Stages {
+    /// Whether channels may drive in opposite directions at the same time: those of a
+    /// simulator may, as if each had a supply of its own.
+    #[must_use]
+    pub const fn may_oppose(&self) -> bool {
+        match self {
+            Self::AsDeclared | Self::Unknown(_) => true, // nothing is armed of the unknown
+            Self::Stored(table) => matches!(table.supply, Some(StageSupply::Separate)),
+        }
+    }
+
     /// Holds what is declared for `channel` against what the board has.
     ///
     /// # Errors
@@ -128,12 +154,15 @@ impl Stages {
     }
 }
 
-/// A table as it lies in a board's memory, little-endian words: "FXST", version and
-/// origin, the chip's number, ten stages, CRC-32 of all before it.
+/// A table as it lies in a board's memory, little-endian words: "FXST"; version (upper
+/// half), supply (bits 8 to 15) and origin; the chip's number; ten stages; CRC-32 of all
+/// before it.
 pub type StageWords = [u32; WORDS];
 
 const MAGIC: u32 = u32::from_le_bytes(*b"FXST");
-const VERSION: u32 = 1;
+/// Without a supply.
+const UNDECLARED_VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Magic, version, three of the chip's number.
 const HEAD: usize = 5;
 const WORDS: usize = HEAD + CHANNELS + 1;
@@ -167,8 +196,13 @@ impl StageTable {
             Origin::Owner => 0,
             Origin::Session => 1,
         };
+        let version = match self.supply {
+            None => UNDECLARED_VERSION << 16,
+            Some(StageSupply::Common) => VERSION << 16 | 1 << 8,
+            Some(StageSupply::Separate) => VERSION << 16 | 2 << 8,
+        };
         let [a, b, c] = unique_id;
-        let head = [MAGIC, VERSION << 16 | origin, a, b, c];
+        let head = [MAGIC, version | origin, a, b, c];
         let stages = self.stages.iter().map(|stage| match *stage {
             None => 0,
             // Full scales are below 2^24.
@@ -196,9 +230,15 @@ impl StageTable {
         if *magic != MAGIC || *crc != checksum(rest) {
             return Err(StagesFault::Damaged);
         }
-        let origin = match (version >> 16, version & 0xFFFF) {
-            (VERSION, 0) => Origin::Owner,
-            (VERSION, 1) => Origin::Session,
+        let supply = match (version >> 16, version >> 8 & 0xFF) {
+            (UNDECLARED_VERSION, 0) => None,
+            (VERSION, 1) => Some(StageSupply::Common),
+            (VERSION, 2) => Some(StageSupply::Separate),
+            _ => return Err(StagesFault::Version),
+        };
+        let origin = match version & 0xFF {
+            0 => Origin::Owner,
+            1 => Origin::Session,
             _ => return Err(StagesFault::Version),
         };
         if [*a, *b, *c] != unique_id {
@@ -206,6 +246,7 @@ impl StageTable {
         }
         let mut table = Self {
             origin,
+            supply,
             stages: [None; CHANNELS],
         };
         for (stage, word) in table.stages.iter_mut().zip(stages) {
@@ -247,151 +288,4 @@ fn checksum(words: &[u32]) -> u32 {
         digest.update(&word.to_le_bytes());
     }
     digest.finalize()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const UID: [u32; 3] = [1, 2, 3];
-    const AMPS: StageKind = StageKind::Current {
-        full_scale_ua: 100_000,
-    };
-    const VOLTS: StageKind = StageKind::Voltage {
-        full_scale_mv: 60_000,
-    };
-
-    fn table() -> StageTable {
-        let mut stages = [Some(AMPS); CHANNELS];
-        (stages[3], stages[9]) = (Some(VOLTS), None);
-        StageTable {
-            origin: Origin::Owner,
-            stages,
-        }
-    }
-
-    fn stored(words: &StageWords) -> Stages {
-        Stages::stored([words, words], UID)
-    }
-
-    #[test]
-    fn a_table_comes_back_from_its_words() {
-        for origin in [Origin::Owner, Origin::Session] {
-            let table = StageTable { origin, ..table() };
-            assert_eq!(stored(&table.words(UID)), Stages::Stored(table));
-        }
-    }
-
-    #[test]
-    fn every_flipped_bit_makes_the_stages_unknown() {
-        let whole = table().words(UID);
-        for bit in 0..32 * WORDS {
-            let mut flipped = whole;
-            flipped[bit / 32] ^= 1 << (bit % 32);
-            let half = Stages::Unknown(StagesFault::HalfWritten);
-            assert_eq!(Stages::stored([&flipped, &whole], UID), half, "bit {bit}");
-            assert_eq!(Stages::stored([&whole, &flipped], UID), half, "bit {bit}");
-            let damaged = Stages::Unknown(StagesFault::Damaged);
-            assert_eq!(stored(&flipped), damaged, "bit {bit}");
-        }
-    }
-
-    #[test]
-    fn what_is_no_table_of_this_board_is_told_apart() {
-        let (whole, erased) = (table().words(UID), [ERASED; WORDS]);
-        let unknown = |fault| Stages::Unknown(fault);
-        assert_eq!(stored(&erased), unknown(StagesFault::Erased));
-        let half = unknown(StagesFault::HalfWritten);
-        assert_eq!(Stages::stored([&whole, &erased], UID), half);
-        assert_eq!(Stages::stored([&erased, &whole], UID), half);
-        let mut other = table();
-        other.stages[0] = Some(VOLTS);
-        assert_eq!(Stages::stored([&whole, &other.words(UID)], UID), half);
-        assert_eq!(
-            Stages::stored([&whole, &whole], [1, 2, 4]),
-            unknown(StagesFault::OtherBoard)
-        );
-        let mut later = whole;
-        later[1] = 2 << 16;
-        later[WORDS - 1] = checksum(&later[..WORDS - 1]);
-        assert_eq!(stored(&later), unknown(StagesFault::Version));
-        // A right sum over a stage that cannot be.
-        let mut wild = whole;
-        wild[HEAD] = 1 << KIND_SHIFT | 999;
-        wild[WORDS - 1] = checksum(&wild[..WORDS - 1]);
-        assert_eq!(stored(&wild), unknown(StagesFault::Damaged));
-    }
-
-    /// Another table is stored over this one as the board does it, copy after copy, erased
-    /// and then word by word, and the power fails at each step and within it: a sector
-    /// half erased has ones for zeros, a word half programmed has not all its zeros.
-    #[test]
-    fn power_that_fails_at_any_step_of_a_writing_leaves_no_third_table() {
-        let mut other = table();
-        other.stages[0] = Some(VOLTS);
-        let (old, new) = (table().words(UID), other.words(UID));
-        let mut random = 2_020u32;
-        let mut some_ones = || {
-            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            random.rotate_left(16)
-        };
-        let (mut copies, mut steps) = ([old; 2], 0);
-        let mut fails = |copies: [&StageWords; 2]| {
-            steps += 1;
-            match Stages::stored(copies, UID) {
-                Stages::Unknown(_) => {}
-                Stages::Stored(it) if it == table() => assert_eq!(copies, [&old; 2]),
-                Stages::Stored(it) if it == other => assert_eq!(copies, [&new; 2]),
-                third => panic!("{third:?} of {copies:x?}"),
-            }
-        };
-        for copy in 0..2 {
-            let mut within = |copies: &[StageWords; 2], words: StageWords| {
-                let mut copies = *copies;
-                copies[copy] = words;
-                fails(copies.each_ref());
-            };
-            for _ in 0..500 {
-                let ones = some_ones();
-                within(&copies, copies[copy].map(|word| word | ones));
-            }
-            copies[copy] = [ERASED; WORDS];
-            within(&copies, copies[copy]);
-            for (at, word) in new.into_iter().enumerate() {
-                for _ in 0..100 {
-                    let mut words = copies[copy];
-                    words[at] = word | some_ones();
-                    within(&copies, words);
-                }
-                copies[copy][at] = word;
-                within(&copies, copies[copy]);
-            }
-        }
-        assert_eq!(copies, [new; 2]);
-        assert_eq!(steps, 2 * (500 + 1 + 101 * WORDS));
-    }
-
-    #[test]
-    fn a_false_declaration_is_named() {
-        let stages = Stages::Stored(table());
-        let amps = |full_scale_ua| StageSpec::Current { full_scale_ua };
-        let volts = |full_scale_mv| StageSpec::Voltage {
-            full_scale_mv,
-            load_ohm: 2_000,
-        };
-        assert_eq!(stages.check(0, &amps(100_000)), Ok(()));
-        assert_eq!(stages.check(3, &volts(60_000)), Ok(()));
-        assert_eq!(stages.check(0, &volts(60_000)), Err(StageMismatch::Kind));
-        assert_eq!(stages.check(3, &amps(100_000)), Err(StageMismatch::Kind));
-        let (field, has) = ("full_scale_ua", 100_000);
-        assert_eq!(
-            stages.check(0, &amps(50_000)),
-            Err(StageMismatch::FullScale { field, has })
-        );
-        assert_eq!(stages.check(9, &amps(1_000)), Err(StageMismatch::NoStage));
-        assert_eq!(Stages::AsDeclared.check(9, &amps(1_000)), Ok(()));
-        let unknown = Stages::Unknown(StagesFault::Erased);
-        let refused = StageMismatch::Unknown(StagesFault::Erased);
-        assert_eq!(unknown.check(0, &amps(100_000)), Err(refused));
-    }
 }

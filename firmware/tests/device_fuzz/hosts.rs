@@ -11,7 +11,7 @@ use firmware::limb::{LimbSpec, LineSpec};
 use firmware::link::Request;
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec, Trigger};
-use firmware::safety::{ChannelSpec, ListedPulse, StageSpec, WearerSpec};
+use firmware::safety::{ChannelSpec, ListedPulse, StageSpec, StageSupply, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 use proptest::collection::vec;
 use proptest::option;
@@ -377,7 +377,7 @@ pub fn request() -> impl Strategy<Value = Request> {
         1 => wall().prop_map(Request::Wall),
         1 => lift().prop_map(Request::Modulation),
         3 => prop::bool::weighted(0.8).prop_map(|held| Request::Held { held }),
-        1 => Just(Request::StoreStages { stages: [None; 10] }),
+        1 => Just(Request::StoreStages { stages: [None; 10], supply: StageSupply::Common }),
         5 => Just(ARM),
         5 => Just(Request::Start),
         2 => Just(Request::Stop),

@@ -2,7 +2,9 @@
 //! it opens a device, and wearer files against all that any command asks.
 
 use super::{Incomplete, Output};
-use clap::Args;
+use clap::{Args, ValueEnum};
+use firmware::safety::StageSupply;
+use host_core::run::check_supply;
 use host_core::session::{Session, SessionError, visible};
 use host_core::wearer::{self, Wearer};
 use serde_json::{Value, json};
@@ -14,6 +16,29 @@ pub struct Check {
     /// Session or wearer files (TOML)
     #[arg(required = true)]
     sessions: Vec<PathBuf>,
+    /// Check sessions for a board whose stages are supplied so (`flexor stages`): with a
+    /// common or undeclared supply, channels that can drive in opposite directions at the
+    /// same time are a mistake
+    #[arg(long)]
+    supply: Option<Supply>,
+}
+
+/// What a board says of the supply of its stages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Supply {
+    Common,
+    Separate,
+    Undeclared,
+}
+
+impl Supply {
+    const fn declared(self) -> Option<StageSupply> {
+        match self {
+            Self::Common => Some(StageSupply::Common),
+            Self::Separate => Some(StageSupply::Separate),
+            Self::Undeclared => None,
+        }
+    }
 }
 
 /// What a good file is.
@@ -32,6 +57,15 @@ fn read(path: &Path) -> Result<Good, SessionError> {
 }
 
 impl Good {
+    /// What is wrong with it on a board with this supply.
+    fn mistake_on(&self, supply: Option<Supply>) -> Option<String> {
+        let Self::Session(session) = self else {
+            return None;
+        };
+        let opposed = check_supply(session, supply?.declared()).err()?;
+        Some(opposed.to_string())
+    }
+
     /// What it is, in a line, and what is noted of it.
     fn people(&self) -> (String, Vec<String>) {
         match self {
@@ -75,21 +109,36 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
         .iter()
         .filter_map(|(_, it)| it.as_ref().err())
         .collect();
-    let mistakes: usize = wrong.iter().map(|e| e.all().count()).sum();
+    let opposed = checked.iter().map(|(_, it)| {
+        let good = it.as_ref().ok();
+        good.and_then(|good| good.mistake_on(args.supply))
+    });
+    let opposed: Vec<Option<String>> = opposed.collect();
+    let is_opposed = opposed.iter().flatten().count();
+    let mistakes: usize = wrong.iter().map(|e| e.all().count()).sum::<usize>() + is_opposed;
     let files: Vec<Value> = checked
         .iter()
-        .map(|(path, it)| match it {
-            Ok(good) => good.machines(path),
-            Err(e) => json!({ "session": path, "mistakes": mistakes_of(e) }),
+        .zip(&opposed)
+        .map(|((path, it), opposed)| match (it, opposed) {
+            (Ok(_), Some(told)) => json!({ "session": path, "mistakes": [mistake_of(told)] }),
+            (Ok(good), None) => good.machines(path),
+            (Err(e), _) => json!({ "session": path, "mistakes": mistakes_of(e) }),
         })
         .collect();
     if !output.json {
         for e in &wrong {
             eprintln!("{:?}", miette::Report::new((*e).clone()));
         }
+        for ((path, _), told) in checked.iter().zip(&opposed) {
+            if let Some(told) = told {
+                eprintln!("{}: {told}", path.display());
+            }
+        }
     }
+    let wrong_files = wrong.len() + is_opposed;
     let people = || {
-        let lines = checked.iter().filter_map(|(path, it)| {
+        let good = checked.iter().zip(&opposed).filter(|(_, it)| it.is_none());
+        let lines = good.filter_map(|((path, it), _)| {
             let (told, notes) = it.as_ref().ok()?.people();
             let good = format!("{}: good: {told}", path.display());
             let lines = std::iter::once(good).chain(notes.iter().cloned());
@@ -97,20 +146,26 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
         });
         lines.collect::<Vec<_>>().join("\n")
     };
-    if wrong.is_empty() {
+    if wrong_files == 0 {
         return output.say(people, || json!({ "sessions": files, "error": null }));
     }
-    if !output.json && wrong.len() < checked.len() {
+    if !output.json && wrong_files < checked.len() {
         output.say(people, || Value::Null)?;
     }
     let error = anyhow::anyhow!(
         "E524 {mistakes} mistake{} in {} of {} files; mend what is told of each",
         if mistakes == 1 { "" } else { "s" },
-        wrong.len(),
+        wrong_files,
         checked.len()
     );
     let result = json!({ "sessions": files });
     Err(Incomplete { error, result }.into())
+}
+
+/// The same of a mistake without a place: its number, and what it says.
+fn mistake_of(told: &str) -> Value {
+    let (number, message) = told.split_once(' ').unwrap_or(("", told));
+    json!({ "number": number, "line": null, "column": null, "message": message, "help": null })
 }
 
 /// Number, place, message and help of each.

@@ -2,10 +2,10 @@
 
 use super::{Output, interrupt, wrong};
 use anyhow::Context;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use firmware::link::HelloInfo;
 use firmware::pulse::CHANNELS;
-use firmware::safety::{Origin, StageKind, StageTable, Stages, State};
+use firmware::safety::{Origin, StageKind, StageSupply, StageTable, Stages, State};
 use host_core::link::{Client, Port};
 use host_core::run::{DeviceName, option_bytes_told, stages_told};
 use serde_json::json;
@@ -25,21 +25,41 @@ pub struct StagesArgs {
     device: DeviceName,
     /// Channels and full scale, as 1-5=100mA or 6=60V: the board stores these, and no
     /// stage on channels not named, and restarts
-    #[arg(long, value_name = "CHANNELS=FULL SCALE", num_args = 1..)]
+    #[arg(long, value_name = "CHANNELS=FULL SCALE", num_args = 1.., requires = "supply")]
     store: Vec<String>,
+    /// How the stages to be stored are supplied (docs/hardware.md)
+    #[arg(long, requires = "store")]
+    supply: Option<SupplyName>,
     /// Store without asking
     #[arg(long, requires = "store")]
     yes: bool,
+}
+
+/// How a board's stages are supplied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SupplyName {
+    /// One high-voltage supply and one return: no opposite directions at the same time
+    Common,
+    /// Each stage drives either direction whatever the others do
+    Separate,
+}
+
+impl From<SupplyName> for StageSupply {
+    fn from(name: SupplyName) -> Self {
+        match name {
+            SupplyName::Common => Self::Common,
+            SupplyName::Separate => Self::Separate,
+        }
+    }
 }
 
 /// # Errors
 /// No table can be made of the options, no board answers, it refuses, or what it
 /// found after its restart is another table.
 pub fn main(args: &StagesArgs, output: Output) -> anyhow::Result<()> {
-    let wanted = if args.store.is_empty() {
-        None
-    } else {
-        Some(parse(&args.store)?)
+    let wanted = match args.supply {
+        Some(supply) => Some((parse(&args.store)?, StageSupply::from(supply))),
+        None => None, // neither is without the other
     };
     if !args.device.is_port() {
         return wrong(format!(
@@ -50,11 +70,12 @@ pub fn main(args: &StagesArgs, output: Output) -> anyhow::Result<()> {
     let interruption = interrupt::heed()?;
     let port = args.device.connect()?;
     let (mut client, info) = Client::open_interruptible(port, Some(interruption))?;
-    let Some(stages) = wanted else {
+    let Some((stages, supply)) = wanted else {
         return say(&info, output);
     };
     let table = StageTable {
         origin: Origin::Owner,
+        supply: Some(supply),
         stages,
     };
     anyhow::ensure!(
@@ -66,7 +87,7 @@ pub fn main(args: &StagesArgs, output: Output) -> anyhow::Result<()> {
     if !args.yes && !is_allowed(&args.device, &will)? {
         return wrong("nothing was stored: say y at the question, or give --yes");
     }
-    client.store_stages(stages)?;
+    client.store_stages(stages, supply)?;
     let info = again(&args.device, client.into_port())?;
     anyhow::ensure!(
         info.stages == Stages::Stored(table),
@@ -134,8 +155,12 @@ fn parse(options: &[String]) -> anyhow::Result<[Option<StageKind>; CHANNELS]> {
             }
         }
     }
-    let origin = Origin::Owner;
-    if let Err(error) = (StageTable { origin, stages }).validate() {
+    let table = StageTable {
+        origin: Origin::Owner,
+        supply: None,
+        stages,
+    };
+    if let Err(error) = table.validate() {
         mistakes.push(error.to_string());
     }
     match mistakes.is_empty() {

@@ -5,7 +5,7 @@ use super::session::Session;
 use super::{Budget, read_steps};
 use firmware::link::Request;
 use firmware::pulse::CHANNELS;
-use firmware::safety::{Origin, StageTable};
+use firmware::safety::{Origin, StageSupply, StageTable};
 use hal_sim::trace::judge::{Pump, judge};
 
 /// The steps of [`super::lockstep`] for up to a second, then a host that is silent: what
@@ -36,6 +36,7 @@ pub fn device(data: &[u8]) {
 fn stages(requests: impl Iterator<Item = Request>) -> StageTable {
     let mut table = StageTable {
         origin: Origin::Owner,
+        supply: Some(StageSupply::Separate), // the judge knows each stage by itself
         stages: [None; CHANNELS],
     };
     for request in requests {

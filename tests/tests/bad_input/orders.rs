@@ -8,7 +8,7 @@ use firmware::control::SensorSource;
 use firmware::link::{Code, Request, SCHEMA};
 use firmware::muscle::{FatigueSpec, MuscleSpec, Rung};
 use firmware::pulse::TrainSpec;
-use firmware::safety::{ChannelSpec, ListedPulse, StageSpec, WearerSpec};
+use firmware::safety::{ChannelSpec, ListedPulse, StageSpec, StageSupply, WearerSpec};
 use firmware::units::{Amplitude, us};
 use hal_sim::body::Load;
 use tests::desk;
@@ -485,7 +485,10 @@ fn rung_rows() -> Vec<Row> {
 
 /// A simulator keeps no table: its stages are those declared.
 fn stages_rows() -> Vec<Row> {
-    let store = Request::StoreStages { stages: [None; 10] };
+    let store = Request::StoreStages {
+        stages: [None; 10],
+        supply: StageSupply::Common,
+    };
     let none = refused(Code::NoStageMemory, "stages");
     vec![row("stages", Bench::draft, store, none)]
 }

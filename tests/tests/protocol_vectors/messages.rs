@@ -20,8 +20,8 @@ use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpe
 use firmware::pulse::CHANNELS;
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec, Trigger};
 use firmware::safety::{
-    ChannelSpec, Fault, FaultRecord, ListedPulse, Origin, StageKind, StageSpec, StageTable, Stages,
-    StagesFault, State, StopCause, WearerSpec,
+    ChannelSpec, Fault, FaultRecord, ListedPulse, Origin, StageKind, StageSpec, StageSupply,
+    StageTable, Stages, StagesFault, State, StopCause, WearerSpec,
 };
 use firmware::units::{Amplitude, Micros};
 use tests::desk;
@@ -329,7 +329,8 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         ("subscribe", Request::Subscribe { period_ms: 20 }),
         ("rung", Request::Rung { channel: 9, rung: Rung::CalciumForce }),
         ("simulated trigger", Request::SimulateTrigger),
-        ("stages", Request::StoreStages { stages: table() }),
+        ("stages", Request::StoreStages { stages: table(), supply: StageSupply::Common }),
+        ("stages, separate", Request::StoreStages { stages: table(), supply: StageSupply::Separate }),
     ]);
     let number = |(seq, (name, request)): (u16, _)| {
         let session = if seq == 0 { 0 } else { 1 };
@@ -454,9 +455,17 @@ fn telemetry(at: Micros, channels: u32) -> Telemetry {
 /// One of each that there is.
 fn stages() -> [Stages; 8] {
     use StagesFault::{Damaged, Erased, HalfWritten, OtherBoard, Version};
-    let [owner, session] = [Origin::Owner, Origin::Session].map(|origin| {
+    let declared = [
+        (Origin::Owner, Some(StageSupply::Common)),
+        (Origin::Session, Some(StageSupply::Separate)),
+    ];
+    let [owner, session] = declared.map(|(origin, supply)| {
         let stages = table();
-        Stages::Stored(StageTable { origin, stages })
+        Stages::Stored(StageTable {
+            origin,
+            supply,
+            stages,
+        })
     });
     let faults = [Erased, HalfWritten, Damaged, Version, OtherBoard];
     let [a, b, c, d, e] = faults.map(Stages::Unknown);

@@ -1,6 +1,7 @@
 //! Clocks, flash acceleration, supply watch, and what a debugger may not stop.
 
 use super::pac::{DBGMCU, EXTI, FLASH, PWR, RCC};
+use cortex_m::peripheral::{DCB, DWT};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, LsConfig, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv,
     PllSource, Sysclk,
@@ -40,6 +41,8 @@ pub fn config() -> embassy_stm32::Config {
     config.rcc.apb1_pre = APBPrescaler::DIV4;
     config.rcc.apb2_pre = APBPrescaler::DIV2;
     config.rcc.ls = LsConfig::off();
+    // `keep_debug_bits` sets what is needed of it.
+    config.enable_debug_during_sleep = false;
     config
 }
 
@@ -48,7 +51,7 @@ pub fn config() -> embassy_stm32::Config {
 pub fn harden() {
     accelerate_flash();
     RCC.cr().modify(|w| w.set_csson(true));
-    keep_running_under_halt();
+    keep_debug_bits();
     watch_supply();
 }
 
@@ -96,9 +99,17 @@ fn accelerate_flash() {
     });
 }
 
-/// A halted core must not freeze a pulse or starve the watchdog of its bite.
-/// These bits survive a system reset, so a debugger may have left them set.
-fn keep_running_under_halt() {
+/// Sets the bits that debuggers write as well. They survive a system reset, and a debugger
+/// writes them at any moment: probe-rs and OpenOCD restore or clear DBGMCU_CR when they
+/// detach, clear DEMCR, and freeze watchdogs under a halt. So `registers` calls this again
+/// whenever it finds them changed.
+///
+/// - The core's clock runs in sleep: a debugger can attach to a core that mostly sleeps, and
+///   CYCCNT counts time (RM0090 section 38.16.1).
+/// - A halted core neither freezes a pulse nor starves the watchdog of its bite.
+/// - CYCCNT counts (Arm ARM C1.6.5, C1.8.7).
+pub fn keep_debug_bits() {
+    DBGMCU.cr().modify(|w| w.set_dbg_sleep(true));
     DBGMCU.apb1fzr().modify(|w| {
         w.set_tim2(false);
         w.set_iwdg(false);
@@ -107,4 +118,12 @@ fn keep_running_under_halt() {
         w.set_tim1(false);
         w.set_tim11(false);
     });
+    const TRCENA: u32 = 1 << 24;
+    const CYCCNTENA: u32 = 1;
+    // SAFETY: DEMCR and DWT_CTRL belong to no other code of this image once it has booted;
+    // both bits only switch the cycle counter on.
+    unsafe {
+        (*DCB::PTR).demcr.modify(|w| w | TRCENA);
+        (*DWT::PTR).ctrl.modify(|w| w | CYCCNTENA);
+    }
 }

@@ -14,7 +14,7 @@ const RTCPRE: u8 = 8;
 /// Every eighth edge of that is captured.
 const IC1PSC: u8 = 0b11;
 /// Core cycles from one capture to the next: 64 periods of 8 MHz at 168 MHz.
-const LAP: u16 = 64 * 21;
+pub const LAP: u16 = 64 * 21;
 /// Counts that synchroniser and jitter may move a capture, each way: from memory, to be
 /// measured by docs/hil.md. A clock that is 0.3 % wrong moves each by as much.
 const TOLERANCE: u16 = 4;
@@ -49,4 +49,10 @@ impl Crystal {
         let off = count.abs_diff(*self.place.get_or_insert(count));
         !captured || off.min(LAP.wrapping_sub(off)) > TOLERANCE
     }
+}
+
+/// TIM11's count: core cycles since the lap began, below [`LAP`].
+#[inline]
+pub fn count() -> u16 {
+    TIM11.cnt().read().cnt()
 }

@@ -69,8 +69,6 @@ pub async fn run(spawner: Spawner) -> ! {
     let latched = latched_fault(cause);
     let peripherals = embassy_stm32::init(clock::config());
     clock::harden();
-    core.DCB.enable_trace();
-    core.DWT.enable_cycle_counter();
     for line in [Interrupt::OTG_FS, Interrupt::TIM5] {
         // SAFETY: no critical section relies on a priority.
         unsafe { core.NVIC.set_priority(line, Urgency::Bytes as u8) };

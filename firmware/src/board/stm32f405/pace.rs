@@ -13,18 +13,27 @@ const MATCHES: [u16; 3] = [8, 20, 32];
 
 /// Waits until [`LEAD`] cycles before the core cycle `target`, and sets TIM1's
 /// count so that its overflow, once it runs, comes at `target`.
+///
+/// # Errors
+/// [`Fault::MissedDeadline`] if `target` is past or too near; [`Fault::TimeBase`] if the
+/// cycle counter stands.
 pub fn await_start(target: u32) -> Result<(), Fault> {
     let left = || target.wrapping_sub(DWT::cycle_count()).cast_signed();
     if left() < LEAD {
         return Err(Fault::MissedDeadline);
     }
-    while left() >= LEAD {}
+    // Not for ever: a debugger may stop the counter at any moment.
+    if !(0..PATIENCE).any(|_| left() < LEAD) {
+        return Err(Fault::TimeBase);
+    }
     // Above the matches' counts: LEAD less two polls and the way to CEN.
     let ticks = (left() - TO_ENABLE).clamp(8, LEAD) as u16;
     TIM1.cnt().write(|w| w.set_cnt(TICKS - ticks));
     Ok(())
 }
 
+/// Polls of at least 4 cycles: more than the window that is waited for takes.
+const PATIENCE: u32 = 42_000 / 4;
 /// Cycles before the start at which the wait ends: more than the wait's last
 /// poll takes, and fewer than leave the matches' counts behind.
 const LEAD: i32 = 100;

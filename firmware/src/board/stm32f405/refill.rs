@@ -173,6 +173,7 @@ impl Refill {
         });
         self.playing = (next, half);
         self.clear_acknowledged();
+        registers::keep_debug_bits(!self.windows.is_multiple_of(2));
         self.tick(start + us(REFILL_OFFSET_US));
         watchdog::check_in(Owner::Pulser);
     }

@@ -4,9 +4,13 @@
 //! What is written once at set-up stands here a second time, on purpose and as
 //! numbers: a check that shared the code of what it checks would share its mistakes.
 //! Left out is what shows by what it does: most of TIM1 and what clocks TIM2, in the
-//! tape's positions and the count of cycles (`Tape::check`); TIM11, in what it captures
+//! tape's positions and TIM11's count (`Tape::check`); TIM11, in what it captures
 //! (`Crystal`); the refill's interrupt, in the second clock.
+//!
+//! Bits that debuggers write too are put back, and are no fault: nothing that plays depends
+//! on them before the next reading does so.
 
+use super::clock;
 use crate::safety::Fault;
 use crate::seal::fold;
 use cortex_m::register::basepri;
@@ -25,7 +29,10 @@ const GPIOD: u32 = 0x4002_0C00;
 const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3C00;
 const DMA2: u32 = 0x4002_6400;
+const DWT: u32 = 0xE000_1000;
 const SYST: u32 = 0xE000_E010;
+const DEMCR: u32 = 0xE000_EDFC;
+const DBGMCU: u32 = 0xE004_2000;
 const NVIC: u32 = 0xE000_E100;
 
 /// The tape in SRAM2 (memory.x): B, C and the isolated words for each.
@@ -121,6 +128,29 @@ fn inputs_hold() -> bool {
         NVIC, 0x0080_0002 => 0x0080_0002; // ISER0: EXTI9_5, PVD
         SYST, 0x7 => 0x7; // CSR: core clock, interrupt, on
         SYST + 0x04, 0x00FF_FFFF => 50_399; // RVR: overdue after 300 µs
+    }
+}
+
+/// What lets CYCCNT count and clocks run in sleep, and what keeps running under a halt.
+fn debug_holds(is_odd: bool) -> bool {
+    if is_odd {
+        hold! {
+            DBGMCU + 0x04, 0x0000_0001 => 1; // CR: clocks in sleep
+            DBGMCU + 0x08, 0x0000_1001 => 0; // APB1FZR: TIM2, watchdog
+            DBGMCU + 0x0C, 0x0004_0001 => 0; // APB2FZR: TIM1, TIM11
+        }
+    } else {
+        hold! {
+            DEMCR, 1 << 24 => 1 << 24; // TRCENA
+            DWT, 1 => 1; // CTRL: CYCCNTENA
+        }
+    }
+}
+
+/// Puts the bits that a debugger may have changed back, half of them in each window.
+pub fn keep_debug_bits(is_odd: bool) {
+    if !debug_holds(is_odd) {
+        clock::keep_debug_bits();
     }
 }
 

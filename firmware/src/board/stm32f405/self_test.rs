@@ -112,13 +112,16 @@ fn capture() -> Option<u32> {
     Some(TIM5.ccr(3).read())
 }
 
-/// Waits for `is_so`, bounded.
+/// Waits for `is_so`, bounded: by polls too, for a debugger may stop the cycle counter.
 fn within(is_so: impl Fn() -> bool) -> Option<()> {
     let since = DWT::cycle_count();
-    while !is_so() {
+    for _ in 0..PATIENCE {
+        if is_so() {
+            return Some(());
+        }
         if DWT::cycle_count().wrapping_sub(since) > PATIENCE {
-            return None;
+            break;
         }
     }
-    Some(())
+    None
 }

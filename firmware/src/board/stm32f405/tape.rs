@@ -16,14 +16,13 @@
 use super::pac::dma::{St, vals};
 use super::pac::{DMA2, GPIOB, GPIOC, RCC, TIM1};
 use super::timebase::Instant;
-use super::{memory, pace, pins, timebase};
+use super::{crystal, memory, pace, pins, timebase};
 use crate::pulse::WindowPlan;
 use crate::pulse::tape::{ISOLATED_B, ISOLATED_C, SLOTS, Window, paint};
 use crate::safety::Fault;
 use crate::units::Micros;
 use core::cell::UnsafeCell;
 use core::sync::atomic::{Ordering, compiler_fence};
-use cortex_m::peripheral::DWT;
 
 /// Slots of the tape: two windows.
 const LENGTH: usize = 2 * SLOTS;
@@ -106,8 +105,8 @@ pub struct Tape {
     /// fetched-ahead word be counted. RM0090 10.3.8 counts transfers on the
     /// peripheral port, which gives 500; measured, so that it need not be known.
     origins: [u16; 4],
-    /// Core cycle of device time 0, as the first check found it.
-    offset: Option<u32>,
+    /// Where in a lap of [`crystal`] device time 0 lies, as the first check found it.
+    offset: Option<u16>,
 }
 
 impl Tape {
@@ -179,6 +178,10 @@ impl Tape {
     /// Whether the window `(start, half)` is playing: all streams agree on the slot,
     /// and with the clock, which agrees with the core's, and no error flag is up.
     ///
+    /// TIM11 counts the core's cycles here, not CYCCNT, which stops in sleep or for good
+    /// when a debugger detaches. It is known to count right ([`crystal`]), and what a lap
+    /// of 8 µs cannot tell, steps of whole laps, the streams' positions do.
+    ///
     /// # Errors
     /// [`Fault::MissedDeadline`] if the window is over or so nearly over that
     /// the next one is being fetched; [`Fault::TimeBase`] if device time has gained or
@@ -187,9 +190,9 @@ impl Tape {
         let (now, positions, offset) = observe().ok_or(Fault::TapeSlip)?;
         // TIM1 counts the core's own clock. A count one off costs 250 cycles in its
         // first window, and what is lost adds up; flash takes some more or less.
-        const TOLERANCE: u32 = 60;
-        let lost = offset.wrapping_sub(*self.offset.get_or_insert(offset));
-        if lost.wrapping_add(TOLERANCE) > 2 * TOLERANCE {
+        const TOLERANCE: u16 = 60;
+        let lost = offset.abs_diff(*self.offset.get_or_insert(offset)); // below a lap
+        if lost.min(crystal::LAP - lost) > TOLERANCE {
             return Err(Fault::TimeBase);
         }
         let played = played(now, start, half)?;
@@ -386,21 +389,28 @@ const FAILURES: [u32; 2] = {
     masks
 };
 
-/// Device time, the four NDTRs, and the core cycle of device time 0, read within the
-/// quiet part of one microsecond; `None` if TIM1 stands still.
-fn observe() -> Option<(Micros, [u16; 4], u32)> {
+/// Device time, the four NDTRs, and where in a lap of [`crystal`] device time 0 lies, read
+/// within the quiet part of one microsecond; `None` if TIM1 stands still.
+fn observe() -> Option<(Micros, [u16; 4], u16)> {
     let count = || TIM1.cnt().read().cnt();
     (0..PATIENCE).find_map(|_| {
-        let (before, cycle) = (count(), DWT::cycle_count());
+        let (before, lap) = (count(), crystal::count());
         if !QUIET.contains(&before) {
             return None;
         }
         let now = timebase::now();
         let positions = STREAMS.map(|s| DMA2.st(s).ndtr().read().ndt());
-        let cycles = now.get().wrapping_mul(timebase::CYCLES_PER_US);
-        let offset = cycle.wrapping_sub(cycles).wrapping_sub(before.into());
+        // Below a lap: 7 · 168 + 99.
+        let since = (now.get() % LAP_US * timebase::CYCLES_PER_US) as u16 + before;
+        let offset = lap.checked_sub(since);
+        let offset = offset.unwrap_or_else(|| lap + (crystal::LAP - since));
         // A later count in the same microsecond; an interruption in between
         // could hide one whole microsecond only by lasting one: try again.
         (count() > before && timebase::now() == now).then_some((now, positions, offset))
     })
 }
+
+/// A lap of [`crystal`] in device time, which wraps after a whole number of them.
+const LAP_US: u32 = crystal::LAP as u32 / timebase::CYCLES_PER_US;
+const _: () = assert!(LAP_US * timebase::CYCLES_PER_US == crystal::LAP as u32);
+const _: () = assert!(LAP_US.is_power_of_two());

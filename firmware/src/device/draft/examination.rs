@@ -8,7 +8,7 @@ use crate::limb::{LimbSpec, LineSpec};
 use crate::muscle::MuscleSpec;
 use crate::pulse::{CHANNELS, GroupError, TrainSpec};
 use crate::range::OutOfRange;
-use crate::safety::{Channel, Setup, SetupError, Sums, check_group};
+use crate::safety::{Channel, Setup, SetupError, Sums, check_group, opposed};
 use crate::units::Amplitude;
 use heapless::Vec;
 
@@ -76,6 +76,14 @@ impl Draft {
                 // Of a train that is there, but not sound, everything has been told.
                 Err(GroupError::NoTrain { channel }) if used & 1 << channel != 0 => {} // <= 9
                 Err(e) => found(Mistake::of(Part::Groups)(SetupError::Group(e)))?,
+            }
+        }
+        if !self.stages.may_oppose() {
+            for (channel, other) in opposed(&channels, &groups) {
+                found(Mistake::of(Part::Setup)(SetupError::Opposed {
+                    channel,
+                    other,
+                }))?;
             }
         }
         Ok(is_sound.then_some(Setup {

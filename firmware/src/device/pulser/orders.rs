@@ -1,7 +1,8 @@
 //! What the session orders, and the stop that overtakes it.
 
 use super::Pulser;
-use crate::device::mail::{ControlEvent, Order, OrderKind, PulserMail, Report};
+use crate::device::mail::{Answered, ControlEvent, Order, OrderKind, PulserMail, Released, Report};
+use crate::device::session::is_at_rest;
 use crate::pulse::{Levels, bits};
 use crate::safety::{Denied, Fault, Inputs, Stimulus};
 use crate::units::{Amplitude, Micros};
@@ -57,11 +58,18 @@ impl Pulser {
                 Denied::Stopped
             }
             OrderKind::Start | OrderKind::Amplitudes { .. } => Denied::Stopped,
-            OrderKind::Acknowledge | OrderKind::Status | OrderKind::KeepAlive => {
+            OrderKind::Acknowledge
+            | OrderKind::Status
+            | OrderKind::KeepAlive
+            | OrderKind::Release { .. } => {
                 return self.accept(order, start, inputs, mail);
             }
         };
-        self.verdict(order.seq, start, Err(denied), false, mail);
+        let answered = match order.kind {
+            OrderKind::Start => Answered::Start,
+            _ => Answered::Other,
+        };
+        self.verdict(order.seq, start, Err(denied), answered, mail);
     }
 
     /// Tells the controller of a change. One that does not take its mail would
@@ -73,7 +81,7 @@ impl Pulser {
     }
 
     fn accept(&mut self, order: &Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
-        let mut setpoint = false;
+        let mut answered = Answered::Other;
         let result = match order.kind {
             OrderKind::Arm => match self.arm(order.seq, start, inputs, mail) {
                 Ok(()) => return, // the verdict comes with the electrode check's
@@ -82,7 +90,21 @@ impl Pulser {
                     denied
                 }
             },
-            OrderKind::Start => self.start(start, order.at, mail),
+            OrderKind::Start => {
+                answered = Answered::Start;
+                self.start(start, order.at, mail)
+            }
+            OrderKind::Release { restarts } => {
+                let state = self.guard.state();
+                let _ = mail.report(Report::Released(Released {
+                    seq: order.seq,
+                    at: start,
+                    restarts,
+                    is_granted: is_at_rest(state, restarts) && self.arming.is_none(),
+                    state,
+                })); // counted
+                return;
+            }
             OrderKind::Acknowledge => self.guard.acknowledge(start).map(|()| {
                 self.scheduler.ground_all();
                 self.outputs.disarm(Levels::GROUNDED);
@@ -96,13 +118,13 @@ impl Pulser {
                 ref values,
                 ref widths,
             } => {
-                setpoint = true;
+                answered = Answered::Setpoint;
                 self.guard
                     .set_amplitudes(stimuli(mask, values, widths), start)
                     .map(|()| self.guard.keep_alive(order.at))
             }
             OrderKind::Pulses => {
-                setpoint = true;
+                answered = Answered::Setpoint;
                 // The session put it into the mailbox before it ordered.
                 let played = match mail.lists.peek() {
                     Some(list) => self.guard.play_list(list, start),
@@ -124,7 +146,7 @@ impl Pulser {
                 return;
             }
         };
-        self.verdict(order.seq, start, result, setpoint, mail);
+        self.verdict(order.seq, start, result, answered, mail);
     }
 
     fn arm(

@@ -1,11 +1,11 @@
 //! Who the device is, who may speak to it, and how sessions are numbered.
 
 use super::super::mail::{ControlRequest, SessionMail};
-use super::{Session, busy, is_arming, submit};
+use super::{Session, busy, submit};
 use crate::link::message::{OptionBytes, ResetCause};
 use crate::link::{Code, HelloInfo, Kind, Refusal, SCHEMA, Sender, SetupSum};
 use crate::pulse::DEAD_TIME_US;
-use crate::safety::{FaultRecord, Stages, State};
+use crate::safety::{FaultRecord, Stages};
 use crate::units::Micros;
 
 /// What a device says of itself.
@@ -42,7 +42,8 @@ pub fn first_session(seed: &[u32]) -> u16 {
 }
 
 impl Session {
-    /// Opens a session, which begins without a subscription.
+    /// Opens a session, which begins without a subscription. `None` if another host has
+    /// one: the pulser judges the takeover, and its verdict is the answer.
     pub(super) fn open(
         &mut self,
         now: Micros,
@@ -50,34 +51,28 @@ impl Session {
         session: u16,
         schema: u64,
         mail: &mut SessionMail<'_>,
-    ) -> Result<HelloInfo, Refusal<'static>> {
-        if !mail.has_room_for_request() {
-            return Err(busy()); // or the old one would go on
-        }
-        // An arm order under way is as good as armed.
-        let info = self.hello(now, seq, session, schema, is_arming(mail))?;
-        submit(ControlRequest::Subscribe(0), mail)?;
-        Ok(info)
-    }
-
-    fn hello(
-        &mut self,
-        now: Micros,
-        seq: u16,
-        session: u16,
-        schema: u64,
-        is_arming: bool,
-    ) -> Result<HelloInfo, Refusal<'static>> {
+    ) -> Result<Option<HelloInfo>, Refusal<'static>> {
         if schema != SCHEMA {
             return Err(Refusal::new(Code::SchemaMismatch, "schema"));
         }
-        let busy = matches!(
-            self.state,
-            State::Armed | State::Stimulating | State::Stopping
-        );
-        if (busy || is_arming) && self.owner.is_some_and(|owner| owner != session) {
-            return Err(Refusal::new(Code::SessionTaken, "session"));
+        if self.storing.is_some() {
+            return Err(busy()); // about to restart
         }
+        if self.owner.is_some_and(|owner| owner != session) {
+            self.ask_release(now, seq, None, mail)?;
+            return Ok(None);
+        }
+        self.renew(now, seq, mail).map(Some)
+    }
+
+    /// The next session, for the host that sent `Hello` as its number `seq`.
+    pub(super) fn renew(
+        &mut self,
+        at: Micros,
+        seq: u16,
+        mail: &mut SessionMail<'_>,
+    ) -> Result<HelloInfo, Refusal<'static>> {
+        submit(ControlRequest::Subscribe(0), mail)?; // or the old one would go on
         self.last_session = self.last_session.checked_add(1).unwrap_or(1);
         self.owner = Some(self.last_session);
         self.expected = Some(seq.wrapping_add(1));
@@ -90,7 +85,7 @@ impl Session {
             version: [0, 1, 0],
             kind: self.identity.kind,
             unique_id: self.identity.unique_id,
-            at: now,
+            at,
             state: self.state,
             reset: self.identity.reset,
             last_fault: self.identity.last_fault,

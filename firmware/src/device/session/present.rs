@@ -5,7 +5,7 @@
 //! read as a deadline missed at time 0. A number in each message would be counted wrong by
 //! the same bit, and silence its mailbox from then on; the time that each has anyhow is not.
 
-use super::super::mail::{ControlReport, ControlVerdict, Report};
+use super::super::mail::{ControlReport, ControlVerdict, Released, Report};
 use crate::units::Micros;
 
 /// The furthest from now, µs. The watchdog resets a device whose session stays away from its
@@ -25,6 +25,7 @@ impl Report {
             | Self::Stopped { at, .. }
             | Self::Status { at, .. }
             | Self::Changed { at, .. } => at,
+            Self::Released(Released { at, .. }) => at,
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::control::Endpoint;
 use crate::link::{Code, Part, Refusal, Request, SetupSum};
 use crate::pulse::{CHANNELS, TrainSpec};
 use crate::safety::{
-    ListedPulse, MAX_LISTED, Origin, PulseList, StageKind, StageTable, Stages, State,
+    ListedPulse, MAX_LISTED, Origin, PulseList, StageKind, StageSupply, StageTable, Stages,
 };
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use fixed::types::I16F16;
@@ -32,14 +32,12 @@ impl Session {
             stops,
             kind,
         };
-        if self.storing.is_some() {
-            return Err(busy()); // about to restart
-        }
+        self.check_release(now, request)?;
         // Each may make a table of force control.
         if let Request::Channel { .. } | Request::Muscle { .. } | Request::ForceControl { .. } =
             request
         {
-            self.check_at_rest()?;
+            self.check_at_rest(now)?;
         }
         if let Some(configured) = self.draft.configure(request) {
             configured?;
@@ -57,7 +55,8 @@ impl Session {
             Request::Arm { setup } => return self.arm(*setup, order(OrderKind::Arm), mail),
             Request::Start => {
                 let reply = later(order(OrderKind::Start), mail)?;
-                self.starting = Some(seq);
+                let count = self.starting.map_or(0, |(count, _)| count);
+                self.starting = Some((count.saturating_add(1), now)); // the mailbox holds fewer
                 return Ok(reply);
             }
             Request::Acknowledge => return later(order(OrderKind::Acknowledge), mail),
@@ -150,7 +149,10 @@ impl Session {
             Request::Pulses { channel, pulses } => {
                 return self.play(*channel, pulses, order(OrderKind::Pulses), mail);
             }
-            Request::StoreStages { stages } => self.store_stages(*stages, mail)?,
+            Request::StoreStages { stages, supply } => {
+                self.store_stages(now, seq, *stages, *supply, mail)?;
+                return Ok(Reply::Later);
+            }
             // Who serves a simulator takes it on its way here.
             Request::SimulateTrigger => {
                 return Err(Refusal::new(Code::SimulatorOnly, "trigger"));
@@ -163,24 +165,26 @@ impl Session {
         Ok(Reply::Done)
     }
 
-    /// Accepts a table of the board's stages, in Idle, if there is where to keep it.
+    /// Takes a table of the board's stages if there is where to keep it; the pulser says
+    /// whether the device is idle.
     fn store_stages(
         &mut self,
+        now: Micros,
+        seq: u16,
         stages: [Option<StageKind>; CHANNELS],
-        mail: &SessionMail<'_>,
+        supply: StageSupply,
+        mail: &mut SessionMail<'_>,
     ) -> Result<(), Refusal<'static>> {
         if self.identity.stages == Stages::AsDeclared {
             return Err(Refusal::new(Code::NoStageMemory, "stages"));
         }
-        // Orders on their way could arm or start.
-        if self.state != State::Idle || is_arming(mail) || !mail.orders.is_empty() {
-            return Err(Refusal::new(Code::WrongState, "state"));
-        }
-        let origin = Origin::Owner;
-        let table = StageTable { origin, stages };
+        let table = StageTable {
+            origin: Origin::Owner,
+            supply: Some(supply),
+            stages,
+        };
         table.validate()?;
-        self.storing = Some(table);
-        Ok(())
+        self.ask_release(now, seq, Some(table), mail)
     }
 
     /// Hands a list of pulses to the pulser; of two in one window the second finds no room.

@@ -4,7 +4,7 @@ use crate::body::Drive;
 use crate::chip::soc::flash::{Flash, OutsideFlash};
 use crate::lockstep::Output;
 use crate::trace::CHANNELS;
-use firmware::safety::{Origin, StageKind, StageTable, StageWords};
+use firmware::safety::{Origin, StageKind, StageSupply, StageTable, StageWords};
 
 /// Where the firmware keeps the two copies: sectors 10 and 11 (docs/hardware.md).
 pub const COPIES: [u32; 2] = [0x080C_0000, 0x080E_0000];
@@ -18,6 +18,7 @@ pub const OPTIONS: u32 = 0x0FFF_AAE1;
 pub fn table(outputs: &[Option<Output>; CHANNELS]) -> StageTable {
     StageTable {
         origin: Origin::Session,
+        supply: Some(StageSupply::Separate), // each is simulated by itself
         stages: outputs.map(|output| {
             // At most 150 V or 100 mA: thousandths fit.
             Some(match output?.full_scale {

@@ -121,6 +121,11 @@ pub trait Bus {
         false
     }
 
+    /// Whether the core's clock goes on while it sleeps, and the cycle counter with it.
+    fn clocks_sleeping_core(&self) -> bool {
+        true
+    }
+
     /// The core asks for a system reset (AIRCR.SYSRESETREQ).
     fn request_reset(&mut self, at: Cycle);
 

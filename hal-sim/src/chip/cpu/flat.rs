@@ -21,6 +21,8 @@ pub struct Flat {
     pub ram_wait: u32,
     /// Wait states of a 16-byte line of code that is not the one fetched last.
     pub line_wait: u32,
+    /// The core's clock stops while it sleeps.
+    pub stops_in_sleep: bool,
     flash: Ram,
     sram: Ram,
     ccm: Ram,
@@ -37,6 +39,7 @@ impl Default for Flat {
             reset_requested: None,
             ram_wait: 0,
             line_wait: 0,
+            stops_in_sleep: false,
             flash: Ram::new(Self::FLASH, Self::FLASH_BYTES),
             sram: Ram::new(Self::SRAM, Self::SRAM_BYTES),
             ccm: Ram::new(Self::CCM, Self::CCM_BYTES),
@@ -160,6 +163,10 @@ impl Bus for Flat {
 
     fn lines(&self) -> [u32; LINE_WORDS] {
         self.lines
+    }
+
+    fn clocks_sleeping_core(&self) -> bool {
+        !self.stops_in_sleep
     }
 
     fn request_reset(&mut self, at: Cycle) {

@@ -183,6 +183,9 @@ impl Cpu {
         while self.asleep && self.cycle < until && !bus.wants_reset() {
             let (from, next) = (self.cycle, self.event(bus).max(self.cycle + 1));
             self.cycle = next.min(until);
+            if !bus.clocks_sleeping_core() {
+                self.system.sleep_unclocked(self.cycle - from);
+            }
             observer.asleep(from, self.cycle);
             entered |= self.enter_pending(bus)?;
         }

@@ -210,6 +210,10 @@ impl Bus for Soc {
         self.rcc.cssf
     }
 
+    fn clocks_sleeping_core(&self) -> bool {
+        self.dbgmcu.clocks_sleeping_core()
+    }
+
     fn request_reset(&mut self, _at: Cycle) {
         self.reset.get_or_insert(Cause::Software);
     }

@@ -156,9 +156,13 @@ impl Soc {
         }
     }
 
-    /// System reset at `at`. Flash, RAM, backup and debug registers stay.
+    /// System reset at `at`. Flash, RAM and backup registers stay, and the debug registers
+    /// but after power-on (RM0090 section 38.16.3).
     pub fn reset(&mut self, cause: Cause, at: Cycle) -> Modelled {
         self.reset = None;
+        if cause == Cause::PowerOn {
+            self.dbgmcu = Dbgmcu::default();
+        }
         self.rcc.reset(cause);
         self.follow_clocks(at)?;
         self.follow_oscillators(at);

@@ -2,6 +2,7 @@
 
 use super::clock::{Clocks, Oscillator};
 use super::crc::Crc;
+use super::dbgmcu::Dbgmcu;
 use super::map::{Unit, playback_block};
 use super::playback::{Clocking, Slip};
 use super::rcc::{Block, Cause};
@@ -98,6 +99,7 @@ impl Soc {
         }
         if !had && mv < POWER_DOWN_MV {
             self.rcc.reset(Cause::PowerOn); // all power is gone only now
+            self.dbgmcu = Dbgmcu::default();
         }
         self.follow_supply();
     }

@@ -186,3 +186,113 @@ impl Logic {
         self.pumped_us = since_us;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::word;
+
+    /// The table of docs/hardware.md ("The stage's logic") row by row, clocked at 1 MHz: the
+    /// balance is compared once, at entry.
+    #[derive(Default)]
+    struct Table {
+        lines: State,
+        since_us: u64,
+        balance_us: i64,
+        latch: bool,
+        pump_is_off: bool,
+        rested_us: u64,
+    }
+
+    impl Table {
+        /// The next microsecond begins with these lines.
+        fn clock(&mut self, lines: State) {
+            let from = (self.lines, self.since_us);
+            if self.rested_us == 10_000 {
+                (self.latch, self.balance_us) = (false, 0);
+            }
+            self.latch |= self.lines.is_driven() && self.since_us == 600;
+            if lines != self.lines {
+                (self.lines, self.since_us) = (lines, 0);
+                let is_short = matches!(from, (State::Grounded, ..900));
+                let toward = self.balance_us * lines.sign();
+                let owes = toward > 2 || is_short && self.balance_us.abs() > 2;
+                self.latch |= lines.is_driven() && owes;
+            }
+            self.since_us += 1;
+            if !self.latch {
+                self.balance_us += lines.sign();
+                if lines == State::Grounded && self.since_us == 900 {
+                    self.balance_us = 0;
+                }
+            }
+            let rests = self.pump_is_off && lines == State::Isolated;
+            self.rested_us = if rests { self.rested_us + 1 } else { 0 };
+        }
+
+        const fn state(&self) -> State {
+            if self.latch {
+                State::Isolated
+            } else {
+                self.lines
+            }
+        }
+    }
+
+    /// The judge's stages against it: any lines, held for times about every bound, with the
+    /// pump on or off.
+    #[test]
+    fn it_is_what_the_table_says() {
+        const LINES: [State; 4] = [
+            State::Isolated,
+            State::Cathodic,
+            State::Anodic,
+            State::Grounded,
+        ];
+        const HELD_US: [u64; 16] = [
+            1, 2, 3, 4, 50, 200, 201, 203, 204, 599, 600, 601, 899, 900, 901, 10_001,
+        ];
+        let (mut latched, mut driven_us) = (0, 0);
+        for seed in 0..400 {
+            let mut logic = Logic::new(Some(Hardware::REFERENCE));
+            let mut table = Table::default();
+            let mut t_us = 0;
+            for step in 0..60 {
+                let random = word(seed, step);
+                if random.is_multiple_of(5) {
+                    table.pump_is_off = random & 1 << 20 != 0;
+                    let since_us = table.pump_is_off.then_some(t_us);
+                    logic.pump(since_us);
+                    table.rested_us = 0;
+                }
+                let lines = LINES[(random >> 8) as usize % 4];
+                if lines != table.lines {
+                    logic.enter(t_us, lines);
+                }
+                for _ in 0..HELD_US[(random >> 32) as usize % 16] {
+                    let before = table.latch;
+                    table.clock(lines);
+                    assert_eq!(logic.state(), table.state(), "{seed}, {step}, {t_us} us");
+                    latched += u32::from(!before && table.latch);
+                    driven_us += u64::from(table.state().is_driven());
+                    t_us += 1;
+                    while logic.next_event() <= t_us {
+                        logic.happen(logic.next_event());
+                    }
+                }
+            }
+        }
+        println!("latched {latched} times, driven for {driven_us} us");
+        assert!(latched > 1_000 && driven_us > 500_000);
+    }
+
+    /// Read as compared all the time, the table would end each phase after 3 µs.
+    #[test]
+    fn a_phase_is_not_ended_by_its_own_count() {
+        let mut table = Table::default();
+        for _ in 0..500 {
+            table.clock(State::Anodic);
+        }
+        assert_eq!((table.state(), table.balance_us), (State::Anodic, 500));
+    }
+}

@@ -148,6 +148,9 @@ impl fmt::Display for Refused {
                 None if self.code() == Some(Code::WrenchOutOfReach) => {
                     write!(f, " ({max} \u{2030} of it can be made)")?;
                 }
+                None if self.code() == Some(Code::OppositePhases) => {
+                    write!(f, " (with channel {})", min.saturating_add(1))?;
+                }
                 None if self.is_of_joint() => write!(f, " (joint {min})")?,
                 None if self.is_sum() => write!(f, " ({min} µA, allowed {max})")?,
                 None if min == max => write!(f, " (allowed only {min})")?,
@@ -244,6 +247,7 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::JointAndModulation => ("joints that are modulated cannot run beside a joint, a wall or an arm: a measurement would be of both", "send Clear and configure one of them"),
         Code::ShareLimit => ("a share of a muscle's intensity is, in millionths, below 0 or above 1 at some angle of the joint", "choose another quartic, or a narrower range of angles"),
         Code::NoPhaseJoint => ("the joint that is to tell the phase is not in the setup", "configure it too, or name another"),
+        Code::OppositePhases => ("two channels can drive in opposite directions at the same time, and the board's stages share one supply or do not say so", "move their pulses apart, in one period, or give both the same direction; on stages with a supply each: flexor stages --store ... --supply separate"),
         Code::NoModulation => ("no such joint is modulated", "configure it before arming"),
         Code::NoAngle => ("a modulated joint has no fresh angle within its range, so nothing can be held", "send a measurement of each joint first"),
         Code::HoldOver => ("the object was held for longer than it may be", "say that it is released, then that it is held"),

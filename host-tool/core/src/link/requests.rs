@@ -5,7 +5,7 @@ use firmware::control::JointSpec;
 use firmware::link::Request;
 use firmware::muscle::{MuscleSpec, Rung};
 use firmware::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
-use firmware::safety::{ChannelSpec, ListedPulse, MAX_LISTED, StageKind, WearerSpec};
+use firmware::safety::{ChannelSpec, ListedPulse, MAX_LISTED, StageKind, StageSupply, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 
 /// Methods that send a request, wait for its acknowledgement and give the device
@@ -47,8 +47,9 @@ requests! {
     "Start" start() Request::Start;
     "Ends stimulation or disarms."
     "Stop" stop() Request::Stop;
-    "Stores the board's output stages, by channel, after which it restarts."
-    "StoreStages" store_stages(stages: [Option<StageKind>; CHANNELS]) Request::StoreStages { stages };
+    "Stores the board's output stages, by channel, and their supply, after which it restarts."
+    "StoreStages" store_stages(stages: [Option<StageKind>; CHANNELS], supply: StageSupply)
+    Request::StoreStages { stages, supply };
     "Acknowledges a fault."
     "Acknowledge" acknowledge() Request::Acknowledge;
     "Sets the wanted angle, 0.01° and 0.01 °/s."

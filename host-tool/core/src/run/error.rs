@@ -33,6 +33,11 @@ pub enum RunError {
         "E506 the board does not know its output stages ({0}), so nothing can be armed; store them with `flexor stages --store`"
     )]
     StagesUnknown(&'static str),
+    /// The board's stages cannot drive in opposite directions at once.
+    #[error(
+        "E507 {0}; move their pulses apart, in one period, or give both the same direction; on stages with a supply each, store that: `flexor stages --store ... --supply separate`"
+    )]
+    Opposed(String),
     /// Only a simulated wearer has the arm whose angles this session measures.
     #[error(
         "E550 the session's posture is measured by the host, and {0} has no simulated arm; say posture_deg, or [body] kind = \"arm\""

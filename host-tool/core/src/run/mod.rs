@@ -34,6 +34,6 @@ pub use outputs::{Dump, FullestPeriod, Outputs, edges_of_one_period};
 pub use profile::{Booted, ProfileError, Profiled, Stopwatch, profile};
 pub use recorded::{BeginError, Recorded, TrialPlace, record, record_on};
 pub use runner::{Outcome, acknowledge, greet, run, run_taken};
-pub use stages::stages_told;
+pub use stages::{check_supply, stages_told};
 pub use trial::{begin_trial, edges_between, event, sample};
 pub use wearer::{BodyError, body_of, fit, rest, worn_alike};

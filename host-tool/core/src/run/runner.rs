@@ -4,7 +4,7 @@ mod ended;
 mod measured;
 mod record;
 
-use super::stages::check_stages;
+use super::stages::{check_opposition, check_stages};
 use super::{Observer, Outputs, RunError, Seen, SessionFile, Stopped, Wish, trial};
 use crate::link::{Client, Error, Incoming, Interruption, Port, stamp};
 use crate::record::{Recorder, Trial};
@@ -249,6 +249,7 @@ impl<P: Port> Run<'_, '_, P> {
             self.begun = self.client.status()?.counters;
         }
         check_stages(self.session, stages)?;
+        check_opposition(self.session, stages)?;
         for request in self.session.requests() {
             self.client.request(request)?;
         }

@@ -3,7 +3,12 @@
 
 use super::RunError;
 use crate::session::Session;
-use firmware::safety::{Origin, StageKind, StageMismatch, Stages, StagesFault};
+use firmware::device::{Draft, Rule};
+use firmware::pulse::CHANNELS;
+use firmware::safety::{
+    Origin, SetupError, StageKind, StageMismatch, StageSupply, StageTable, Stages, StagesFault,
+};
+use std::convert::Infallible;
 
 /// What a device has on its channels, a line for each stretch of equal ones.
 #[must_use]
@@ -30,6 +35,7 @@ pub fn stages_told(stages: &Stages) -> Vec<String> {
         lines.push(format!("{channels}: {kind}"));
         first = index + 1;
     }
+    lines.push(format!("supply: {}", supply_told(table.supply)));
     if table.origin == Origin::Session {
         lines.push("taken from the session: a simulated board".to_owned());
     }
@@ -59,6 +65,66 @@ pub(super) fn check_stages(session: &Session, stages: &Stages) -> Result<(), Run
         _ if wrong.is_empty() => Ok(()),
         _ => Err(RunError::OtherStages(wrong.join("; "))),
     }
+}
+
+/// "common".
+const fn supply_told(supply: Option<StageSupply>) -> &'static str {
+    match supply {
+        None => {
+            "not declared, taken as common: no two channels may drive in opposite directions at the same time"
+        }
+        Some(StageSupply::Common) => {
+            "common: no two channels may drive in opposite directions at the same time"
+        }
+        Some(StageSupply::Separate) => "separate",
+    }
+}
+
+/// Whether a board with this supply, `None` for one that declares none, could play
+/// `session` on stages as it declares them.
+///
+/// # Errors
+/// As [`check_opposition`].
+pub fn check_supply(session: &Session, supply: Option<StageSupply>) -> Result<(), RunError> {
+    let mut stages = [None; CHANNELS];
+    for channel in &session.channels {
+        stages[usize::from(channel.index())] = Some(channel.spec.stage.kind()); // below 10
+    }
+    let origin = Origin::Session;
+    let table = StageTable {
+        origin,
+        supply,
+        stages,
+    };
+    check_opposition(session, &Stages::Stored(table))
+}
+
+/// Every pair of channels of `session` that can drive in opposite directions at the same
+/// time, if the board's stages cannot. The rule is the device's ([`Draft::examine`]).
+///
+/// # Errors
+/// E507, with every pair.
+pub(super) fn check_opposition(session: &Session, stages: &Stages) -> Result<(), RunError> {
+    let mut draft = Draft::on(*stages);
+    for request in session.requests() {
+        let _ = draft.configure(&request); // what the device refuses, it refuses by itself
+    }
+    let mut pairs = Vec::new();
+    let Ok(_) = draft.examine(|mistake| {
+        if let Rule::Setup(SetupError::Opposed { channel, other }) = mistake.rule {
+            pairs.push(format!("channels {} and {}", channel + 1, other + 1)); // at most 10
+        }
+        Ok::<(), Infallible>(())
+    });
+    let supply = match stages {
+        _ if pairs.is_empty() => return Ok(()),
+        Stages::Stored(StageTable { supply: None, .. }) => "do not declare their supply",
+        _ => "share one supply",
+    };
+    Err(RunError::Opposed(format!(
+        "{} can drive in opposite directions at the same time, and the board's stages {supply}",
+        pairs.join(", ")
+    )))
 }
 
 fn of(stages: &Stages, channel: u8) -> Option<StageKind> {
@@ -93,7 +159,25 @@ const fn unknown(fault: StagesFault) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use firmware::safety::StageTable;
+
+    #[test]
+    fn every_pair_that_can_oppose_is_told_unless_supplies_are_separate() {
+        let text = std::fs::read_to_string("../sessions/ten_channels.toml").unwrap();
+        let common = Some(StageSupply::Common);
+        let apart = Session::parse("apart.toml", &text).unwrap();
+        assert!(check_supply(&apart, common).is_ok(), "2 ms apart");
+        // Second phases of channel 1 on first ones of 2, of 3 on those of 4's burst.
+        let text = text.replace("offset_us = 2000 ", "offset_us = 250 ");
+        let text = text.replace("offset_us = 6000,", "offset_us = 4250,");
+        let session = Session::parse("opposed.toml", &text).unwrap();
+        assert!(check_supply(&session, Some(StageSupply::Separate)).is_ok());
+        assert!(check_opposition(&session, &Stages::AsDeclared).is_ok());
+        for (supply, why) in [(None, "do not declare"), (common, "share one supply")] {
+            let told = check_supply(&session, supply).unwrap_err().to_string();
+            let pairs = "E507 channels 1 and 2, channels 3 and 4 can drive";
+            assert!(told.starts_with(pairs) && told.contains(why), "{told}");
+        }
+    }
 
     #[test]
     fn every_channel_that_differs_is_told_at_once() {
@@ -103,8 +187,11 @@ mod tests {
             full_scale_mv: 60_000,
         };
         let stored = |stages| {
-            let origin = Origin::Owner;
-            Stages::Stored(StageTable { origin, stages })
+            Stages::Stored(StageTable {
+                origin: Origin::Owner,
+                supply: Some(StageSupply::Separate),
+                stages,
+            })
         };
         assert!(check_stages(&session, &Stages::AsDeclared).is_ok());
         assert!(check_stages(&session, &stored([Some(declared); 10])).is_ok());

@@ -7,7 +7,7 @@ use super::error::{FaultsError, never_runs};
 use super::simulated::Boards;
 use firmware::link::Request;
 use firmware::lockstep::Sensors;
-use firmware::safety::{StageKind, Stages};
+use firmware::safety::{StageKind, StageSupply, Stages};
 use hal_sim::body::CHANNELS;
 use hal_sim::chip::board::Board;
 use hal_sim::chip::image::Image;
@@ -57,6 +57,7 @@ impl CutOff {
         let mut bench = self.image.board(&self.session, sensors, &|_| ())?;
         bench.tell(Request::StoreStages {
             stages: [Some(NEW); CHANNELS],
+            supply: StageSupply::Separate,
         })?;
         let end_us = bench.now_us() + WRITING_US;
         let mut kept = vec![bench.clone()];

@@ -9,7 +9,7 @@ use super::simulated::{Boards, judged};
 use super::truth::declared_truth;
 use firmware::link::{Code, Request};
 use firmware::lockstep::Sensors;
-use firmware::safety::{Origin, StageKind, StageSpec, StageTable, StageWords};
+use firmware::safety::{Origin, StageKind, StageSpec, StageSupply, StageTable, StageWords};
 use firmware::units::Amplitude;
 use hal_sim::body::{CHANNELS, Load};
 use hal_sim::chip::board::{Board, stages};
@@ -155,6 +155,7 @@ impl Drawn<'_> {
         let uid = board.around.soc.signature.uid;
         let table = StageTable {
             origin: Origin::Owner,
+            supply: Some(StageSupply::Separate),
             stages: [Some(self.stages[0]); CHANNELS],
         };
         let (whole, erased) = (table.words(uid), StageWords::default().map(|_| u32::MAX));

@@ -2,6 +2,7 @@
 
 use super::System;
 use super::scb::scr;
+use crate::chip::Cycle;
 use crate::chip::cpu::Registers;
 
 impl System {
@@ -21,6 +22,11 @@ impl System {
     /// WFI: the core sleeps until [`Self::wakes`].
     pub fn wait_for_interrupt(&mut self) {
         self.sleeps_for_event = false;
+    }
+
+    /// The core slept for so many cycles without its clock: the cycle counter stood.
+    pub(in crate::chip::cpu) fn sleep_unclocked(&mut self, cycles: Cycle) {
+        self.trace.stand(cycles);
     }
 
     /// SCR.SLEEPDEEP: sleep would stop the clocks, which nobody models.

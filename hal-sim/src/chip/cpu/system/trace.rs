@@ -42,6 +42,13 @@ impl Trace {
         self.count = value.wrapping_sub(offset);
     }
 
+    /// The counter stood for so many of the cycles up to now.
+    pub const fn stand(&mut self, cycles: Cycle) {
+        if self.counts() {
+            self.count = self.count.wrapping_sub(cycles as u32);
+        }
+    }
+
     /// Reads the register at `address`; `None`: not one of these.
     pub const fn read(&self, address: u32, at: Cycle) -> Option<u32> {
         Some(match address {

@@ -51,6 +51,29 @@ fn wfi_sleeps_until_an_interrupt_even_a_masked_one() {
 }
 
 #[test]
+fn the_cycle_counter_stands_in_a_sleep_without_clock() {
+    for (stops_in_sleep, counted) in [(false, 5_000), (true, 1_000)] {
+        let code = &[0xBF30, 0x2001, 0xE7FE] /* wfi; movs r0,#1; b . */;
+        let mut machine = Machine::new(code);
+        let system = &mut machine.cpu.system;
+        for (address, value) in [(0xE000_EDFC, 1 << 24), (0xE000_1000, 1)] {
+            assert_eq!(system.write(address, Size::Word, value, 0), Ok(()));
+        }
+        enable(&mut machine, 40);
+        machine.bus.schedule.push_back((4_000, [0, 1 << 8, 0]));
+        machine.bus.stops_in_sleep = stops_in_sleep;
+        assert_eq!(machine.cpu.run(&mut machine.bus, 5_000), Ok(()));
+        let at = machine.cpu.cycle;
+        let read = machine.cpu.system.read(0xE000_1004, Size::Word, at);
+        let count = read.unwrap();
+        assert!(
+            (counted..counted + 20).contains(&count),
+            "{stops_in_sleep}: {count}"
+        );
+    }
+}
+
+#[test]
 fn wfe_takes_the_event_that_sev_left() {
     let code = &[0xBF40, 0xBF20, 0xBF20, 0x2001] /* sev; wfe; wfe; movs r0,#1 */;
     let mut machine = Machine::new(code);

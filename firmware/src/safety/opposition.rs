@@ -1,0 +1,120 @@
+//! Which channels can drive in opposite directions at the same time. Stages that share one
+//! high-voltage supply cannot: the common return is either its positive or its negative end,
+//! so that one of two electrodes gets next to nothing while its own stage shows the full
+//! current (docs/hardware.md, Supply of the stages).
+
+use super::Channel;
+use crate::pulse::{CHANNELS, DEAD_TIME_US, Group, Partner, Train, gcd};
+
+/// Pairs of channels, from 0, the lower first, that can drive in opposite directions at the
+/// same time, or with less than the dead time between them.
+///
+/// Exact for trains of one period from the common epoch, and for members of one isolated
+/// group; for periods that differ, distances are those that their greatest common divisor
+/// allows, all of which occur in trains without an end. Widths that may change count at all
+/// that they may be, and every distance counts between trains that start by a trigger, take
+/// lists or change their rate, and others. How many bursts a train has does not count.
+pub fn opposed<'a>(
+    channels: &'a [Option<Channel>; CHANNELS],
+    groups: &'a [Group],
+) -> impl Iterator<Item = (u8, u8)> + 'a {
+    let used = move || {
+        (0u8..)
+            .zip(channels)
+            .filter_map(|(n, it)| Some((n, it.as_ref()?)))
+    };
+    used().flat_map(move |(n, own)| {
+        let later = used().filter(move |(m, _)| *m > n);
+        later.filter_map(move |(m, other)| {
+            let bits = 1 << n | 1 << m; // at most 9
+            let is_one_group = groups.iter().any(|group| {
+                group.partner() == Partner::Isolated && group.members() & bits == bits
+            });
+            own.opposes(other, is_one_group).then_some((n, m))
+        })
+    })
+}
+
+/// A stretch of time from a pulse's start, µs.
+#[derive(Clone, Copy)]
+struct Stretch {
+    from_us: u32,
+    length_us: u32,
+}
+
+impl Stretch {
+    /// When a pulse of `train` may drive this sign, at any of its widths.
+    fn of(train: &Train, is_cathodic: bool) -> Option<Self> {
+        let shape = train.spec().shape;
+        let widths = train.widths();
+        let (narrowest, widest) = (u32::from(*widths.start()), u32::from(*widths.end()));
+        if shape.cathodic_first() == is_cathodic {
+            return Some(Self {
+                from_us: 0,
+                length_us: widest,
+            });
+        }
+        shape.is_biphasic().then(|| Self {
+            from_us: narrowest + u32::from(train.gap_us()),
+            length_us: 2 * widest - narrowest, // to twice the widest and the gap
+        })
+    }
+
+    /// Of a whole burst of `train`, from its start.
+    fn burst(train: &Train) -> Self {
+        let last = train.spec().burst_count.saturating_sub(1);
+        Self {
+            from_us: 0,
+            length_us: train.pulse_offset_us(last) + train.driven_us(),
+        }
+    }
+
+    /// It, so much later.
+    const fn after(self, us: u32) -> Self {
+        Self {
+            from_us: self.from_us + us, // below 2^23
+            ..self
+        }
+    }
+
+    /// Whether the two, each repeated every `every_us`, meet or come closer than the dead
+    /// time.
+    const fn meets(self, other: Self, every_us: u32) -> bool {
+        let every_us = if every_us == 0 { 1 } else { every_us };
+        // Other's start to own start, below `every_us`; all sums below 2^24.
+        let behind = (self.from_us % every_us + every_us - other.from_us % every_us) % every_us;
+        let dead_us = DEAD_TIME_US as u32;
+        behind < other.length_us + dead_us || every_us - behind < self.length_us + dead_us
+    }
+}
+
+impl Channel {
+    fn opposes(&self, other: &Self, is_one_group: bool) -> bool {
+        let is_known = is_one_group || self.is_steady() && other.is_steady();
+        [true, false].into_iter().any(|is_cathodic| {
+            let own = Stretch::of(&self.train, is_cathodic);
+            let its = Stretch::of(&other.train, !is_cathodic);
+            match (own, its) {
+                (Some(own), Some(its)) => !is_known || self.meets_in(own, other, its),
+                _ => false,
+            }
+        })
+    }
+
+    /// Whether the stretch `own` of one of its pulses meets `its` of one of the other's.
+    fn meets_in(&self, own: Stretch, other: &Self, its: Stretch) -> bool {
+        let (a, b) = (self.train.spec(), other.train.spec());
+        let every_us = gcd(a.period_us, b.period_us);
+        let bursts = [&self.train, &other.train]
+            .map(|train| Stretch::burst(train).after(train.spec().offset_us));
+        let [first, second] = bursts;
+        first.meets(second, every_us)
+            && (0..a.burst_count).any(|i| {
+                let own = own.after(a.offset_us + self.train.pulse_offset_us(i));
+                (0..b.burst_count).any(|j| {
+                    let its = its.after(b.offset_us + other.train.pulse_offset_us(j));
+                    own.meets(its, every_us)
+                })
+            })
+    }
+}
