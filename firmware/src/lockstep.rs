@@ -10,8 +10,11 @@ use crate::device::{
     Controller, Identity, Mailboxes, Pulser, REFILL_OFFSET_US, Session, WINDOWS_PER_TICK,
 };
 use crate::link::MAX_FRAME;
+use crate::link::message::ResetCause;
 use crate::pulse::{CHANNELS, Levels, Sample, WINDOW_US, WindowPlan};
-use crate::safety::{Fault, Inputs, Reading, Setup, Stage, State};
+use crate::safety::{
+    AllowanceWords, Entry, Fault, Found, Inputs, Ledger, Reading, Setup, Stage, State,
+};
 use crate::units::{DacCode, Micros, us};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -162,6 +165,9 @@ pub struct Lockstep {
     sent: Micros,
     /// Refills that would do nothing are left out.
     skips: bool,
+    /// What a board has in backup SRAM.
+    copies: [AllowanceWords; 2],
+    ledger: Ledger,
 }
 
 impl Lockstep {
@@ -171,8 +177,10 @@ impl Lockstep {
         let (mut playing, mut next) = (WindowPlan::new(), WindowPlan::new());
         playing.reset(boot, Levels::ISOLATED);
         next.reset(boot + us(WINDOW_US), Levels::ISOLATED);
+        let mut ledger = Ledger::default();
+        let [(_, words), _] = ledger.write(&Entry::default());
         Self {
-            pulser: Pulser::new(identity.last_fault),
+            pulser: Pulser::new(identity.last_fault, Found::default()),
             controller: Controller::new(),
             session: Session::new(identity),
             mail: Mailboxes::new(),
@@ -189,12 +197,21 @@ impl Lockstep {
             written: boot,
             sent: boot,
             skips: true,
+            copies: [words; 2],
+            ledger,
         }
     }
 
-    /// As if made anew, part by part: a chip has no room for two of them.
+    /// Resets: as if made anew, part by part, for a chip has no room for two of them; but
+    /// what was spent of the wearer's allowance stays, unless power came up.
     pub fn boot(&mut self, identity: Identity, boot: Micros) {
-        self.pulser = Pulser::new(identity.last_fault);
+        let is_power_on = identity.reset == ResetCause::PowerOn;
+        let (ledger, found) = Ledger::open(self.copies.each_ref(), is_power_on);
+        self.ledger = ledger;
+        if is_power_on {
+            self.write(&Entry::default());
+        }
+        self.pulser = Pulser::new(identity.last_fault, found);
         self.controller = Controller::new();
         self.session = Session::new(identity);
         self.mail = Mailboxes::new();
@@ -213,6 +230,26 @@ impl Lockstep {
     pub const fn unskipping(mut self) -> Self {
         self.skips = false;
         self
+    }
+
+    /// The memory that a reset leaves alone, for whoever damages it.
+    pub const fn copies(&mut self) -> &mut [AllowanceWords; 2] {
+        &mut self.copies
+    }
+
+    fn write(&mut self, entry: &Entry) {
+        for (copy, words) in self.ledger.write(entry) {
+            if let Some(slot) = self.copies.get_mut(copy) {
+                *slot = words;
+            }
+        }
+    }
+
+    /// Writes what the pulser would have kept.
+    fn keep_entries(&mut self) {
+        while let Some(entry) = self.mail.split().2.take_entry() {
+            self.write(&entry);
+        }
     }
 
     /// Device time.
@@ -387,6 +424,7 @@ impl Lockstep {
             self.controller.tick(now, sensors.joint, &mut mail);
             ready = done + us(cost::CONTROL_US);
         }
+        self.keep_entries();
         if !self.skips || self.mail.has_for_session() {
             let (_, _, mut mail) = self.mail.split();
             self.session.poll(now, &mut mail);

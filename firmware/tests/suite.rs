@@ -22,6 +22,7 @@ mod device_reconnects;
 mod device_rungs;
 mod device_safety;
 mod device_setup_sum;
+mod device_spent;
 mod device_stop;
 mod device_telemetry;
 mod device_wall;

@@ -272,6 +272,7 @@ impl Session {
                 pulses,
                 idle_triggers,
                 fault,
+                left,
             } => {
                 self.state = state;
                 let counters = Counters {
@@ -286,6 +287,7 @@ impl Session {
                         state,
                         fault,
                         counters,
+                        left,
                     },
                 });
             }

@@ -119,6 +119,7 @@ impl Pulser {
                     pulses: self.pulses,
                     idle_triggers: self.idle_triggers,
                     fault: self.last_fault,
+                    left: self.guard.left(start),
                 };
                 let _ = mail.report(report); // counted
                 return;
@@ -141,9 +142,9 @@ impl Pulser {
             None => Err(Denied::WrongState(self.guard.state())),
         };
         let _ = mail.setup.dequeue();
-        let check = check?;
+        let (check, epoch) = check?;
         let trains = check.trains();
-        self.scheduler.start(&trains, &[], None, start);
+        self.scheduler.start(&trains, &[], None, epoch);
         let train = |channel: u8| trains.get(usize::from(channel)).copied().flatten();
         let expected = |channel| self.guard.expected(channel, train(channel));
         self.outputs.arm(expected, &[]);
