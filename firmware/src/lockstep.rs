@@ -4,18 +4,20 @@
 //! [`port`] is the same over a line of bytes. Not here: what the owners do
 //! (`device`).
 
+mod memory;
 pub mod port;
+mod sink;
+
+pub use sink::Sink;
 
 use crate::device::{
     Controller, Identity, Mailboxes, Pulser, REFILL_OFFSET_US, Session, WINDOWS_PER_TICK,
 };
 use crate::link::MAX_FRAME;
-use crate::link::message::ResetCause;
 use crate::pulse::{CHANNELS, Levels, Sample, WINDOW_US, WindowPlan};
-use crate::safety::{
-    AllowanceWords, Entry, Fault, Found, Inputs, Ledger, Reading, Setup, Stage, State,
-};
+use crate::safety::{AllowanceWords, Fault, Found, Inputs, Reading, Setup, Stage, State};
 use crate::units::{DacCode, Micros, us};
+use memory::Memory;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -62,33 +64,6 @@ impl Default for Sensors {
             trigger: None,
             held: false,
         }
-    }
-}
-
-/// Where a simulated board's outputs go, in time order per kind.
-pub trait Sink {
-    /// The outputs change.
-    fn levels(&mut self, at: Micros, levels: Levels);
-    /// A DAC is written.
-    fn dac(&mut self, at: Micros, channel: u8, code: DacCode);
-    /// The level of a bank's comparators is written. Nobody need listen.
-    fn trip(&mut self, _at: Micros, _bank: u8, _code: DacCode) {}
-    /// Bytes leave for the host.
-    fn bytes(&mut self, at: Micros, bytes: &[u8]);
-}
-
-impl<S: Sink + ?Sized> Sink for &mut S {
-    fn levels(&mut self, at: Micros, levels: Levels) {
-        (**self).levels(at, levels);
-    }
-    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
-        (**self).dac(at, channel, code);
-    }
-    fn trip(&mut self, at: Micros, bank: u8, code: DacCode) {
-        (**self).trip(at, bank, code);
-    }
-    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
-        (**self).bytes(at, bytes);
     }
 }
 
@@ -165,9 +140,7 @@ pub struct Lockstep {
     sent: Micros,
     /// Refills that would do nothing are left out.
     skips: bool,
-    /// What a board has in backup SRAM.
-    copies: [AllowanceWords; 2],
-    ledger: Ledger,
+    memory: Memory,
 }
 
 impl Lockstep {
@@ -177,8 +150,6 @@ impl Lockstep {
         let (mut playing, mut next) = (WindowPlan::new(), WindowPlan::new());
         playing.reset(boot, Levels::ISOLATED);
         next.reset(boot + us(WINDOW_US), Levels::ISOLATED);
-        let mut ledger = Ledger::default();
-        let [(_, words), _] = ledger.write(&Entry::default());
         Self {
             pulser: Pulser::new(identity.last_fault, Found::default()),
             controller: Controller::new(),
@@ -197,20 +168,14 @@ impl Lockstep {
             written: boot,
             sent: boot,
             skips: true,
-            copies: [words; 2],
-            ledger,
+            memory: Memory::default(),
         }
     }
 
     /// Resets: as if made anew, part by part, for a chip has no room for two of them; but
     /// what was spent of the wearer's allowance stays, unless power came up.
     pub fn boot(&mut self, identity: Identity, boot: Micros) {
-        let is_power_on = identity.reset == ResetCause::PowerOn;
-        let (ledger, found) = Ledger::open(self.copies.each_ref(), is_power_on);
-        self.ledger = ledger;
-        if is_power_on {
-            self.write(&Entry::default());
-        }
+        let found = self.memory.boot(identity.reset);
         self.pulser = Pulser::new(identity.last_fault, found);
         self.controller = Controller::new();
         self.session = Session::new(identity);
@@ -234,21 +199,13 @@ impl Lockstep {
 
     /// The memory that a reset leaves alone, for whoever damages it.
     pub const fn copies(&mut self) -> &mut [AllowanceWords; 2] {
-        &mut self.copies
-    }
-
-    fn write(&mut self, entry: &Entry) {
-        for (copy, words) in self.ledger.write(entry) {
-            if let Some(slot) = self.copies.get_mut(copy) {
-                *slot = words;
-            }
-        }
+        &mut self.memory.copies
     }
 
     /// Writes what the pulser would have kept.
     fn keep_entries(&mut self) {
         while let Some(entry) = self.mail.split().2.take_entry() {
-            self.write(&entry);
+            self.memory.write(&entry);
         }
     }
 

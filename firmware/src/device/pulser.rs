@@ -165,14 +165,6 @@ impl Pulser {
         rests
     }
 
-    #[cold]
-    #[inline(never)]
-    fn keep_entry(&mut self, mail: &mut PulserMail<'_>) {
-        if mail.keep(self.guard.entry()).is_ok() {
-            self.guard.gave_entry(); // else again with the next window
-        }
-    }
-
     /// Latches a fault found elsewhere at `now`; the caller isolates.
     #[cold]
     pub fn fault(&mut self, fault: Fault, now: Micros, mail: &mut PulserMail<'_>) {

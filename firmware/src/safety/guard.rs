@@ -28,6 +28,7 @@ mod electrodes;
 mod list;
 mod memory;
 mod step;
+mod stopping;
 #[cfg(test)]
 mod tests;
 
@@ -43,6 +44,7 @@ use crate::units::{Amplitude, Micros, us};
 use allowance::Allowance;
 use memory::Seals;
 use step::Step;
+use stopping::{is_at_once, let_go};
 
 #[derive(Clone, Copy, Debug, Hash)]
 enum Mode {
@@ -420,46 +422,6 @@ impl Guard {
         self.clear_amplitudes();
         self.close_allowance();
         Notice::Idle(cause)
-    }
-
-    fn ramp_down(&mut self, from: Micros, cause: StopCause) -> Notice {
-        self.fall(Fall::new(from, self.fall_us()), cause);
-        Notice::Stopping(cause)
-    }
-
-    fn fall_us(&self) -> u32 {
-        self.setup.as_ref().map_or(0, |s| s.wearer.fall_us())
-    }
-
-    /// Stops along `fall`, which is told by the caller.
-    const fn fall(&mut self, fall: Fall, cause: StopCause) {
-        self.open_core();
-        self.mode = Mode::Stopping {
-            fall,
-            cause,
-            is_told: true,
-        };
-    }
-
-    /// What was held closed opened: no further pulse begins.
-    fn stop_at_once(&mut self, now: Micros, released: u8) -> Notice {
-        let cause = let_go(released);
-        self.fall(Fall::new(now, 0), cause);
-        Notice::Stopping(cause)
-    }
-}
-
-/// Whether a stop for this reason lets no further pulse begin.
-const fn is_at_once(cause: StopCause) -> bool {
-    matches!(cause, StopCause::HandStop | StopCause::ArmKey)
-}
-
-/// Why what was held closed stops, as bits of [`Inputs::closed`]: the stop comes first.
-const fn let_go(released: u8) -> StopCause {
-    if released & Inputs::STOP != 0 {
-        StopCause::HandStop
-    } else {
-        StopCause::ArmKey
     }
 }
 

@@ -25,7 +25,7 @@ mod watch;
 mod wearer;
 
 pub use allowance::{AllowanceWords, Entry, Found, Ledger, Left, OPEN_US, Spent};
-pub use check::{ElectrodeCheck, Reading};
+pub use check::{CHECK_PAUSE_US, ElectrodeCheck, Reading};
 pub use fault::{Fault, FaultRecord};
 pub use guard::Guard;
 pub use list::{ListedPulse, MAX_LISTED, PulseList};

@@ -14,14 +14,12 @@ const _: () = assert!(size_of::<AllowanceWords>() <= 1024);
 /// Who writes the copies.
 pub struct Backup(Ledger);
 
-/// Once, at boot, after [`record::unlock`]: what the copies say. Power that came up clears
+/// Once, at boot: what the copies say. Power that came up clears
 /// them, before [`record::forget_reset_cause`].
 #[must_use]
 #[inline(never)]
 pub fn open(cause: ResetCause) -> (Backup, Found) {
-    record::unlock();
-    RCC.ahb1enr().modify(|w| w.set_bkpsramen(true));
-    let _ = RCC.ahb1enr().read(); // ES0182: delay after clock enabling
+    enable();
     let is_power_on = cause == ResetCause::PowerOn;
     // SAFETY: both lie in backup SRAM, aligned, and nothing writes there but `write`.
     let [a, b] = COPIES.map(|at| unsafe { read_volatile(at as *const AllowanceWords) });
@@ -33,10 +31,18 @@ pub fn open(cause: ResetCause) -> (Backup, Found) {
     (backup, found)
 }
 
+/// Clock on, protection off.
+fn enable() {
+    record::unlock();
+    RCC.ahb1enr().modify(|w| w.set_bkpsramen(true));
+    let _ = RCC.ahb1enr().read(); // ES0182: delay after clock enabling
+}
+
 impl Backup {
     /// Writes both copies of `entry`, one after the other.
     #[inline(never)]
     pub fn write(&mut self, entry: &Entry) {
+        enable(); // each time: a bit that was lost would keep the copies as they were
         for (copy, words) in self.0.write(entry) {
             let Some(&at) = COPIES.get(copy) else {
                 continue;

@@ -64,6 +64,15 @@ impl Pulser {
         self.verdict(order.seq, start, Err(denied), false, mail);
     }
 
+    /// Has written what was spent of the wearer's allowance.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn keep_entry(&mut self, mail: &mut PulserMail<'_>) {
+        if mail.keep(self.guard.entry()).is_ok() {
+            self.guard.gave_entry(); // else again with the next window
+        }
+    }
+
     /// Tells the controller of a change. One that does not take its mail would
     /// go on as before: that is a fault.
     pub(super) fn notify(&mut self, event: ControlEvent, mail: &mut PulserMail<'_>) {

@@ -123,6 +123,8 @@ impl Allowance {
         // A day of the largest bursts is 3e18 or less.
         let after = sum.saturating_add(charge);
         if after > max {
+            // What is left is less than a burst: it is over.
+            *sum = (*sum).max(max);
             return Dose::Beyond;
         }
         *sum = after;
