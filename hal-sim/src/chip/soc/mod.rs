@@ -194,7 +194,12 @@ impl Soc {
     /// The supply fails for a moment, in which a battery at VBAT keeps the backup
     /// registers: a reset follows. RAM keeps what it held, but not backup SRAM.
     pub fn lose_power(&mut self) {
-        self.reset = Some(Cause::PowerOn);
+        self.be_reset(Cause::PowerOn);
+    }
+
+    /// A reset for this cause follows.
+    pub fn be_reset(&mut self, cause: Cause) {
+        self.reset = Some(cause);
         self.reschedule();
     }
 
