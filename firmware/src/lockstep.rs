@@ -4,15 +4,20 @@
 //! [`port`] is the same over a line of bytes. Not here: what the owners do
 //! (`device`).
 
+mod memory;
 pub mod port;
+mod sink;
+
+pub use sink::Sink;
 
 use crate::device::{
     Controller, Identity, Mailboxes, Pulser, REFILL_OFFSET_US, Session, WINDOWS_PER_TICK,
 };
 use crate::link::MAX_FRAME;
 use crate::pulse::{CHANNELS, Levels, Sample, WINDOW_US, WindowPlan};
-use crate::safety::{Fault, Inputs, Reading, Setup, Stage, State};
+use crate::safety::{AllowanceWords, Fault, Found, Inputs, Reading, Setup, Stage, State};
 use crate::units::{DacCode, Micros, us};
+use memory::Memory;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -59,33 +64,6 @@ impl Default for Sensors {
             trigger: None,
             held: false,
         }
-    }
-}
-
-/// Where a simulated board's outputs go, in time order per kind.
-pub trait Sink {
-    /// The outputs change.
-    fn levels(&mut self, at: Micros, levels: Levels);
-    /// A DAC is written.
-    fn dac(&mut self, at: Micros, channel: u8, code: DacCode);
-    /// The level of a bank's comparators is written. Nobody need listen.
-    fn trip(&mut self, _at: Micros, _bank: u8, _code: DacCode) {}
-    /// Bytes leave for the host.
-    fn bytes(&mut self, at: Micros, bytes: &[u8]);
-}
-
-impl<S: Sink + ?Sized> Sink for &mut S {
-    fn levels(&mut self, at: Micros, levels: Levels) {
-        (**self).levels(at, levels);
-    }
-    fn dac(&mut self, at: Micros, channel: u8, code: DacCode) {
-        (**self).dac(at, channel, code);
-    }
-    fn trip(&mut self, at: Micros, bank: u8, code: DacCode) {
-        (**self).trip(at, bank, code);
-    }
-    fn bytes(&mut self, at: Micros, bytes: &[u8]) {
-        (**self).bytes(at, bytes);
     }
 }
 
@@ -162,6 +140,7 @@ pub struct Lockstep {
     sent: Micros,
     /// Refills that would do nothing are left out.
     skips: bool,
+    memory: Memory,
 }
 
 impl Lockstep {
@@ -172,7 +151,7 @@ impl Lockstep {
         playing.reset(boot, Levels::ISOLATED);
         next.reset(boot + us(WINDOW_US), Levels::ISOLATED);
         Self {
-            pulser: Pulser::new(identity.last_fault),
+            pulser: Pulser::new(identity.last_fault, Found::default()),
             controller: Controller::new(),
             session: Session::new(identity),
             mail: Mailboxes::new(),
@@ -189,12 +168,15 @@ impl Lockstep {
             written: boot,
             sent: boot,
             skips: true,
+            memory: Memory::default(),
         }
     }
 
-    /// As if made anew, part by part: a chip has no room for two of them.
+    /// Resets: as if made anew, part by part, for a chip has no room for two of them; but
+    /// what was spent of the wearer's allowance stays, unless power came up.
     pub fn boot(&mut self, identity: Identity, boot: Micros) {
-        self.pulser = Pulser::new(identity.last_fault);
+        let found = self.memory.boot(identity.reset);
+        self.pulser = Pulser::new(identity.last_fault, found);
         self.controller = Controller::new();
         self.session = Session::new(identity);
         self.mail = Mailboxes::new();
@@ -213,6 +195,18 @@ impl Lockstep {
     pub const fn unskipping(mut self) -> Self {
         self.skips = false;
         self
+    }
+
+    /// The memory that a reset leaves alone, for whoever damages it.
+    pub const fn copies(&mut self) -> &mut [AllowanceWords; 2] {
+        &mut self.memory.copies
+    }
+
+    /// Writes what the pulser would have kept.
+    fn keep_entries(&mut self) {
+        while let Some(entry) = self.mail.split().2.take_entry() {
+            self.memory.write(&entry);
+        }
     }
 
     /// Device time.
@@ -387,6 +381,7 @@ impl Lockstep {
             self.controller.tick(now, sensors.joint, &mut mail);
             ready = done + us(cost::CONTROL_US);
         }
+        self.keep_entries();
         if !self.skips || self.mail.has_for_session() {
             let (_, _, mut mail) = self.mail.split();
             self.session.poll(now, &mut mail);

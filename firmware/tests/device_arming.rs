@@ -23,6 +23,7 @@ fn refused_arming_leaves_nothing_behind() {
         desk.wait(1_000);
     }
     desk.must(ARM);
+    desk.wait(1_000); // until the controller has taken its parts, another `Arm` is 113
     assert_eq!(desk.code(ARM), Some(Code::WrongState));
     desk.wait(1_000);
     assert_eq!(desk.code(ARM), Some(Code::WrongState));
@@ -396,7 +397,7 @@ fn arming_tells_what_each_electrode_read() {
     );
     desk.sensors.load_ohm[1] = 2_000;
     let mut heard = desk.ask(ARM);
-    desk.wait(30_000);
+    desk.wait(430_000); // with the pause after the check before
     heard.extend(desk.heard());
     let read = readings(&heard);
     assert!(matches!(read[..], [(0, ..), (1, ..)]), "{read:?}");

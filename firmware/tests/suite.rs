@@ -23,6 +23,7 @@ mod device_rise;
 mod device_rungs;
 mod device_safety;
 mod device_setup_sum;
+mod device_spent;
 mod device_stop;
 mod device_takeover;
 mod device_telemetry;

@@ -50,6 +50,7 @@ fn status(state: State, fault: Option<FaultRecord>) -> Status {
             pulses: 1978,
             ..Counters::default()
         },
+        left: None,
     }
 }
 

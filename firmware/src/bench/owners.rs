@@ -7,7 +7,7 @@ use crate::link::message::ResetCause;
 use crate::link::{BROADCAST, Kind, MAX_FRAME, Request, SCHEMA, SetupSum, ToDevice, encode};
 use crate::muscle::MuscleSpec;
 use crate::pulse::{CHANNELS, Sample, TrainSpec, WINDOW_US, WindowPlan};
-use crate::safety::{ChannelSpec, Inputs, Reading, StageSpec, Stages, State, WearerSpec};
+use crate::safety::{ChannelSpec, Found, Inputs, Reading, StageSpec, Stages, State, WearerSpec};
 use crate::units::{Amplitude, DacCode, Micros, us};
 use heapless::Vec;
 
@@ -53,7 +53,7 @@ impl Desk {
             option_bytes: None,
         };
         Self {
-            pulser: Pulser::new(None),
+            pulser: Pulser::new(None, Found::default()),
             controller: Controller::new(),
             session: Session::new(identity),
             mail: Mailboxes::new(),
@@ -196,6 +196,7 @@ impl Desk {
     /// Takes what the session says.
     fn listen(&mut self) {
         let (_, _, mut mail) = self.mail.split();
+        while mail.take_entry().is_some() {}
         self.session.poll(self.start, &mut mail);
         let mut buffer = [0; MAX_FRAME];
         while self.session.has_output() {

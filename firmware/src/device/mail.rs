@@ -10,7 +10,7 @@ use crate::limb::{LINES, LineSpec};
 use crate::link::{Event, Refusal, Response};
 use crate::muscle::Rung;
 use crate::pulse::CHANNELS;
-use crate::safety::{Denied, FaultRecord, Notice, PulseList, Setup, State, Stimulus};
+use crate::safety::{Denied, Entry, FaultRecord, Left, Notice, PulseList, Setup, State, Stimulus};
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use heapless::spsc::{Consumer, Producer, Queue};
 
@@ -95,6 +95,8 @@ pub enum Report {
         idle_triggers: u32,
         /// The latched or last fault.
         fault: Option<FaultRecord>,
+        /// What is left of time and charge.
+        left: Option<Left>,
     },
     /// Something changed.
     Changed {
@@ -289,6 +291,7 @@ pub struct Mailboxes {
     orders: Queue<Order, 32>,
     // A verdict for every order of one window, and what changes in it.
     reports: Queue<Report, 40>,
+    entries: Queue<Entry, 4>,
     control_parts: Queue<ControlPart, { PARTS + 1 }>,
     lines: Queue<LineSpec, { LINES + 1 }>,
     control_requests: Queue<Asked, 16>,
@@ -312,6 +315,7 @@ pub struct PulserMail<'a> {
     pub(super) lists: Consumer<'a, PulseList>,
     pub(super) orders: Consumer<'a, Order>,
     pub(super) reports: Producer<'a, Report>,
+    pub(super) entries: Producer<'a, Entry>,
     pub(super) control_orders: Consumer<'a, ControlOrder>,
     pub(super) control_events: Producer<'a, ControlEvent>,
     pub(super) stop: &'a StopFlag,
@@ -337,6 +341,7 @@ pub struct SessionMail<'a> {
     pub(super) lists: Producer<'a, PulseList>,
     pub(super) orders: Producer<'a, Order>,
     pub(super) reports: Consumer<'a, Report>,
+    entries: Consumer<'a, Entry>,
     pub(super) control_parts: Producer<'a, ControlPart>,
     pub(super) lines: Producer<'a, LineSpec>,
     pub(super) control_requests: Producer<'a, Asked>,
@@ -355,6 +360,7 @@ impl Mailboxes {
             lists: Queue::new(),
             orders: Queue::new(),
             reports: Queue::new(),
+            entries: Queue::new(),
             control_parts: Queue::new(),
             lines: Queue::new(),
             control_requests: Queue::new(),
@@ -395,6 +401,7 @@ impl Mailboxes {
         let (lists_tx, lists_rx) = self.lists.split();
         let (orders_tx, orders_rx) = self.orders.split();
         let (reports_tx, reports_rx) = self.reports.split();
+        let (entries_tx, entries_rx) = self.entries.split();
         let (control_parts_tx, control_parts_rx) = self.control_parts.split();
         let (lines_of_arm_tx, lines_of_arm_rx) = self.lines.split();
         let (requests_tx, requests_rx) = self.control_requests.split();
@@ -408,6 +415,7 @@ impl Mailboxes {
             lists: lists_rx,
             orders: orders_rx,
             reports: reports_tx,
+            entries: entries_tx,
             control_orders: control_orders_rx,
             control_events: events_tx,
             stop,
@@ -429,6 +437,7 @@ impl Mailboxes {
             lists: lists_tx,
             orders: orders_tx,
             reports: reports_rx,
+            entries: entries_rx,
             control_parts: control_parts_tx,
             lines: lines_of_arm_tx,
             control_requests: requests_tx,

@@ -5,7 +5,9 @@ mod orders;
 use super::mail::{Answered, ControlEvent, ControlOrder, Mailboxes, PulserMail, Report};
 use crate::pulse::{Levels, MAX_PULSES, PulseStart, Sample, Scheduler, WINDOW_US, WindowPlan};
 use crate::safety::trips;
-use crate::safety::{Denied, Fault, FaultRecord, Guard, Inputs, Notice, OutputCheck, Setup, State};
+use crate::safety::{
+    Denied, Fault, FaultRecord, Found, Guard, Inputs, Notice, OutputCheck, Setup, State,
+};
 use crate::units::{Micros, us};
 use heapless::Vec;
 
@@ -61,11 +63,12 @@ pub struct Pulser {
 }
 
 impl Pulser {
-    /// A pulser at reset; `latched` is the fault that the reset found.
+    /// A pulser at reset; `latched` is the fault that the reset found, `found` what it found
+    /// spent of time and charge.
     #[must_use]
-    pub fn new(latched: Option<FaultRecord>) -> Self {
+    pub fn new(latched: Option<FaultRecord>, found: Found) -> Self {
         Self {
-            guard: Guard::new(latched),
+            guard: Guard::new(latched, found),
             scheduler: Scheduler::new(),
             outputs: OutputCheck::new(),
             arming: None,
@@ -129,6 +132,9 @@ impl Pulser {
             plan.reset(start, Levels::ISOLATED);
             self.fault(fault, now, mail);
         }
+        if self.guard.owes_entry() {
+            self.keep_entry(mail);
+        }
         self.guard.seal();
         result
     }
@@ -147,6 +153,7 @@ impl Pulser {
             && self.scheduler.is_gate_still(inputs.held)
             && self.due.is_none()
             && self.told == self.guard.state()
+            && !self.guard.owes_entry()
             && mail.is_empty_for_pulser(self.stops_told)
             && self.guard.is_at_rest(start, inputs, &self.scheduler);
         while rests && let Some(order) = mail.next_control_order() {

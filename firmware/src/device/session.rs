@@ -291,6 +291,7 @@ impl Session {
                 pulses,
                 idle_triggers,
                 fault,
+                left,
             } => {
                 self.state = state;
                 let counters = Counters {
@@ -305,6 +306,7 @@ impl Session {
                         state,
                         fault,
                         counters,
+                        left,
                     },
                 });
             }

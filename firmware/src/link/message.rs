@@ -9,7 +9,7 @@ use crate::muscle::{MuscleSpec, Rung};
 use crate::pulse::{CHANNELS, GroupSpec, MAX_GROUPS, TrainSpec};
 use crate::range::Range;
 use crate::safety::{
-    ChannelSpec, FaultRecord, ListedPulse, MAX_LISTED, StageKind, StageSupply, Stages, State,
+    ChannelSpec, FaultRecord, Left, ListedPulse, MAX_LISTED, StageKind, StageSupply, Stages, State,
     StopCause, WearerSpec,
 };
 use crate::units::{Amplitude, Micros};
@@ -377,6 +377,9 @@ pub struct Status {
     pub fault: Option<FaultRecord>,
     /// Counters since boot.
     pub counters: Counters,
+    /// What is left of what the armed or last armed setup's wearer allows; none before one
+    /// was armed.
+    pub left: Option<Left>,
 }
 
 /// What the device reports of its own accord.

@@ -77,6 +77,7 @@ pub enum Code {
     Cancelled = 305,
     FaultLatched = 306,
     Stopped = 307,
+    AllowanceLost = 308,
     NoJoint = 310,
     SetpointTime = 311,
     MeasurementTime = 312,
@@ -94,7 +95,7 @@ pub enum Code {
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 75] = [
+    pub const ALL: [Self; 76] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -157,6 +158,7 @@ impl Code {
         Self::Cancelled,
         Self::FaultLatched,
         Self::Stopped,
+        Self::AllowanceLost,
         Self::NoJoint,
         Self::SetpointTime,
         Self::MeasurementTime,
@@ -372,6 +374,7 @@ impl From<Denied> for Refusal<'static> {
                 let refusal = Self::new(Code::DoseReached, "max_dose_mc").on(channel);
                 refusal.allowed(0, bound(max_mc))
             }
+            Denied::AllowanceLost => Self::new(Code::AllowanceLost, "max_session_s"),
             Denied::TooLargeStep { channel, highest } => Self::new(Code::TooLargeStep, "values")
                 .on(channel)
                 .allowed(0, bound(highest.get())),

@@ -24,6 +24,14 @@ const SPACING_US: u32 = 2 * WINDOW_US;
 /// Amplitudes of the check, from code 1 to its last.
 const STEPS: u32 = 4;
 
+/// From the beginning of a check to that of the next at least, µs, however it ended: so no
+/// host gets more than 24 pulses of it in any second on a channel, the eight of three
+/// checks, by stopping and arming again and again, and the answer to `Arm` comes within the
+/// half second that hosts wait for one. They are sub-threshold and at most 0.2 µC each, so
+/// they count towards neither time nor dose. An `Arm` that comes sooner waits: it is no
+/// error of its host.
+pub const CHECK_PAUSE_US: u32 = 400_000;
+
 /// Two sub-threshold pulses of 100 µs a phase, a window apart, [`STEPS`] times: the
 /// sense takes the first phase of one and the second phase of the other.
 const PROBE: TrainSpec = TrainSpec {

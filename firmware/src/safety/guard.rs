@@ -28,6 +28,7 @@ mod electrodes;
 mod list;
 mod memory;
 mod step;
+mod stopping;
 #[cfg(test)]
 mod tests;
 
@@ -35,7 +36,7 @@ use super::check::Load;
 use super::list::Playing;
 use super::ramp::{Fall, Rise};
 use super::watch::Watch;
-use super::{Channel, ElectrodeCheck, Fault, FaultRecord, Setup, Stimulus, limits};
+use super::{Channel, ElectrodeCheck, Fault, FaultRecord, Found, Setup, Stimulus, limits};
 use super::{Denied, Inputs, Notice, State, StopCause};
 use crate::pulse::{CHANNELS, Scheduler, WINDOW_US};
 use crate::seal::Seal;
@@ -43,6 +44,7 @@ use crate::units::{Amplitude, Micros, us};
 use allowance::Allowance;
 use memory::Seals;
 use step::Step;
+use stopping::{is_at_once, let_go};
 
 #[derive(Clone, Copy, Debug, Hash)]
 enum Mode {
@@ -84,6 +86,8 @@ pub struct Guard {
     /// What a person holds closed, as [`Inputs::closed`]: opened, it stops.
     held: u8,
     allowance: Allowance,
+    /// When the latest electrode check began.
+    checked: Option<Micros>,
     /// The list of pulses under way, and the seal over it.
     list: Playing,
     list_seal: Seal,
@@ -94,9 +98,10 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// A guard at reset; `latched` is the fault that the reset found recorded.
+    /// A guard at reset; `latched` is the fault that the reset found recorded, `found` what
+    /// it found spent of time and charge.
     #[must_use]
-    pub fn new(latched: Option<FaultRecord>) -> Self {
+    pub fn new(latched: Option<FaultRecord>, found: Found) -> Self {
         let mut guard = Self {
             mode: latched.map_or(Mode::Boot, Mode::Fault),
             setup: None,
@@ -108,7 +113,8 @@ impl Guard {
             watches: [Watch::default(); CHANNELS],
             heard: Micros::new(0),
             held: 0,
-            allowance: Allowance::default(),
+            allowance: Allowance::new(found),
+            checked: None,
             list: Playing::NOTHING,
             list_seal: Seal::of(&Playing::NOTHING),
             seals: Seals::default(),
@@ -153,18 +159,19 @@ impl Guard {
         )
     }
 
-    /// Takes `setup` and begins the electrode check, whose pulses start at
-    /// `epoch`. The verdict comes as [`Notice::Checked`].
+    /// Takes `setup` and begins the electrode check. Its pulses start at `now`, or when the
+    /// pause after the check before is over; returns when. The verdict comes as
+    /// [`Notice::Checked`].
     ///
     /// # Errors
-    /// Not idle, a latched fault, what must be closed is not, or nothing left of what the
-    /// wearer allows of time or charge.
+    /// Not idle, a latched fault, what must be closed is not, nothing left of what the
+    /// wearer allows of time or charge, or nobody knows what was spent of it.
     pub fn arm(
         &mut self,
         setup: &Setup,
         inputs: &Inputs,
-        epoch: Micros,
-    ) -> Result<ElectrodeCheck, Denied> {
+        now: Micros,
+    ) -> Result<(ElectrodeCheck, Micros), Denied> {
         match self.mode {
             Mode::Idle => {}
             Mode::Fault(record) => return Err(Denied::FaultLatched(record.fault)),
@@ -179,6 +186,8 @@ impl Guard {
         self.allowance.check(setup)?;
         self.held = inputs.closed();
         let check = ElectrodeCheck::new(setup);
+        let epoch = self.check_from(now);
+        self.checked = Some(epoch);
         self.setup = Some(setup.clone());
         self.clear_amplitudes();
         self.loads = [Load::default(); CHANNELS];
@@ -188,7 +197,7 @@ impl Guard {
             check,
             until: epoch + us(ElectrodeCheck::length_us()),
         };
-        Ok(check)
+        Ok((check, epoch))
     }
 
     /// From armed to stimulating, because of an order that arrived at `heard`.
@@ -202,6 +211,7 @@ impl Guard {
                 self.open_core();
                 self.mode = Mode::Stimulating;
                 self.heard = heard;
+                self.begin_time(heard);
                 Ok(())
             }
             Mode::Fault(record) => Err(Denied::FaultLatched(record.fault)),
@@ -243,7 +253,6 @@ impl Guard {
     /// latest counts: what went through the control law comes here later.
     pub fn keep_alive(&mut self, at: Micros) {
         if self.heard.is_before(at) {
-            self.spend_time((at - self.heard).us().cast_unsigned());
             self.open_core();
             self.heard = at;
         }
@@ -259,6 +268,8 @@ impl Guard {
             }
             return Notice::Faulted(*first);
         }
+        self.count_time(at);
+        self.close_allowance();
         let record = FaultRecord {
             residual,
             ..FaultRecord::new(fault, at)
@@ -308,6 +319,11 @@ impl Guard {
             self.held |= Inputs::STOP;
         }
         let released = self.held & !closed;
+        if let Mode::Stimulating | Mode::Stopping { .. } = self.mode
+            && self.is_time_due(now)
+        {
+            self.count_time(now);
+        }
         let change = match self.mode {
             Mode::Boot => {
                 self.open_core();
@@ -340,9 +356,12 @@ impl Guard {
                 self.fall(fall, cause);
                 Some(Notice::Stopping(cause))
             }
-            Mode::Stopping { fall, cause, .. } => (now.has_reached(fall.end())
-                && scheduler.is_resting())
-            .then(|| self.enter_idle(cause)),
+            Mode::Stopping { fall, cause, .. } => {
+                (now.has_reached(fall.end()) && scheduler.is_resting()).then(|| {
+                    self.count_time(now);
+                    self.enter_idle(cause)
+                })
+            }
             Mode::Grounding { until } => now.has_reached(until).then(|| {
                 self.open_core();
                 self.mode = Mode::Idle;
@@ -367,7 +386,7 @@ impl Guard {
             Mode::Stimulating => {
                 !scheduler.is_finished()
                     && self.silent_since(now).is_none()
-                    && !self.is_time_over_by(now)
+                    && !self.is_time_due(now)
             }
             _ => false,
         }
@@ -378,6 +397,7 @@ impl Guard {
             return Some(self.stop_at_once(now, released));
         }
         if finished {
+            self.count_time(now);
             return Some(self.enter_idle(StopCause::Finished));
         }
         let from = self.silent_since(now)?;
@@ -412,47 +432,8 @@ impl Guard {
         self.open_core();
         self.mode = Mode::Idle;
         self.clear_amplitudes();
+        self.close_allowance();
         Notice::Idle(cause)
-    }
-
-    fn ramp_down(&mut self, from: Micros, cause: StopCause) -> Notice {
-        self.fall(Fall::new(from, self.fall_us()), cause);
-        Notice::Stopping(cause)
-    }
-
-    fn fall_us(&self) -> u32 {
-        self.setup.as_ref().map_or(0, |s| s.wearer.fall_us())
-    }
-
-    /// Stops along `fall`, which is told by the caller.
-    const fn fall(&mut self, fall: Fall, cause: StopCause) {
-        self.open_core();
-        self.mode = Mode::Stopping {
-            fall,
-            cause,
-            is_told: true,
-        };
-    }
-
-    /// What was held closed opened: no further pulse begins.
-    fn stop_at_once(&mut self, now: Micros, released: u8) -> Notice {
-        let cause = let_go(released);
-        self.fall(Fall::new(now, 0), cause);
-        Notice::Stopping(cause)
-    }
-}
-
-/// Whether a stop for this reason lets no further pulse begin.
-const fn is_at_once(cause: StopCause) -> bool {
-    matches!(cause, StopCause::HandStop | StopCause::ArmKey)
-}
-
-/// Why what was held closed stops, as bits of [`Inputs::closed`]: the stop comes first.
-const fn let_go(released: u8) -> StopCause {
-    if released & Inputs::STOP != 0 {
-        StopCause::HandStop
-    } else {
-        StopCause::ArmKey
     }
 }
 

@@ -5,6 +5,7 @@
 //! In: requests, inputs of the board, wanted amplitudes. Out: DAC codes to the
 //! scheduler (it implements `pulse::Supply`) and notices for `device`.
 
+mod allowance;
 mod check;
 mod common_return;
 mod fault;
@@ -25,7 +26,8 @@ mod trip;
 mod watch;
 mod wearer;
 
-pub use check::{ElectrodeCheck, Reading};
+pub use allowance::{AllowanceWords, Entry, Found, Ledger, Left, OPEN_US, Spent};
+pub use check::{CHECK_PAUSE_US, ElectrodeCheck, Reading};
 pub use fault::{Fault, FaultRecord};
 pub use guard::Guard;
 pub use list::{ListedPulse, MAX_LISTED, PulseList};

@@ -140,6 +140,9 @@ pub enum Denied {
         /// That charge, mC.
         max_mc: u32,
     },
+    /// Nobody knows what was spent of time and charge before the reset: power must come
+    /// up anew.
+    AllowanceLost,
     /// A larger rise than the wearer allows from burst to burst or within a second.
     TooLargeStep {
         /// The channel.

@@ -132,6 +132,20 @@ impl Desk {
         desk
     }
 
+    /// The device resets, for `reset`, at the next window; its session is gone.
+    pub fn reset(&mut self, reset: ResetCause) {
+        let at = self.now() + us(1_000);
+        self.record.levels(self.now(), Levels::ISOLATED); // pins are inputs
+        let identity = Identity {
+            reset,
+            ..identity(1, None)
+        };
+        self.board.boot(identity, at);
+        self.draft = Draft::default();
+        self.wait(1_000);
+        self.hello();
+    }
+
     /// Booted, with a session.
     pub fn open(at: Micros) -> Self {
         let mut desk = Self::boot(at, None);
@@ -228,12 +242,12 @@ impl Desk {
         self.heard()
     }
 
-    /// Sends a request and waits for its own answer, at most 50 ms.
+    /// Sends a request and waits for its own answer, at most half a second.
     /// `Err` is the code and field of the refusal.
     pub fn answer(&mut self, request: Request) -> Result<(), (Code, String)> {
         self.heard();
         let seq = self.send(request);
-        for _ in 0..50 {
+        for _ in 0..500 {
             for heard in self.heard() {
                 match heard {
                     Heard::Ack(s, _) | Heard::Status(s, _) if s == seq => return Ok(()),

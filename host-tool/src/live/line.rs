@@ -1,7 +1,7 @@
 //! The model in one line, for pipes: words or JSON.
 
 use super::model::Model;
-use firmware::safety::State;
+use firmware::safety::{Left, State};
 use host_core::record::Sample;
 use serde_json::{Value, json as object};
 
@@ -48,10 +48,21 @@ pub fn line(model: &Model, told: usize) -> String {
         "  frames {} lost {} bad {} refused {}",
         count.frames, count.lost, count.bad_frames, count.refused
     );
+    if let Some(left) = &model.left {
+        text += &format!("  {}", left_in_words(left));
+    }
     for note in fresh(model, told) {
         text += &format!("  | {:.2} s {}", note.t_s, note.text);
     }
     text
+}
+
+/// Time, and the charge of the channel that has least of it.
+pub fn left_in_words(left: &Left) -> String {
+    let (minutes, seconds) = (left.time_ms / 60_000, left.time_ms / 1_000 % 60);
+    let millicoulombs = f64::from(left.dose_uc) * 1e-3;
+    let number = left.channel + 1;
+    format!("left {minutes}:{seconds:02} min, {millicoulombs:.1} mC on {number}")
 }
 
 /// The same as JSON. What is not known now is null.
@@ -83,6 +94,10 @@ pub fn json(model: &Model, told: usize) -> Value {
             "refused": count.refused, "setpoints": count.setpoints, "pulses": count.pulses,
             "dropped": count.dropped,
         },
+        "left": model.left.map(|left| object!({
+            "time_s": f64::from(left.time_ms) / 1e3, "channel": left.channel + 1,
+            "dose_mc": f64::from(left.dose_uc) / 1e3,
+        })),
     })
 }
 

@@ -1,7 +1,7 @@
 //! What is known of the device at this moment.
 
 use firmware::link::{Counters, Event, HelloInfo, Status};
-use firmware::safety::{FaultRecord, State};
+use firmware::safety::{FaultRecord, Left, State};
 use host_core::record::{DeviceKind, Sample};
 use host_core::run::{Seen, SessionFile, device_kind, event};
 use std::collections::VecDeque;
@@ -67,6 +67,8 @@ pub struct Model {
     pub fault: Option<FaultRecord>,
     /// The device's counters since its boot.
     pub counters: Counters,
+    /// What is left of the wearer's time and charge, as last heard.
+    pub left: Option<Left>,
     /// The latest telemetry, oldest first.
     pub samples: VecDeque<Sample>,
     /// The latest notes, oldest first.
@@ -189,5 +191,6 @@ impl Model {
         self.state = status.state;
         self.fault = status.fault;
         self.counters = status.counters;
+        self.left = status.left;
     }
 }

@@ -1,6 +1,6 @@
 //! The dashboard's frame: where everything stands.
 
-use super::line::word;
+use super::line::{left_in_words, word};
 use super::{Model, Note, channels, chart};
 use firmware::safety::State;
 use ratatui::Frame;
@@ -139,9 +139,12 @@ fn counters(model: &Model) -> Paragraph<'_> {
             Span::styled(format!("{b:<7}{bv:>7}"), bad),
         ])
     };
-    let block = Block::bordered()
+    let mut block = Block::bordered()
         .title(" device counters ")
         .border_style(Style::new().dim());
+    if let Some(left) = &model.left {
+        block = block.title_bottom(format!(" {} ", left_in_words(left)));
+    }
     Paragraph::new(vec![
         pair("frames", count.frames, "lost", count.lost),
         pair("setpts", count.setpoints, "bad", count.bad_frames),

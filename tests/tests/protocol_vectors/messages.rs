@@ -20,7 +20,7 @@ use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpe
 use firmware::pulse::CHANNELS;
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec, Trigger};
 use firmware::safety::{
-    ChannelSpec, Fault, FaultRecord, ListedPulse, Origin, StageKind, StageSpec, StageSupply,
+    ChannelSpec, Fault, FaultRecord, Left, ListedPulse, Origin, StageKind, StageSpec, StageSupply,
     StageTable, Stages, StagesFault, State, StopCause, WearerSpec,
 };
 use firmware::units::{Amplitude, Micros};
@@ -395,6 +395,11 @@ pub fn responses() -> Vec<(String, Response<'static>)> {
                 pulses: 100_000,
                 ..Counters::default()
             },
+            left: fault.is_none().then_some(Left {
+                time_ms: 3_599_000,
+                channel: 2,
+                dose_uc: 810_000,
+            }),
         };
         add("status".into(), Response::Status { seq: 2, status });
     }

@@ -5,10 +5,11 @@
 //! how fast; `pins`,
 //! `dac`, `adc`, `clock` and `watchdog` are what they are called; `march` and `self_test`
 //! try the chip at boot, `memory` fences it in; `record` and
-//! `emergency` are for faults. In: interrupts, bytes. Out: port words, DAC codes, bytes. RM0090 is
+//! `emergency` are for faults, `backup` keeps what was spent of a wearer's allowance. In: interrupts, bytes. Out: port words, DAC codes, bytes. RM0090 is
 //! the reference manual, DS8626 the data sheet, ES0182 the errata sheet.
 
 mod adc;
+mod backup;
 mod clock;
 mod control;
 mod crystal;
@@ -67,6 +68,8 @@ pub async fn run(spawner: Spawner) -> ! {
     let is_locked = pins::lock();
     let cause = record::read_reset_cause();
     let latched = latched_fault(cause);
+    let (backup, found) = backup::open(cause);
+    record::forget_reset_cause();
     let peripherals = embassy_stm32::init(clock::config());
     clock::harden();
     for line in [Interrupt::OTG_FS, Interrupt::TIM5] {
@@ -95,7 +98,9 @@ pub async fn run(spawner: Spawner) -> ! {
     // Proof: the task's one slot is free, for nothing else spawns it.
     control::start(controller, controller_mail, &mut core.NVIC).expect("spawned here only");
     // SAFETY: once, and no other context touches tape or pins.
-    if let Err(fault) = unsafe { refill::start(latched, pulser_mail, &mut core.NVIC, core.SYST) } {
+    if let Err(fault) =
+        unsafe { refill::start(latched, found, pulser_mail, &mut core.NVIC, core.SYST) }
+    {
         emergency::reset_with(fault, 0);
     }
     let port = Port {
@@ -118,7 +123,7 @@ pub async fn run(spawner: Spawner) -> ! {
     };
     static SESSION: StaticCell<Session> = StaticCell::new();
     let session = SESSION.init_with(|| Session::new(identity));
-    match session::serve(spawner, session, session_mail, port).await {}
+    match session::serve(spawner, session, session_mail, backup, port).await {}
 }
 
 /// What the last run left in the backup registers; or a watchdog's bite, which

@@ -24,13 +24,11 @@ const _: () = assert!(
     "as many registers are there (RM0090 section 26.6.20)"
 );
 
-/// Why the device last reset (RM0090 RCC_CSR), most telling cause first; clears
-/// it for the next time. Illegal low-power entry and the window watchdog, which
-/// are not in use, would show as `Pin`.
+/// Why the device last reset (RM0090 RCC_CSR), most telling cause first. Illegal low-power
+/// entry and the window watchdog, which are not in use, would show as `Pin`.
 #[must_use]
 pub fn read_reset_cause() -> ResetCause {
     let flags = RCC.csr().read();
-    RCC.csr().modify(|w| w.set_rmvf(true));
     // Every reset also pulls the pin; every power-on also sets brown-out.
     if flags.porrstf() {
         ResetCause::PowerOn
@@ -45,7 +43,12 @@ pub fn read_reset_cause() -> ResetCause {
     }
 }
 
-/// Makes the backup registers writable (RM0090 section 5.1.2).
+/// Clears the flags of [`read_reset_cause`] for the next time: what a power-on clears was.
+pub fn forget_reset_cause() {
+    RCC.csr().modify(|w| w.set_rmvf(true));
+}
+
+/// Makes the backup registers and backup SRAM writable (RM0090 section 5.1.2).
 pub fn unlock() {
     RCC.apb1enr().modify(|w| w.set_pwren(true));
     let _ = RCC.apb1enr().read(); // ES0182: delay after clock enabling

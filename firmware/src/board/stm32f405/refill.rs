@@ -13,7 +13,7 @@ use super::watchdog::{self, Owner};
 use super::{Urgency, dac, emergency, overdue, pins, record, registers, timebase, usb_clock};
 use crate::device::{Pulser, PulserMail, REFILL_OFFSET_US, WINDOWS_PER_TICK};
 use crate::pulse::{Levels, Sample, WINDOW_US, WindowPlan};
-use crate::safety::{Fault, FaultRecord, Inputs, Reading, State};
+use crate::safety::{Fault, FaultRecord, Found, Inputs, Reading, State};
 use crate::units::{Micros, us};
 use core::ptr::null_mut;
 use core::sync::atomic::{AtomicPtr, Ordering};
@@ -66,7 +66,7 @@ fn with_refill(act: impl FnOnce(&mut Refill)) {
 }
 
 /// Starts the tape at device time 0 and hands a pulser to the interrupt; `latched` is
-/// the fault that the reset found.
+/// the fault that the reset found, `found` what it found spent of time and charge.
 ///
 /// # Errors
 /// As [`Tape::start`].
@@ -75,6 +75,7 @@ fn with_refill(act: impl FnOnce(&mut Refill)) {
 /// Once, from the thread, while no other context uses the tape or the pins.
 pub unsafe fn start(
     latched: Option<FaultRecord>,
+    found: Found,
     mail: PulserMail<'static>,
     nvic: &mut NVIC,
     second_clock: SYST,
@@ -84,7 +85,7 @@ pub unsafe fn start(
         kept: latched.map_or(Kept::Nothing, |_| Kept::Latched),
         second_clock,
         crystal: Crystal::start(),
-        pulser: Pulser::new(latched),
+        pulser: Pulser::new(latched, found),
         mail,
         tape: None,
         plan: WindowPlan::new(),

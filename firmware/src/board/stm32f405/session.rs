@@ -1,6 +1,7 @@
 //! The Session's context: the thread, between the USB serial port and the
 //! mailboxes.
 
+use super::backup::Backup;
 use super::control::TOLD;
 use super::stages;
 use super::timebase;
@@ -69,12 +70,13 @@ pub async fn serve(
     spawner: Spawner,
     session: &'static mut Session,
     mail: SessionMail<'static>,
+    backup: Backup,
     port: Port,
 ) -> Infallible {
     let (mut usb, class) = build(port);
     let (tx, rx) = class.split();
     // Proof: the task's one slot is free, for nothing else spawns it.
-    spawner.spawn(run(session, mail, tx, rx).expect("spawned here only"));
+    spawner.spawn(run(session, mail, backup, tx, rx).expect("spawned here only"));
     usb_bus::serve(&mut usb).await
 }
 
@@ -83,11 +85,16 @@ pub async fn serve(
 async fn run(
     session: &'static mut Session,
     mail: SessionMail<'static>,
+    backup: Backup,
     tx: Sender<'static, Usb>,
     rx: Receiver<'static, Usb>,
 ) {
     let outgoing = Bytes::new();
-    join(send(tx, &outgoing), converse(session, mail, rx, &outgoing)).await;
+    join(
+        send(tx, &outgoing),
+        converse(session, mail, backup, rx, &outgoing),
+    )
+    .await;
 }
 
 fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
@@ -135,6 +142,7 @@ fn build(port: Port) -> (UsbDevice<'static, Usb>, CdcAcmClass<'static, Usb>) {
 async fn converse(
     session: &mut Session,
     mut mail: SessionMail<'static>,
+    mut backup: Backup,
     mut rx: Receiver<'static, Usb>,
     outgoing: &Bytes,
 ) -> Infallible {
@@ -157,6 +165,10 @@ async fn converse(
             }
         }
         usb_clock.look();
+        // Before the session says that it is armed.
+        while let Some(entry) = mail.take_entry() {
+            backup.write(&entry);
+        }
         session.poll(timebase::now(), &mut mail);
         transmit(session, outgoing);
         store_stages(session, outgoing, &mut patience);

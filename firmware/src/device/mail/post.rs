@@ -5,6 +5,7 @@ use super::{
     SessionMail,
 };
 use crate::link::{Event, Response, Telemetry};
+use crate::safety::Entry;
 use crate::units::Micros;
 use core::sync::atomic::{AtomicU32, Ordering};
 use heapless::spsc::Producer;
@@ -81,6 +82,11 @@ impl PulserMail<'_> {
         self.notify(event)
     }
 
+    /// Has `entry` written; one that finds no room comes again with the next window.
+    pub(in crate::device) fn keep(&mut self, entry: Entry) -> Result<(), Full> {
+        self.entries.enqueue(entry).map_err(|_| Full)
+    }
+
     /// Tells the controller of what must not be lost.
     #[inline]
     pub(in crate::device) fn notify(&mut self, event: ControlEvent) -> Result<(), Full> {
@@ -117,6 +123,13 @@ impl ControllerMail<'_> {
 }
 
 impl SessionMail<'_> {
+    /// What was spent of the wearer's allowance, to be written where a reset leaves it alone
+    /// by whoever runs the session: at every exit, and while stimulation goes on more often
+    /// than every 250 ms.
+    pub fn take_entry(&mut self) -> Option<Entry> {
+        self.entries.dequeue()
+    }
+
     /// Whether the pulser can answer one order more. Orders are looked at first:
     /// one that is answered meanwhile counts twice, none is missed.
     pub(in crate::device) fn has_room_for_order(&self) -> bool {

@@ -72,6 +72,15 @@ impl Pulser {
         self.verdict(order.seq, start, Err(denied), answered, mail);
     }
 
+    /// Has written what was spent of the wearer's allowance.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn keep_entry(&mut self, mail: &mut PulserMail<'_>) {
+        if mail.keep(self.guard.entry()).is_ok() {
+            self.guard.gave_entry(); // else again with the next window
+        }
+    }
+
     /// Tells the controller of a change. One that does not take its mail would
     /// go on as before: that is a fault.
     pub(super) fn notify(&mut self, event: ControlEvent, mail: &mut PulserMail<'_>) {
@@ -141,6 +150,7 @@ impl Pulser {
                     pulses: self.pulses,
                     idle_triggers: self.idle_triggers,
                     fault: self.last_fault,
+                    left: self.guard.left(start),
                 };
                 let _ = mail.report(report); // counted
                 return;
@@ -163,9 +173,9 @@ impl Pulser {
             None => Err(Denied::WrongState(self.guard.state())),
         };
         let _ = mail.setup.dequeue();
-        let check = check?;
+        let (check, epoch) = check?;
         let trains = check.trains();
-        self.scheduler.start(&trains, &[], None, start);
+        self.scheduler.start(&trains, &[], None, epoch);
         let train = |channel: u8| trains.get(usize::from(channel)).copied().flatten();
         let expected = |channel| self.guard.expected(channel, train(channel));
         self.outputs.arm(expected, &[]);

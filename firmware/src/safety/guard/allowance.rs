@@ -1,47 +1,91 @@
 //! What the wearer allows of time and charge, since power came up: neither arming nor a
-//! fault gives any of it back.
+//! fault nor a reset gives any of it back.
+//!
+//! Time is counted in Stimulating and Stopping, once, whatever the host says: at every
+//! [`SAVE_US`], and at every exit. The counts leave as entries ([`Guard::entry`]) for
+//! memory that a reset leaves alone.
 
 use super::{Fall, Guard, Mode};
 use crate::pulse::{CHANNELS, WINDOW_US};
-use crate::safety::{Denied, Setup, StopCause};
+use crate::safety::allowance::{Entry, Found, Left, OPEN_US, Spent};
+use crate::safety::{Channel, Denied, Setup, StopCause, Wearer};
 use crate::seal::Seal;
 use crate::units::{Micros, us};
 
-/// 256ths of a pC in 1 mC.
+/// 256ths of a pC in 1 mC, and in 1 µC.
 const PER_MC: u64 = 256_000_000_000;
+const PER_UC: u64 = PER_MC / 1_000;
 
 const PER_S: u64 = 1_000_000;
+
+/// From an entry to the next while stimulating, µs.
+const SAVE_US: u32 = 200_000;
+// What is left is for the thread that writes it: the watchdog bites 12 ms after it hangs.
+const _: () = assert!(SAVE_US + 2 * WINDOW_US + 12_000 < OPEN_US);
 
 /// What has been spent.
 #[derive(Debug)]
 pub(super) struct Allowance {
-    /// Time of stimulation, µs, up to the host's latest frame; sealed by itself, for it
-    /// changes with those frames only.
+    /// Time of stimulation up to `since`, µs, and the seal over both.
     time_us: u64,
+    since: Micros,
     time_seal: Seal,
+    /// When time is counted next; sealed with the guard's state.
+    due: Micros,
     /// Of each channel, in 256ths of a pC, one phase a pulse: sealed with its amplitudes.
     charge: [u64; CHANNELS],
+    /// Largest charge of each channel within [`OPEN_US`], nC.
+    most_nc: [u32; CHANNELS],
+    /// Stimulation may begin or goes on.
+    is_open: bool,
+    /// An entry is to be written.
+    is_owed: bool,
+    /// Nobody knows what was spent before.
+    is_lost: bool,
 }
 
-impl Default for Allowance {
-    fn default() -> Self {
-        Self {
-            time_us: 0,
-            time_seal: Seal::of(&0u64),
-            charge: [0; CHANNELS],
-        }
-    }
+/// What comes of a burst's charge.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Dose {
+    Within,
+    /// Reached with it.
+    Reached,
+    /// It would be more than the wearer allows.
+    Beyond,
 }
 
 impl Allowance {
+    /// At a boot that found this.
+    pub(super) fn new(found: Found) -> Self {
+        let (spent, is_lost) = match found {
+            Found::Spent(spent) => (spent, false),
+            Found::Lost => (Spent::default(), true),
+        };
+        let since = Micros::new(0);
+        Self {
+            time_us: spent.time_us,
+            since,
+            time_seal: Seal::of(&(spent.time_us, since)),
+            due: since,
+            charge: spent.charge,
+            most_nc: [0; CHANNELS],
+            is_open: false,
+            is_owed: false,
+            is_lost,
+        }
+    }
+
     /// Whether anything is left for `setup`.
     ///
     /// # Errors
-    /// What there is none of.
+    /// What there is none of, or nobody knows of.
     pub(super) fn check(&self, setup: &Setup) -> Result<(), Denied> {
+        if self.is_lost {
+            return Err(Denied::AllowanceLost);
+        }
         let wearer = setup.wearer.spec();
-        let max_s = wearer.max_session_s;
-        if self.time_us >= u64::from(max_s) * PER_S {
+        if self.time_left_us(&setup.wearer) == 0 {
+            let max_s = wearer.max_session_s;
             return Err(Denied::TimeOver { max_s });
         }
         let max_mc = wearer.max_dose_mc;
@@ -53,53 +97,130 @@ impl Allowance {
         Ok(())
     }
 
+    /// Time to the fall that ends with the wearer's time, µs.
+    fn time_left_us(&self, wearer: &Wearer) -> u64 {
+        let fall_us = u64::from(wearer.fall_us() + WINDOW_US);
+        max_time_us(wearer).saturating_sub(self.time_us.saturating_add(fall_us))
+    }
+
+    /// When time is counted next; it may not change by itself.
+    pub(super) const fn due(&self) -> Micros {
+        self.due
+    }
+
     /// What a channel has put out, for its seal.
     pub(super) fn charge(&self, channel: usize) -> Option<u64> {
         self.charge.get(channel).copied()
     }
 
-    /// A burst puts out `charge`; whether `max_mc` is reached with it.
+    /// A burst is to put out `charge`, where the wearer allows `max_mc`.
     #[inline(always)]
-    pub(super) fn spend_charge(&mut self, channel: usize, charge: u64, max_mc: u32) -> bool {
+    pub(super) fn spend_charge(&mut self, channel: usize, charge: u64, max_mc: u32) -> Dose {
         let Some(sum) = self.charge.get_mut(channel) else {
-            return false;
+            return Dose::Within;
         };
+        let max = u64::from(max_mc) * PER_MC;
         // A day of the largest bursts is 3e18 or less.
-        *sum = sum.saturating_add(charge);
-        *sum >= u64::from(max_mc) * PER_MC
+        let after = sum.saturating_add(charge);
+        if after > max {
+            // What is left is less than a burst: it is over.
+            *sum = (*sum).max(max);
+            return Dose::Beyond;
+        }
+        *sum = after;
+        if after == max {
+            Dose::Reached
+        } else {
+            Dose::Within
+        }
+    }
+
+    fn seal_time(&mut self) {
+        self.time_seal = Seal::of(&(self.time_us, self.since));
     }
 }
 
 impl Guard {
-    /// Time has passed since the host was heard last. Looked at with each of its frames:
-    /// at most its timeout, 1 s, late.
+    /// Whether time is to be counted by the window at `now`.
+    #[inline(always)]
+    pub(super) fn is_time_due(&self, now: Micros) -> bool {
+        now.has_reached(self.allowance.due)
+    }
+
+    /// Armed: from here on a reset may cut a stimulation off.
     #[inline(never)]
-    pub(super) fn spend_time(&mut self, elapsed_us: u32) {
-        let Mode::Stimulating = self.mode else {
+    pub(super) fn open_allowance(&mut self) {
+        if let Some(setup) = &self.setup {
+            for (channel, most_nc) in (0u8..).zip(&mut self.allowance.most_nc) {
+                let config = setup.channel(channel);
+                *most_nc = config.map_or(0, |config| most_charge_nc(config, &setup.wearer));
+            }
+        }
+        (self.allowance.is_open, self.allowance.is_owed) = (true, true);
+    }
+
+    /// Nothing is put out any more; time was counted.
+    pub(super) fn close_allowance(&mut self) {
+        if core::mem::take(&mut self.allowance.is_open) {
+            self.allowance.is_owed = true;
+        }
+    }
+
+    /// Time is counted from `at` on.
+    #[inline(never)]
+    pub(super) fn begin_time(&mut self, at: Micros) {
+        let allowance = &mut self.allowance;
+        if !allowance
+            .time_seal
+            .holds(&(allowance.time_us, allowance.since))
+        {
+            return self.break_seal(); // and the refill ends in a fault
+        }
+        allowance.since = at;
+        allowance.seal_time();
+        self.schedule_count(at);
+    }
+
+    /// Counts the time of stimulation up to `at`, and ends it if it is over. Nothing where
+    /// none is under way.
+    #[inline(never)]
+    pub(super) fn count_time(&mut self, at: Micros) {
+        let (Mode::Stimulating | Mode::Stopping { .. }) = self.mode else {
             return;
         };
-        let time_us = self.allowance.time_us;
-        if !self.allowance.time_seal.holds(&time_us) {
+        let allowance = &mut self.allowance;
+        let is_whole = allowance
+            .time_seal
+            .holds(&(allowance.time_us, allowance.since));
+        // A fault is latched at once, within a window that was counted.
+        if allowance.since.is_before(at) {
+            let elapsed_us = at.elapsed_since(allowance.since);
+            allowance.time_us = allowance.time_us.saturating_add(elapsed_us.into());
+            allowance.since = at;
+            allowance.seal_time();
+        }
+        allowance.is_owed = true;
+        if !is_whole {
             self.break_seal(); // and the refill ends in a fault
         }
-        let time_us = time_us.saturating_add(elapsed_us.into());
-        self.allowance.time_us = time_us;
-        self.allowance.time_seal = Seal::of(&time_us);
-        if time_us >= self.max_time_us() {
-            let at = self.heard + us(elapsed_us);
+        if self.time_left_us() == 0 {
             self.end_allowance(at, StopCause::TimeOver);
         }
+        self.schedule_count(at);
     }
 
-    /// Whether a frame heard by the window at `now` could end the time.
-    pub(super) fn is_time_over_by(&self, now: Micros) -> bool {
-        let since_us = now.elapsed_since(self.heard).saturating_add(WINDOW_US);
-        self.allowance.time_us.saturating_add(since_us.into()) >= self.max_time_us()
-    }
-
-    fn max_time_us(&self) -> u64 {
+    fn time_left_us(&self) -> u64 {
         let setup = self.setup.as_ref();
-        setup.map_or(0, |s| u64::from(s.wearer.spec().max_session_s) * PER_S)
+        setup.map_or(0, |setup| self.allowance.time_left_us(&setup.wearer))
+    }
+
+    fn schedule_count(&mut self, at: Micros) {
+        let mut wait_us = SAVE_US;
+        if let Mode::Stimulating = self.mode {
+            wait_us = self.time_left_us().min(SAVE_US.into()) as u32;
+        }
+        self.open_core();
+        self.allowance.due = at + us(wait_us);
     }
 
     /// From stimulating to a stop as any other, which the next tick tells.
@@ -115,4 +236,71 @@ impl Guard {
             };
         }
     }
+
+    /// What is to be written where a reset leaves it alone, if that is due.
+    #[must_use]
+    #[inline(always)]
+    pub fn owes_entry(&self) -> bool {
+        self.allowance.is_owed
+    }
+
+    /// The entry that is owed, as of now.
+    #[must_use]
+    pub fn entry(&self) -> Entry {
+        let Allowance {
+            time_us,
+            charge,
+            most_nc,
+            is_open,
+            ..
+        } = self.allowance;
+        Entry {
+            spent: Spent { time_us, charge },
+            is_open,
+            most_nc,
+        }
+    }
+
+    /// [`Self::entry`] is on its way.
+    pub const fn gave_entry(&mut self) {
+        self.allowance.is_owed = false;
+    }
+
+    /// What is left at `now` of what the armed or last armed setup allows.
+    #[must_use]
+    pub fn left(&self, now: Micros) -> Option<Left> {
+        let setup = self.setup.as_ref()?;
+        let mut time_us = self.allowance.time_us;
+        if let Mode::Stimulating | Mode::Stopping { .. } = self.mode
+            && self.allowance.since.is_before(now)
+        {
+            time_us = time_us.saturating_add(now.elapsed_since(self.allowance.since).into());
+        }
+        let left_us = max_time_us(&setup.wearer).saturating_sub(time_us);
+        let max = u64::from(setup.wearer.spec().max_dose_mc) * PER_MC;
+        let doses = (0u8..).zip(self.allowance.charge);
+        let armed = doses.filter(|(channel, _)| setup.channel(*channel).is_some());
+        let left = armed.map(|(channel, charge)| (channel, max.saturating_sub(charge)));
+        let (channel, dose) = left.min_by_key(|(_, left)| *left)?;
+        Some(Left {
+            time_ms: (left_us / 1_000) as u32, // a day is 8.6e7
+            channel,
+            dose_uc: u32::try_from(dose / PER_UC).unwrap_or(u32::MAX),
+        })
+    }
+}
+
+fn max_time_us(wearer: &Wearer) -> u64 {
+    u64::from(wearer.spec().max_session_s) * PER_S
+}
+
+/// Largest charge that a channel can put out within [`OPEN_US`], nC.
+fn most_charge_nc(config: &Channel, wearer: &Wearer) -> u32 {
+    let bursts = u64::from(OPEN_US / config.min_period_us.max(1) + 2);
+    let widest = config.charge_at(*config.train.widths().end());
+    // At most 150 000 · 2^23 · 52 of 256ths of a pC.
+    let by_limit = u64::from(config.limit.get()) * u64::from(widest) * bursts / 256_000 + 1;
+    let pulses = u64::from(config.train.spec().burst_count);
+    let by_charge = u64::from(wearer.spec().max_charge_nc) * pulses * bursts;
+    u32::try_from(by_limit.min(by_charge)).unwrap_or(u32::MAX)
 }

@@ -1,5 +1,6 @@
 //! How much is put out: what was wanted, within limits, along rise and fall.
 
+use super::allowance::Dose;
 use super::{Guard, Mode, bit, check_amplitude};
 use crate::pulse::{Burst, BurstTime, Supply, Train};
 use crate::safety::ramp::Rise;
@@ -236,6 +237,17 @@ impl Guard {
             }
             _ => return None,
         };
+        let code = config.stage.code(amplitude).max(least);
+        // At most 150 000 · 2^23.
+        let charge = u64::from(amplitude.get()) * u64::from(config.charge_at(wanted.width_us));
+        let max_mc = setup.wearer.spec().max_dose_mc;
+        let dose = self.allowance.spend_charge(index, charge, max_mc);
+        if dose != Dose::Within {
+            self.end_allowance(at, StopCause::DoseReached);
+        }
+        if dose == Dose::Beyond {
+            return None; // the others fall, this one ends here
+        }
         // Rise, slope and fall lower the amplitude at the width that was wanted with it: no
         // pair on the way has more current or charge than what was judged.
         let width_us = wanted.width_us;
@@ -244,13 +256,6 @@ impl Guard {
             width_us,
         };
         self.steps.get_mut(index)?.burst = wanted;
-        let code = config.stage.code(amplitude).max(least);
-        // At most 150 000 · 2^23.
-        let charge = u64::from(amplitude.get()) * u64::from(config.charge_at(width_us));
-        let max_mc = setup.wearer.spec().max_dose_mc;
-        if self.allowance.spend_charge(index, charge, max_mc) {
-            self.end_allowance(at, StopCause::DoseReached);
-        }
         Some(Burst {
             code: Some(code),
             width_us: NonZeroU16::new(width_us),

@@ -2,11 +2,21 @@
 
 use super::{Guard, Mode};
 use crate::pulse::CHANNELS;
-use crate::safety::check::{Electrode, SENSED_US, is_above_limit, judge, least_load_ohm};
+use crate::safety::check::{
+    CHECK_PAUSE_US, Electrode, SENSED_US, is_above_limit, judge, least_load_ohm,
+};
 use crate::safety::{Denied, ElectrodeCheck, Fault, Notice, Reading, StopCause};
-use crate::units::Micros;
+use crate::units::{Micros, us};
 
 impl Guard {
+    /// When the pulses of a check that is asked for at `now` may begin: a check is not
+    /// refused for coming soon, for a host that arms anew within a second is no error.
+    pub(super) fn check_from(&self, now: Micros) -> Micros {
+        let since_us = self.checked.map(|began| now.elapsed_since(began));
+        // After 72 minutes time wraps, and one check in 8,600 waits in vain.
+        now + us(since_us.map_or(0, |since_us| CHECK_PAUSE_US.saturating_sub(since_us)))
+    }
+
     #[inline(never)]
     pub(super) fn end_check(&mut self, check: ElectrodeCheck, now: Micros) -> Notice {
         let whole = match check.missing() {
@@ -20,6 +30,7 @@ impl Guard {
         }
         self.open_core();
         self.mode = Mode::Armed { since: now };
+        self.open_allowance();
         Notice::Checked(Ok(()))
     }
 

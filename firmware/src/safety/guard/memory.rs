@@ -175,7 +175,7 @@ impl Guard {
     }
 
     fn core(&self) -> impl Hash + '_ {
-        (&self.mode, self.heard, self.held)
+        (&self.mode, self.heard, self.held, self.allowance.due())
     }
 
     /// The wearer's limits and timeouts, groups, sync, which channels are controlled.

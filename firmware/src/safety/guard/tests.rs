@@ -71,7 +71,7 @@ const CLOSED: Inputs = Inputs {
 
 /// A guard in the state of this name, and what the scheduler does in it.
 fn guard_in(state: &str) -> (Guard, Scheduler) {
-    let mut guard = Guard::new(None);
+    let mut guard = Guard::new(None, Found::default());
     let mut scheduler = Scheduler::new();
     let tick = |guard: &mut Guard, now, inputs: &Inputs, scheduler: &Scheduler| {
         guard.tick(now, inputs, scheduler).unwrap();
@@ -199,7 +199,7 @@ fn the_chart_is_what_the_guard_does() {
 #[test]
 fn a_phase_that_owes_its_reading_is_told() {
     let denied = |phases: &[bool]| {
-        let mut guard = Guard::new(None);
+        let mut guard = Guard::new(None, Found::default());
         let scheduler = Scheduler::new();
         guard.tick(NOW, &CLOSED, &scheduler).unwrap();
         guard.arm(&setup(), &CLOSED, NOW).unwrap();
@@ -370,10 +370,11 @@ fn the_first_fault_is_kept_and_one_that_lasts_is_not_acknowledged() {
     let next = told(guard.fault(Fault::TimeBase, later, [0; CHANNELS]));
     assert_eq!((next.fault, next.later), (Fault::TimeBase, 0));
 
-    let mut guard = Guard::new(Some(FaultRecord {
+    let lasting = FaultRecord {
         lasts: true,
         ..FaultRecord::new(Fault::Flash, NOW)
-    }));
+    };
+    let mut guard = Guard::new(Some(lasting), Found::default());
     let latched = Err(Denied::FaultLatched(Fault::Flash));
     assert_eq!(guard.acknowledge(NOW), latched);
     assert_eq!(guard.start(NOW), latched);

@@ -23,9 +23,10 @@ pub use outputs::Phases;
 use super::Cycle;
 use super::cpu::{Cpu, Stop, run::Observer};
 use super::image::Image;
-use super::soc::Pace;
+use super::soc::{Pace, rcc::Cause};
 use crate::lockstep::{Device, Output};
 use crate::trace::CHANNELS;
+use firmware::link::message::ResetCause;
 use firmware::lockstep::{Sensors, Sink};
 use firmware::units::{Micros, us};
 use std::io;
@@ -210,6 +211,21 @@ impl<O: Observer> Board<O> {
         done.map_err(|what| self.explain(what.at(&self.cpu)))?;
         let done = self.cpu.reset(&mut self.around);
         done.map_err(|stop| self.explain(stop))
+    }
+
+    /// The chip is reset, for this cause, as if by itself.
+    ///
+    /// # Errors
+    /// [`BoardError`]: no vector table.
+    pub fn be_reset(&mut self, cause: ResetCause) -> Result<(), BoardError> {
+        self.around.soc.be_reset(match cause {
+            ResetCause::PowerOn => Cause::PowerOn,
+            ResetCause::Pin => Cause::Pin,
+            ResetCause::BrownOut => Cause::BrownOut,
+            ResetCause::Watchdog => Cause::Watchdog,
+            ResetCause::Software => Cause::Software,
+        });
+        self.reset()
     }
 
     /// The supply is `mv` from now on. Below what the chip needs it is held in reset, all

@@ -395,6 +395,7 @@ impl Soc {
     fn peripheral(&mut self, unit: Unit) -> &mut dyn Peripheral {
         match unit {
             Unit::Backup => &mut self.backup,
+            Unit::BackupSram => &mut self.backup_sram,
             Unit::Iwdg => &mut self.iwdg,
             Unit::Spi3 => &mut self.spi3,
             Unit::Usart2 => &mut self.usart2,

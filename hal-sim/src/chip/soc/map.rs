@@ -11,6 +11,8 @@ pub enum Unit {
     Playback(playback::Block),
     /// RTC, of which the backup registers.
     Backup,
+    /// Backup SRAM.
+    BackupSram,
     /// Independent watchdog.
     Iwdg,
     /// SPI3.
@@ -43,6 +45,9 @@ pub enum Unit {
 pub fn find(address: u32) -> Option<(Unit, u32)> {
     if address >> 18 == 0x5000_0000 >> 18 {
         return Some((Unit::Otg, address & 0x3_FFFF));
+    }
+    if (0x4002_4000..0x4002_5000).contains(&address) {
+        return Some((Unit::BackupSram, address & 0xFFF));
     }
     let base = address & !0x3FF;
     let unit = match base {
@@ -94,7 +99,6 @@ pub const fn silent(address: u32) -> Option<(usize, u32)> {
         0x4001_1000..=0x4001_17FF => (APB2, 4 + ((address - 0x4001_1000) >> 10)), // USART1, 6
         0x4001_2C00..=0x4001_33FF => (APB2, 11 + ((address - 0x4001_2C00) >> 10)), // SDIO, SPI1
         0x4001_4000..=0x4001_47FF => (APB2, 16 + ((address - 0x4001_4000) >> 10)), // TIM9, 10
-        0x4002_4000..=0x4002_4FFF => (AHB1, 18), // backup SRAM
         0x4002_8000..=0x4002_93FF => (AHB1, 25), // Ethernet
         0x4004_0000..=0x4007_FFFF => (AHB1, 29), // OTG_HS
         0x5005_0000..=0x5005_03FF => (AHB2, 0),  // DCMI
@@ -109,7 +113,9 @@ impl Unit {
     /// The bridge between it and AHB1; `None` if it is not behind AHB1.
     pub const fn bridge(self) -> Option<Bridge> {
         Some(match self {
-            Self::Playback(_) | Self::Rcc | Self::Flash | Self::Crc => Bridge::None,
+            Self::Playback(_) | Self::Rcc | Self::Flash | Self::Crc | Self::BackupSram => {
+                Bridge::None
+            }
             Self::Backup | Self::Iwdg | Self::Spi3 | Self::Usart2 | Self::Pwr => Bridge::Apb1,
             Self::Adc | Self::Syscfg | Self::Exti | Self::Tim11 => Bridge::Apb2,
             Self::Otg | Self::Dbgmcu => return None,
@@ -131,6 +137,7 @@ impl Unit {
             Self::Tim11 => Block::Timer(11),
             Self::Otg => Block::OtgFs,
             Self::Crc => Block::Crc,
+            Self::BackupSram => Block::BackupSram,
             // EXTI runs on APB2's own clock; the backup domain and the
             // watchdog have theirs (RM0090 section 7.3).
             Self::Exti | Self::Backup | Self::Iwdg | Self::Rcc | Self::Flash | Self::Dbgmcu => {
@@ -165,6 +172,8 @@ mod tests {
         assert_eq!(find(0x4001_2304), Some((Unit::Adc, 0x304)));
         assert_eq!(find(0x5000_1000), Some((Unit::Otg, 0x1000)));
         assert_eq!(find(0x4000_2850), Some((Unit::Backup, 0x50)));
+        assert_eq!(find(0x4002_4C04), Some((Unit::BackupSram, 0xC04)));
+        assert_eq!(find(0x4002_5000), None, "beyond backup SRAM");
         assert_eq!(find(0x4002_2400), None, "beyond port I");
         assert_eq!(find(0x4001_4834), Some((Unit::Tim11, 0x34)));
         assert_eq!(find(0x4000_1000), None, "TIM6");

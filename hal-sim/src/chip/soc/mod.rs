@@ -6,6 +6,7 @@
 
 pub mod adc;
 pub mod backup;
+pub mod backup_sram;
 mod bus;
 pub mod clock;
 pub mod crc;
@@ -47,6 +48,7 @@ use crate::chip::Cycle;
 use crate::chip::cpu::bus::Modelled;
 use adc::Adc;
 use backup::Backup;
+use backup_sram::BackupSram;
 use crc::Crc;
 use dbgmcu::Dbgmcu;
 use flash::Flash;
@@ -88,6 +90,8 @@ pub struct Soc {
     pub usart2: Usart,
     /// Backup registers.
     pub backup: Backup,
+    /// Backup SRAM.
+    pub backup_sram: BackupSram,
     /// External interrupts.
     pub exti: Exti,
     pwr: Pwr,
@@ -134,6 +138,7 @@ impl Soc {
             otg: Otg::new(HSI_HZ.into()),
             usart2: Usart::default(),
             backup: Backup::default(),
+            backup_sram: BackupSram::default(),
             exti: Exti::default(),
             pwr: Pwr::default(),
             iwdg: Iwdg::new(LSI_HZ),
@@ -156,8 +161,8 @@ impl Soc {
         }
     }
 
-    /// System reset at `at`. Flash, RAM and backup registers stay, and the debug registers
-    /// but after power-on (RM0090 section 38.16.3).
+    /// System reset at `at`. Flash, RAM and backup registers stay; backup SRAM and the debug
+    /// registers too, unless power came up (RM0090 section 38.16.3).
     pub fn reset(&mut self, cause: Cause, at: Cycle) -> Modelled {
         self.reset = None;
         if cause == Cause::PowerOn {
@@ -175,6 +180,11 @@ impl Soc {
         self.usart2.reset();
         self.exti = Exti::default();
         self.pwr.reset();
+        if cause == Cause::PowerOn {
+            self.backup_sram.fade();
+        }
+        self.backup.set_writable(false);
+        self.backup_sram.set_writable(false);
         self.iwdg.reset();
         self.crc = Crc::default();
         self.syscfg = Syscfg::default();
@@ -185,9 +195,14 @@ impl Soc {
     }
 
     /// The supply fails for a moment, in which a battery at VBAT keeps the backup
-    /// registers: a reset follows. RAM keeps what it held.
+    /// registers: a reset follows. RAM keeps what it held, but not backup SRAM.
     pub fn lose_power(&mut self) {
-        self.reset = Some(Cause::PowerOn);
+        self.be_reset(Cause::PowerOn);
+    }
+
+    /// A reset for this cause follows.
+    pub fn be_reset(&mut self, cause: Cause) {
+        self.reset = Some(cause);
         self.reschedule();
     }
 
@@ -205,6 +220,7 @@ impl Soc {
             ("OTG", self.otg.is_like(&other.otg)),
             ("USART2", self.usart2 == other.usart2),
             ("backup", self.backup == other.backup),
+            ("backup SRAM", self.backup_sram == other.backup_sram),
             ("EXTI", self.exti == other.exti),
             ("PWR", self.pwr == other.pwr),
             ("IWDG", self.iwdg == other.iwdg),

@@ -76,6 +76,51 @@ fn a_peripheral_without_its_clock_reads_zero_and_loses_writes() {
 }
 
 #[test]
+fn backup_sram_has_a_clock_a_protection_and_outlives_resets_but_not_power() {
+    use crate::chip::soc::rcc::Cause;
+    const PWR_CR: u32 = 0x4000_7000;
+    const RCC_APB1ENR: u32 = 0x4002_3840;
+    const WORD: u32 = 0x4002_4FFC;
+    let open = |soc: &mut Soc, at| {
+        set(soc, RCC_AHB1ENR, 1 << 18, at);
+        set(soc, RCC_APB1ENR, 1 << 28, at + 10);
+        set(soc, PWR_CR, 1 << 14 | 1 << 8, at + 20);
+    };
+    let mut soc = Soc::new(Pace::Lazy);
+    assert_eq!(get(&mut soc, WORD, 10), 0, "no clock");
+    set(&mut soc, RCC_AHB1ENR, 1 << 18, 20);
+    let faded = get(&mut soc, WORD, 30);
+    set(&mut soc, WORD, 5, 40);
+    assert_eq!(get(&mut soc, WORD, 50), faded, "DBP is off");
+    open(&mut soc, 60);
+    set(&mut soc, WORD, 5, 100);
+    assert_eq!(get(&mut soc, WORD, 110), 5);
+    for (n, cause) in [
+        Cause::Software,
+        Cause::Watchdog,
+        Cause::Pin,
+        Cause::BrownOut,
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let at = 1_000 * (n as Cycle + 1);
+        soc.reset(cause, at).unwrap();
+        assert_eq!(get(&mut soc, WORD, at + 10), 0, "its clock is off again");
+        set(&mut soc, RCC_AHB1ENR, 1 << 18, at + 20);
+        set(&mut soc, WORD, 6, at + 30);
+        assert_eq!(
+            get(&mut soc, WORD, at + 40),
+            5,
+            "{cause:?}: DBP is off again"
+        );
+    }
+    soc.reset(Cause::PowerOn, 10_000).unwrap();
+    open(&mut soc, 10_010);
+    assert_eq!(get(&mut soc, WORD, 10_100), faded);
+}
+
+#[test]
 fn the_crc_unit_has_clock_reset_and_four_cycles_a_word() {
     let mut soc = Soc::new(Pace::Lazy);
     assert_eq!(get(&mut soc, CRC_DR, 10), 0, "no clock");

@@ -100,6 +100,7 @@ impl Soc {
         if !had && mv < POWER_DOWN_MV {
             self.rcc.reset(Cause::PowerOn); // all power is gone only now
             self.dbgmcu = Dbgmcu::default();
+            self.backup_sram.fade();
         }
         self.follow_supply();
     }
@@ -182,6 +183,7 @@ impl Soc {
             Unit::Pwr => {
                 let writable = self.pwr.is_backup_writable();
                 self.backup.set_writable(writable);
+                self.backup_sram.set_writable(writable);
                 self.rcc.set_backup_writable(writable);
                 self.follow_supply();
                 self.pwr.check_scale(self.hz())
@@ -216,7 +218,10 @@ impl Soc {
             Block::OtgFs => self.otg.reset_registers(at),
             Block::Spi(3) => self.spi3.reset(),
             Block::Usart2 => self.usart2.reset(),
-            Block::Pwr => self.pwr.reset(),
+            Block::Pwr => {
+                self.pwr.reset();
+                return self.follow_write(Unit::Pwr, at);
+            }
             Block::Adc => self.adc.reset(),
             Block::Timer(11) => self.tim11.reset(),
             Block::Syscfg => {

@@ -227,6 +227,7 @@ const fn words(code: Code) -> (&'static str, &'static str) {
         Code::SumLimit => ("all channels at their limits put more through the common return at once than is allowed", "lower limits, or move pulses apart: one period and offsets a pulse apart"),
         Code::SumRmsLimit => ("all channels at their limits put more rms current through the common return than is allowed", "lower limits, widths or rates, or use a larger return electrode and say its area"),
         Code::TimeOver => ("the wearer's time of stimulation is over until power comes up anew", "end the day's session; switch off and on for another wearer"),
+        Code::AllowanceLost => ("the device lost count of the wearer's time and charge in a reset", "end the day's session; switch off and on for another wearer"),
         Code::DoseReached => ("the channel has put out the wearer's largest charge until power comes up anew", "end the day's session; switch off and on for another wearer"),
         Code::TooLargeStep => ("the amplitude rises faster than the wearer allows from burst to burst or in a second", "raise it in smaller steps; lower is always taken"),
         Code::ChargeAtWidth => ("at this width the amplitude exceeds the charge limit per phase", "ask for less, or for a shorter phase"),

@@ -154,7 +154,19 @@ impl<D: Device> Bench<D> {
     /// Arms this sum, 0 for that of what was sent, and starts, with a host that goes on to
     /// ask for `wanted`; whether the device takes that or not.
     pub fn start(&mut self, setup: u32, wanted: Request) -> Result<(), FaultsError> {
-        self.ask(Request::Arm { setup }, ARM_US)?;
+        self.start_within(setup, wanted, ARM_US)
+    }
+
+    /// [`Self::start`] with so long for the answer to `Arm`, which comes after the pause
+    /// between two electrode checks.
+    pub fn start_within(
+        &mut self,
+        setup: u32,
+        wanted: Request,
+        arm_us: u64,
+    ) -> Result<(), FaultsError> {
+        self.wanted = None;
+        self.ask(Request::Arm { setup }, arm_us)?;
         self.wanted = Some(wanted);
         self.ask(Request::Start, ANSWER_US)?;
         self.due_us = self.now_us.next_multiple_of(HOST_US);

@@ -29,6 +29,10 @@ const fn file(class: Class) -> (&'static str, &'static str) {
         Class::Streams => ("streams.toml", include_str!("../../../faults/streams.toml")),
         Class::Cpu => ("cpu.toml", include_str!("../../../faults/cpu.toml")),
         Class::Supply => ("supply.toml", include_str!("../../../faults/supply.toml")),
+        Class::Allowance => (
+            "allowance.toml",
+            include_str!("../../../faults/allowance.toml"),
+        ),
         Class::Pairs => ("pairs.toml", include_str!("../../../faults/pairs.toml")),
     }
 }
@@ -70,11 +74,13 @@ pub enum Class {
     Supply,
     /// An owner that freezes and an erase stream that is off.
     Pairs,
+    /// Pieces and resets that would evade the wearer's time and charge.
+    Allowance,
 }
 
 impl Class {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Flips,
         Self::Declarations,
         Self::Registers,
@@ -85,6 +91,7 @@ impl Class {
         Self::Cpu,
         Self::Supply,
         Self::Pairs,
+        Self::Allowance,
     ];
 
     /// As a command takes it.
@@ -101,6 +108,7 @@ impl Class {
             Self::Cpu => "cpu",
             Self::Supply => "supply",
             Self::Pairs => "pairs",
+            Self::Allowance => "allowance",
         }
     }
 }

@@ -6,6 +6,7 @@
 //! (`hal_sim::trace::judge`, which shares nothing with `firmware`), the command (`cli`).
 //! In: a class, a seed, an image. Out: [`Case`]s and what they come to ([`Outcome`]).
 
+mod allowance;
 mod assumed;
 mod bench;
 mod broken_angle;
@@ -32,6 +33,7 @@ mod registers;
 mod script;
 mod sensor;
 mod simulated;
+mod spent;
 mod stem;
 mod strata;
 mod streams;
@@ -48,6 +50,7 @@ pub use outcome::Outcome;
 pub use table::csv;
 pub use truth::declared_truth;
 
+use allowance::Evaded;
 use cpu::Core;
 use declared::Declared;
 use electrode::Electrode;
@@ -103,6 +106,7 @@ impl Campaign {
             Class::Cpu => Box::new(Core::new(seed, declaration, image)?),
             Class::Supply => Box::new(Supply::new(seed, declaration, image)?),
             Class::Pairs => Box::new(Pairs::new(seed, declaration, image)?),
+            Class::Allowance => Box::new(Evaded::new(seed, declaration, image.clone())?),
         };
         Ok(Self { draws })
     }
@@ -117,6 +121,7 @@ impl Campaign {
             Class::Electrode => Box::new(Electrode::new(seed, declaration, Native)?),
             Class::Link => Box::new(Link::new(seed, declaration, Native)?),
             Class::Sensor => Box::new(Sensor::new(seed, declaration, Native)?),
+            Class::Allowance => Box::new(Evaded::new(seed, declaration, Native)?),
             class => return Err(FaultsError::ChipOnly(class.name())),
         };
         Ok(Self { draws })

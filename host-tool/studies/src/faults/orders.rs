@@ -4,6 +4,7 @@
 use super::script::request;
 use super::simulated::TWO_WINDOWS_US;
 use firmware::link::Request;
+use firmware::safety::CHECK_PAUSE_US;
 use hal_sim::trace::judge::Quiet;
 use hal_sim::wire::stream::{Stream, Write};
 use host_core::session::Session;
@@ -11,8 +12,11 @@ use host_core::session::Session;
 /// A pause this near to the timeout may end stimulation or not, µs.
 const NEAR_US: u64 = 1_000;
 
+/// Of an electrodes' check, µs.
+const CHECK_US: u64 = 25_000;
+
 /// In which pulses are counted, and the electrodes' check before them, µs.
-const COUNTED_US: u64 = 1_000_000 + 25_000;
+const COUNTED_US: u64 = 1_000_000 + CHECK_US;
 
 /// What a stream of frames comes to.
 #[derive(Debug, PartialEq)]
@@ -68,6 +72,9 @@ impl Orders {
         let mut is_silenced = false;
         // When the host last counted while the trains play; and when they may not.
         let (mut alive_us, mut off_us, mut is_armed) = (None, Some(0), false);
+        // When the latest check began, which waits for the pause after the one before, and
+        // until when its pulses may come.
+        let (mut begun_us, mut checked_us) = (None, 0);
         let until = |off: Option<u64>, until_us| Quiet {
             from_us: off.unwrap_or(until_us),
             until_us,
@@ -80,7 +87,8 @@ impl Orders {
             let t_us = *t_us;
             if let Some(since) = alive_us.filter(|since| since + self.timeout_us + NEAR_US < t_us) {
                 is_silenced |= t_us >= moment_us;
-                (alive_us, off_us) = (None, Some(since + self.silence_us()));
+                let over_us = (since + self.silence_us()).max(checked_us);
+                (alive_us, off_us) = (None, Some(over_us));
                 is_armed = false;
             }
             let Some(asked) = request(bytes) else {
@@ -91,12 +99,18 @@ impl Orders {
                 Request::Stop => {
                     let over_us = t_us + self.fall_us + TWO_WINDOWS_US + self.line_us;
                     off_us = Some(off_us.map_or(over_us, |off: u64| off.min(over_us)));
-                    (alive_us, is_armed) = (None, false);
+                    (alive_us, is_armed, checked_us) = (None, false, 0);
                 }
                 // Its pulses of the electrodes' check come before any start.
                 Request::Arm { .. } if is_own => {
                     quiet.extend(off_us.map(|_| until(off_us, t_us)));
                     armed_us.extend((!is_armed).then_some(t_us));
+                    if !is_armed {
+                        let paused_us = begun_us.map(|at: u64| at + u64::from(CHECK_PAUSE_US));
+                        let at_us = paused_us.map_or(t_us, |paused_us| paused_us.max(t_us));
+                        begun_us = Some(at_us);
+                        checked_us = at_us + CHECK_US + self.line_us;
+                    }
                     (off_us, is_armed) = (None, true);
                 }
                 Request::Start if is_own && is_armed => {
@@ -224,6 +238,23 @@ mod tests {
         assert_eq!(quiet(&again), (paused, true));
         let started = [&stopped[..], &[(650, 7, Request::Start)]].concat();
         assert_eq!(quiet(&started), quiet(&stopped));
+    }
+
+    /// A check that waits for its pause may put its pulses out although its host falls silent;
+    /// a stop ends it.
+    #[test]
+    fn a_check_that_waits_is_no_output_past_the_silence() {
+        const STOP: Request = Request::Stop;
+        let soon = [
+            (10, 7, ARM),
+            (20, 7, STOP),
+            (30, 7, ARM),
+            (60, 7, Request::Start),
+        ];
+        let (all, is_silenced) = quiet(&soon);
+        assert_eq!((all.last(), is_silenced), (Some(&(435.0, 2000.0)), true));
+        let stopped = [&soon[..], &[(70, 7, STOP)]].concat();
+        assert_eq!(quiet(&stopped).0.last(), Some(&(120.5, 2000.0)));
     }
 
     #[test]

@@ -18,6 +18,7 @@ pub enum Block {
     /// 0 is port A, 8 port I.
     Gpio(u8),
     Crc,
+    BackupSram,
     /// 1, 2.
     Dma(u8),
     OtgFs,
@@ -34,9 +35,9 @@ pub enum Block {
 impl Block {
     /// All of them, by bus and bit.
     #[rustfmt::skip]
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 27] = [
         Self::Gpio(0), Self::Gpio(1), Self::Gpio(2), Self::Gpio(3), Self::Gpio(4),
-        Self::Gpio(5), Self::Gpio(6), Self::Gpio(7), Self::Gpio(8), Self::Crc, Self::Dma(1), Self::Dma(2),
+        Self::Gpio(5), Self::Gpio(6), Self::Gpio(7), Self::Gpio(8), Self::Crc, Self::BackupSram, Self::Dma(1), Self::Dma(2),
         Self::OtgFs,
         Self::Timer(2), Self::Timer(3), Self::Timer(4), Self::Timer(5),
         Self::Spi(2), Self::Spi(3), Self::Usart2, Self::Pwr,
@@ -49,6 +50,7 @@ impl Block {
         match self {
             Self::Gpio(port) => (AHB1, port as u32),
             Self::Crc => (AHB1, 12),
+            Self::BackupSram => (AHB1, 18),
             Self::Dma(n) => (AHB1, 20 + n as u32),
             Self::OtgFs => (AHB2, 7),
             Self::Timer(1) => (APB2, 0),

@@ -1,0 +1,54 @@
+//! What was spent of a wearer's allowance, in backup SRAM, which resets leave alone (RM0090
+//! section 5.1.2; 4 KB): two copies, written by the thread.
+
+use super::pac::RCC;
+use super::record;
+use crate::link::message::ResetCause;
+use crate::safety::{AllowanceWords, Entry, Found, Ledger};
+use core::ptr::{read_volatile, write_volatile};
+
+/// RM0090 section 2.3. The copies lie 1 KiB apart.
+const COPIES: [usize; 2] = [0x4002_4000, 0x4002_4400];
+const _: () = assert!(size_of::<AllowanceWords>() <= 1024);
+
+/// Who writes the copies.
+pub struct Backup(Ledger);
+
+/// Once, at boot: what the copies say. Power that came up clears
+/// them, before [`record::forget_reset_cause`].
+#[must_use]
+#[inline(never)]
+pub fn open(cause: ResetCause) -> (Backup, Found) {
+    enable();
+    let is_power_on = cause == ResetCause::PowerOn;
+    // SAFETY: both lie in backup SRAM, aligned, and nothing writes there but `write`.
+    let [a, b] = COPIES.map(|at| unsafe { read_volatile(at as *const AllowanceWords) });
+    let (ledger, found) = Ledger::open([&a, &b], is_power_on);
+    let mut backup = Backup(ledger);
+    if is_power_on {
+        backup.write(&Entry::default());
+    }
+    (backup, found)
+}
+
+/// Clock on, protection off.
+fn enable() {
+    record::unlock();
+    RCC.ahb1enr().modify(|w| w.set_bkpsramen(true));
+    let _ = RCC.ahb1enr().read(); // ES0182: delay after clock enabling
+}
+
+impl Backup {
+    /// Writes both copies of `entry`, one after the other.
+    #[inline(never)]
+    pub fn write(&mut self, entry: &Entry) {
+        enable(); // each time: a bit that was lost would keep the copies as they were
+        for (copy, words) in self.0.write(entry) {
+            let Some(&at) = COPIES.get(copy) else {
+                continue;
+            };
+            // SAFETY: as in `open`; the reference to `self` is the only one.
+            unsafe { write_volatile(at as *mut AllowanceWords, words) };
+        }
+    }
+}

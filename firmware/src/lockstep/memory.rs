@@ -1,0 +1,45 @@
+//! What a board has in backup SRAM: memory that resets leave alone.
+
+use crate::link::message::ResetCause;
+use crate::safety::{AllowanceWords, Entry, Found, Ledger};
+
+/// Two copies of what was spent of the wearer's allowance, and who writes them.
+#[derive(Debug)]
+pub(super) struct Memory {
+    pub copies: [AllowanceWords; 2],
+    ledger: Ledger,
+}
+
+impl Default for Memory {
+    /// After power came up.
+    fn default() -> Self {
+        let mut ledger = Ledger::default();
+        let [(_, words), _] = ledger.write(&Entry::default());
+        Self {
+            copies: [words; 2],
+            ledger,
+        }
+    }
+}
+
+impl Memory {
+    /// What a boot after `reset` finds in it; power that came up clears it.
+    pub fn boot(&mut self, reset: ResetCause) -> Found {
+        let is_power_on = reset == ResetCause::PowerOn;
+        let (ledger, found) = Ledger::open(self.copies.each_ref(), is_power_on);
+        self.ledger = ledger;
+        if is_power_on {
+            self.write(&Entry::default());
+        }
+        found
+    }
+
+    /// Writes both copies.
+    pub fn write(&mut self, entry: &Entry) {
+        for (copy, words) in self.ledger.write(entry) {
+            if let Some(slot) = self.copies.get_mut(copy) {
+                *slot = words;
+            }
+        }
+    }
+}

@@ -1,0 +1,293 @@
+//! Time and charge spent of what a wearer allows, as they outlive a reset: two copies in
+//! memory that a reset leaves alone, each with a check word. Not here: who counts
+//! (`guard::allowance`), who writes (the board's thread; `lockstep` in simulators).
+
+use crate::crc::CRC;
+use crate::pulse::CHANNELS;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// What an open copy adds after a reset, µs: it is written more often.
+pub const OPEN_US: u32 = 250_000;
+
+/// 256ths of a pC in 1 nC.
+const PER_NC: u64 = 256_000;
+
+/// Marks a copy as ours and tells its format.
+const MAGIC: u32 = 0x464C_0100;
+const IS_OPEN: u32 = 1;
+/// Words before the channels: magic, number, time.
+const HEAD: usize = 4;
+const WORDS: usize = HEAD + 3 * CHANNELS + 1;
+
+/// A copy in memory.
+pub type AllowanceWords = [u32; WORDS];
+
+/// Time and charge spent since power came up.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Hash)]
+pub struct Spent {
+    /// Time of stimulation, µs.
+    pub time_us: u64,
+    /// Charge of each channel, in 256ths of a pC; of the two phases of a pulse one counts.
+    pub charge: [u64; CHANNELS],
+}
+
+/// What is to be written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Entry {
+    /// Up to when it was made.
+    pub spent: Spent,
+    /// Stimulation may go on after it was made: a reset adds [`OPEN_US`] and `most_nc`.
+    pub is_open: bool,
+    /// Largest charge of each channel within [`OPEN_US`], nC.
+    pub most_nc: [u32; CHANNELS],
+}
+
+/// What is left of what a wearer allows.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
+pub struct Left {
+    /// Time of stimulation, ms.
+    pub time_ms: u32,
+    /// The channel that has the least charge left, from 0.
+    pub channel: u8,
+    /// That charge, µC; the largest number stands for more.
+    pub dose_uc: u32,
+}
+
+/// What a boot knows of what was spent before it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Found {
+    /// This much.
+    Spent(Spent),
+    /// Neither copy is whole, and power did not come up: nothing may be armed.
+    Lost,
+}
+
+impl Default for Found {
+    /// Nothing is spent.
+    fn default() -> Self {
+        Self::Spent(Spent::default())
+    }
+}
+
+impl Entry {
+    /// What counts as spent after a reset.
+    fn after_reset(&self) -> Spent {
+        let mut spent = self.spent;
+        if self.is_open {
+            spent.time_us = spent.time_us.saturating_add(OPEN_US.into());
+            for (charge, most_nc) in spent.charge.iter_mut().zip(self.most_nc) {
+                *charge = charge.saturating_add(u64::from(most_nc) * PER_NC);
+            }
+        }
+        spent
+    }
+
+    fn words(&self, number: u32) -> AllowanceWords {
+        let [low, high] = halves(self.spent.time_us);
+        let flags = if self.is_open { IS_OPEN } else { 0 };
+        let head = [MAGIC | flags, number, low, high];
+        let charges = self.spent.charge.into_iter().flat_map(halves);
+        let mut words = [0; WORDS];
+        let content = head.into_iter().chain(charges).chain(self.most_nc);
+        for (slot, word) in words.iter_mut().zip(content) {
+            *slot = word;
+        }
+        let [content @ .., check] = &mut words;
+        *check = checksum(content);
+        words
+    }
+
+    /// The entry and its number; `None` if the copy is not whole.
+    fn read(words: &AllowanceWords) -> Option<(u32, Self)> {
+        let [content @ .., check] = words;
+        let [flags, number, low, high, channels @ ..] = content;
+        if *check != checksum(content) || flags & !IS_OPEN != MAGIC {
+            return None;
+        }
+        let (charges, most) = channels.split_at_checked(2 * CHANNELS)?;
+        let mut entry = Self {
+            spent: Spent {
+                time_us: whole([*low, *high]),
+                charge: [0; CHANNELS],
+            },
+            is_open: flags & IS_OPEN != 0,
+            most_nc: [0; CHANNELS],
+        };
+        for (charge, halves) in entry.spent.charge.iter_mut().zip(charges.as_chunks().0) {
+            *charge = whole(*halves);
+        }
+        for (slot, word) in entry.most_nc.iter_mut().zip(most) {
+            *slot = *word;
+        }
+        Some((*number, entry))
+    }
+}
+
+/// Who writes the copies: knows which of them to write first, so that one is whole at
+/// every moment.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Ledger {
+    /// Of the latest entry.
+    number: u32,
+    /// The copy that is written first, for the other may be the only whole one.
+    first: usize,
+}
+
+impl Ledger {
+    /// What `copies` say. `is_power_on`: power came up, and they say nothing, however
+    /// whole; then the caller writes [`Self::write`] of an empty entry before anything else.
+    #[must_use]
+    pub fn open(copies: [&AllowanceWords; 2], is_power_on: bool) -> (Self, Found) {
+        if is_power_on {
+            return (Self::default(), Found::default());
+        }
+        let [a, b] = copies.map(Entry::read);
+        let newest = match (a, b) {
+            // Numbers wrap; no more than one lies between two copies.
+            (Some((a, _)), Some((b, _))) => usize::from(b.wrapping_sub(a) as i32 > 0),
+            (None, Some(_)) => 1,
+            (_, None) => 0,
+        };
+        let entry = if newest == 0 { a } else { b };
+        let ledger = Self {
+            number: entry.map_or(0, |(number, _)| number),
+            first: 1 - newest,
+        };
+        let found = entry.map_or(Found::Lost, |(_, entry)| Found::Spent(entry.after_reset()));
+        (ledger, found)
+    }
+
+    /// The copies of `entry` with their indices, to be written one after the other.
+    pub fn write(&mut self, entry: &Entry) -> [(usize, AllowanceWords); 2] {
+        self.number = self.number.wrapping_add(1);
+        let words = entry.words(self.number);
+        [self.first, 1 - self.first].map(|copy| (copy, words))
+    }
+}
+
+const fn halves(value: u64) -> [u32; 2] {
+    [value as u32, (value >> 32) as u32]
+}
+
+const fn whole([low, high]: [u32; 2]) -> u64 {
+    low as u64 | (high as u64) << 32
+}
+
+#[inline(never)]
+fn checksum(words: &[u32]) -> u32 {
+    let mut digest = CRC.digest();
+    for word in words {
+        digest.update(&word.to_le_bytes());
+    }
+    digest.finalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOTHING: AllowanceWords = [0; WORDS];
+
+    fn entry(time_us: u64, is_open: bool) -> Entry {
+        let mut entry = Entry {
+            is_open,
+            ..Entry::default()
+        };
+        entry.spent.time_us = time_us;
+        for (n, charge) in entry.spent.charge.iter_mut().enumerate() {
+            *charge = (n as u64 + 1) << 33 | 5;
+        }
+        entry.most_nc = core::array::from_fn(|n| 1_000 + n as u32);
+        entry
+    }
+
+    fn found(copies: &[AllowanceWords; 2]) -> Found {
+        Ledger::open(copies.each_ref(), false).1
+    }
+
+    fn store(ledger: &mut Ledger, copies: &mut [AllowanceWords; 2], entry: &Entry) {
+        for (copy, words) in ledger.write(entry) {
+            copies[copy] = words;
+        }
+    }
+
+    #[test]
+    fn a_closed_entry_comes_back_and_an_open_one_with_a_quarter_second_more() {
+        let mut copies = [NOTHING; 2];
+        let mut ledger = Ledger::default();
+        let closed = entry(7_000_000_000, false);
+        store(&mut ledger, &mut copies, &closed);
+        assert_eq!(found(&copies), Found::Spent(closed.spent));
+        let open = entry(7_000_000_001, true);
+        store(&mut ledger, &mut copies, &open);
+        let mut more = open.spent;
+        more.time_us += 250_000;
+        for (n, charge) in more.charge.iter_mut().enumerate() {
+            *charge += (1_000 + n as u64) * 256_000;
+        }
+        // As often as it is read: a boot that resets again adds no more.
+        assert_eq!(found(&copies), Found::Spent(more));
+        assert_eq!(found(&copies), Found::Spent(more));
+    }
+
+    #[test]
+    fn power_that_came_up_clears_and_two_bad_copies_are_lost() {
+        let mut copies = [NOTHING; 2];
+        assert_eq!(found(&copies), Found::Lost);
+        let (_, after) = Ledger::open(copies.each_ref(), true);
+        assert_eq!(after, Found::default());
+        store(&mut Ledger::default(), &mut copies, &entry(9, false));
+        let (mut ledger, after) = Ledger::open(copies.each_ref(), true);
+        assert_eq!(after, Found::default());
+        store(&mut ledger, &mut copies, &Entry::default());
+        assert_eq!(found(&copies), Found::default());
+    }
+
+    #[test]
+    fn one_flipped_bit_leaves_the_other_copy_and_two_nothing() {
+        let mut copies = [NOTHING; 2];
+        let entry = entry(123_456, true);
+        store(&mut Ledger::default(), &mut copies, &entry);
+        let whole = found(&copies);
+        for bit in 0..32 * WORDS {
+            let flip = |words: &mut AllowanceWords| words[bit / 32] ^= 1 << (bit % 32);
+            for copy in 0..2 {
+                let mut one = copies;
+                flip(&mut one[copy]);
+                assert_eq!(found(&one), whole, "bit {bit}");
+            }
+            let mut both = copies;
+            both.iter_mut().for_each(flip);
+            assert_eq!(found(&both), Found::Lost, "bit {bit}");
+        }
+    }
+
+    /// A reset at each step of a writing, after any history of damage that left one copy.
+    #[test]
+    fn a_reset_within_a_writing_finds_the_old_entry_or_the_new() {
+        for damaged in [None, Some(0), Some(1)] {
+            let mut copies = [NOTHING; 2];
+            let mut ledger = Ledger {
+                number: u32::MAX - 1,
+                first: 0,
+            };
+            let old = entry(1_000, true);
+            store(&mut ledger, &mut copies, &old);
+            if let Some(copy) = damaged {
+                copies[copy][9] ^= 4;
+            }
+            let (mut ledger, before) = Ledger::open(copies.each_ref(), false);
+            let new = entry(201_000, true);
+            let after = Found::Spent(new.after_reset());
+            for (copy, words) in ledger.write(&new) {
+                for at in 0..WORDS {
+                    copies[copy][at] = words[at];
+                    let now = found(&copies);
+                    assert!(now == before || now == after, "{damaged:?}, word {at}");
+                }
+            }
+            assert_eq!(found(&copies), after);
+        }
+    }
+}

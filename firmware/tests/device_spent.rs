@@ -1,0 +1,341 @@
+//! What the wearer allows of time and charge since power came up, however stimulation ends
+//! and whatever resets, and the pause between electrode checks.
+
+use crate::device_desk::*;
+use firmware::link::message::ResetCause;
+use firmware::link::{Code, Event, Request};
+use firmware::pulse::{TrainSpec, Trigger};
+use firmware::safety::{Fault, Left, OPEN_US, State, StopCause, WearerSpec};
+use firmware::units::{Amplitude, Micros};
+
+const BOOT: Micros = Micros::new(u32::MAX - 700_000);
+
+/// Keeps the host alive until the device stops by itself; how long that took, µs, and
+/// what was heard.
+fn until_stopped(desk: &mut Desk, most_s: u32) -> (u64, Vec<Heard>) {
+    let (from, mut heard) = (desk.time(), Vec::new());
+    for _ in 0..most_s * 50 {
+        if desk.state() != State::Stimulating {
+            break;
+        }
+        heard.extend(desk.ask(Request::KeepAlive));
+        desk.wait(20_000);
+    }
+    desk.wait(60_000);
+    heard.extend(desk.heard());
+    (desk.time() - 60_000 - from, heard)
+}
+
+/// How a piece of stimulation ends.
+#[derive(Clone, Copy, Debug)]
+enum Exit {
+    Stop,
+    Silence,
+    HandStop,
+    Fault,
+    Finish,
+}
+
+const EXITS: [Exit; 5] = [
+    Exit::Stop,
+    Exit::Silence,
+    Exit::HandStop,
+    Exit::Fault,
+    Exit::Finish,
+];
+
+/// A host that says nothing between `Start` and the end may be silent for a second.
+fn quiet(max_session_s: u32) -> WearerSpec {
+    WearerSpec {
+        host_timeout_ms: 1_000,
+        max_session_s,
+        ..wearer()
+    }
+}
+
+/// From the first driven phase since `from` to the last, µs. The check's lie before `from`.
+fn driven_for(desk: &Desk, from: u64) -> u64 {
+    let driven = driven(&desk.record.levels, 0);
+    let mut since = driven.into_iter().filter(|t| *t >= from);
+    let first = since.next();
+    first.map_or(0, |first| since.last().unwrap_or(first) - first)
+}
+
+/// Plays about 0.6 s that end so, without a word of the host; `None` if time is over before
+/// it may begin. How long pulses came.
+fn piece(desk: &mut Desk, exit: Exit, amplitude: u32) -> Option<u64> {
+    if let Err(refused) = desk.answer(ARM) {
+        assert_eq!(refused, refusal(Code::TimeOver, "max_session_s"));
+        return None;
+    }
+    desk.must(Request::Start);
+    let from = desk.time();
+    desk.must(all(1, amplitude));
+    match exit {
+        Exit::Silence => desk.wait(1_100_000),
+        Exit::Finish => desk.wait(700_000),
+        _ => desk.wait(600_000),
+    }
+    match exit {
+        Exit::Stop => desk.must(Request::Stop),
+        Exit::HandStop => desk.sensors.hand_stop = false,
+        Exit::Fault => desk.sensors.over_current = true,
+        Exit::Silence | Exit::Finish => {}
+    }
+    desk.wait(60_000);
+    desk.sensors = firmware::lockstep::Sensors::default();
+    if desk.state() == State::Fault {
+        assert_eq!(desk.fault(), Some(Fault::OverCurrent));
+        desk.must(Request::Acknowledge);
+        desk.wait(110_000);
+    }
+    assert_eq!(desk.state(), State::Idle, "{exit:?}");
+    Some(driven_for(desk, from))
+}
+
+fn train(exit: Exit) -> TrainSpec {
+    TrainSpec {
+        repeats: if matches!(exit, Exit::Finish) { 31 } else { 0 },
+        ..PLAIN
+    }
+}
+
+/// No frame comes between `Start` and the end of a piece: time is counted all the same, at
+/// every exit.
+#[test]
+fn pieces_without_a_word_of_the_host_add_up_at_every_exit() {
+    for exit in EXITS {
+        let mut desk = Desk::open(BOOT);
+        desk.prepare(quiet(2), &[channel(train(exit))]);
+        let (mut pieces, mut sum) = (0, 0);
+        while let Some(length) = piece(&mut desk, exit, 5_000) {
+            (pieces, sum) = (pieces + 1, sum + length);
+            assert!(pieces < 12, "{exit:?}: twelve pieces of 0.6 s in 2 s");
+        }
+        println!("{exit:?}: {pieces} pieces, {} ms", sum / 1_000);
+        // The last fall ends with the time; of each piece a period may be missing.
+        assert!(sum <= 2_000_000, "{exit:?}: {sum} µs");
+        assert!(sum > 1_700_000, "{exit:?}: {sum} µs is too little");
+    }
+}
+
+/// The same with a reset after each piece, and one reset amid each.
+#[test]
+fn no_reset_but_powers_gives_time_back() {
+    for reset in [
+        ResetCause::Software,
+        ResetCause::Watchdog,
+        ResetCause::Pin,
+        ResetCause::BrownOut,
+    ] {
+        let mut desk = Desk::open(BOOT);
+        let (mut pieces, mut sum) = (0, 0);
+        loop {
+            desk.prepare(quiet(2), &[channel(PLAIN)]);
+            let Some(length) = piece(&mut desk, Exit::Stop, 5_000) else {
+                break;
+            };
+            (pieces, sum) = (pieces + 1, sum + length);
+            desk.reset(reset);
+            assert!(pieces < 12, "{reset:?}");
+        }
+        // A closed copy adds nothing.
+        assert!(
+            (1_800_000..=2_000_000).contains(&sum),
+            "{reset:?}: {sum} µs"
+        );
+        desk.reset(ResetCause::PowerOn);
+        desk.prepare(quiet(2), &[channel(PLAIN)]);
+        assert!(piece(&mut desk, Exit::Stop, 5_000).is_some());
+    }
+}
+
+#[test]
+fn a_reset_amid_stimulation_adds_a_quarter_second_at_most() {
+    let mut desk = Desk::open(BOOT);
+    let (mut resets, mut sum) = (0, 0);
+    loop {
+        desk.prepare(quiet(3), &[channel(PLAIN)]);
+        if desk.answer(ARM).is_err() {
+            break;
+        }
+        desk.must(Request::Start);
+        let from = desk.time();
+        desk.must(all(1, 5_000));
+        desk.wait(317_000);
+        sum += driven_for(&desk, from);
+        desk.reset(ResetCause::Software);
+        resets += 1;
+        assert!(resets < 20);
+    }
+    println!(
+        "{resets} resets amid pieces of 0.32 s, {} ms of 3 s",
+        sum / 1_000
+    );
+    assert!(sum <= 3_000_000 + resets * u64::from(OPEN_US));
+    // 0.2 s were written when each came, and 0.25 s are added.
+    assert_eq!(resets, 7);
+}
+
+#[test]
+fn a_channels_charge_outlives_a_reset() {
+    let limited = WearerSpec {
+        max_dose_mc: 1,
+        ..quiet(100)
+    };
+    let mut desk = Desk::open(BOOT);
+    for _ in 0..20 {
+        desk.prepare(limited, &[channel(PLAIN)]);
+        if let Err(refused) = desk.answer(ARM) {
+            assert_eq!(refused, refusal(Code::DoseReached, "max_dose_mc"));
+            break;
+        }
+        desk.must(Request::Start);
+        desk.must(all(1, 20_000));
+        desk.wait(600_000);
+        desk.must(Request::Stop);
+        desk.wait(60_000);
+        desk.reset(ResetCause::Watchdog);
+    }
+    desk.prepare(limited, &[channel(PLAIN)]);
+    assert_eq!(desk.code(ARM), Some(Code::DoseReached));
+    let sum_nc = written_nc(&desk, 200);
+    println!("{sum_nc} nC of 1 mC");
+    assert!((980_000..=1_010_000).contains(&sum_nc), "{sum_nc}");
+}
+
+/// Charge of one phase of every code written, as if each phase had `width_us`: more than
+/// the electrode checks have.
+fn written_nc(desk: &Desk, width_us: u64) -> u64 {
+    let codes = desk.record.dac.iter().map(|&(_, _, code)| u64::from(code));
+    codes
+        .map(|code| code * 100_000 / 65_535 * width_us / 1_000)
+        .sum()
+}
+
+/// Ten channels whose bursts come at once, none of them beyond its own dose by one burst.
+#[test]
+fn no_burst_passes_the_dose() {
+    let limited = WearerSpec {
+        max_dose_mc: 1,
+        fall_ms: 100,
+        ..wearer()
+    };
+    let doublet = TrainSpec {
+        burst_count: 2,
+        burst_interval_us: 1_000,
+        ..PLAIN
+    };
+    let mut desk = Desk::open(BOOT);
+    desk.run(limited, &[channel(doublet)], 0);
+    desk.must(all(1, 19_000));
+    let (_, heard) = until_stopped(&mut desk, 10);
+    assert!(is_told(&heard, Event::Stopping(StopCause::DoseReached)));
+    let pulses = desk.status().counters.pulses;
+    let sum_nc = written_nc(&desk, 2 * 200);
+    println!("{pulses} pulses, {sum_nc} nC of 1 mC");
+    assert!((980_000..=1_005_000).contains(&sum_nc), "{sum_nc}");
+}
+
+#[test]
+fn without_a_whole_copy_nothing_is_armed_until_power_comes_up() {
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(quiet(2), &[channel(PLAIN)]);
+    piece(&mut desk, Exit::Stop, 5_000).unwrap();
+    // One bad copy is no harm, whichever.
+    for copy in 0..2 {
+        desk.board.copies()[copy][7] ^= 1;
+        desk.reset(ResetCause::Software);
+        desk.prepare(quiet(9), &[channel(PLAIN)]);
+        desk.must(ARM);
+        let left = desk.status().left.unwrap();
+        assert!((8_200..8_500).contains(&left.time_ms), "{left:?}");
+        desk.must(Request::Stop);
+        desk.wait(2_000);
+    }
+    for words in desk.board.copies() {
+        words[7] ^= 1;
+    }
+    for reset in [ResetCause::Software, ResetCause::Pin, ResetCause::Watchdog] {
+        desk.reset(reset);
+        desk.prepare(quiet(9), &[channel(PLAIN)]);
+        let lost = refusal(Code::AllowanceLost, "max_session_s");
+        assert_eq!(desk.refused(ARM), lost, "{reset:?}");
+    }
+    desk.reset(ResetCause::PowerOn);
+    desk.prepare(quiet(9), &[channel(PLAIN)]);
+    desk.must(ARM);
+    assert_eq!(desk.status().left.unwrap().time_ms, 9_000);
+}
+
+#[test]
+fn status_tells_what_is_left() {
+    let limited = WearerSpec {
+        max_dose_mc: 2,
+        ..quiet(10)
+    };
+    let mut desk = Desk::open(BOOT);
+    assert_eq!(desk.status().left, None);
+    desk.prepare(limited, &[channel(PLAIN), channel(PLAIN)]);
+    desk.start();
+    let whole = Left {
+        time_ms: 9_999,
+        channel: 0,
+        dose_uc: 2_000,
+    };
+    let left = desk.status().left.unwrap();
+    assert!((9_990..10_000).contains(&left.time_ms), "{left:?}");
+    assert_eq!((left.channel, left.dose_uc), (whole.channel, whole.dose_uc));
+    // Channel 2 alone puts something out.
+    desk.must(Request::Amplitudes {
+        mask: 2,
+        values: [Amplitude::new(20_000)].into_iter().collect(),
+        widths: heapless::Vec::new(),
+    });
+    desk.keep_alive(25, 20_000);
+    let left = desk.status().left.unwrap();
+    println!("{left:?}");
+    assert!((9_400..9_500).contains(&left.time_ms), "{left:?}");
+    assert_eq!(left.channel, 1);
+    assert!((1_885..1_915).contains(&left.dose_uc), "{left:?}");
+}
+
+/// A host that stops and arms again and again gets no more check pulses than a few.
+#[test]
+fn electrode_checks_keep_a_pause() {
+    let slow = TrainSpec {
+        period_us: 2_000_000,
+        trigger: Some(Trigger::Start),
+        ..PLAIN
+    };
+    for cut_us in [1_000, 6_000, 15_000, 30_000] {
+        let mut desk = Desk::open(BOOT);
+        desk.prepare(wearer(), &[channel(slow)]);
+        let end = desk.time() + 5_000_000;
+        while desk.time() < end {
+            desk.send(ARM);
+            desk.wait(cut_us);
+            desk.send(Request::Stop);
+            desk.wait(1_000);
+        }
+        // Of a biphasic pulse two phases are driven.
+        let starts: Vec<u64> = driven(&desk.record.levels, 0);
+        let within = |from: u64| {
+            let second = from..from + 1_000_000;
+            starts.iter().filter(|t| second.contains(*t)).count()
+        };
+        let most = starts.iter().map(|&t| within(t)).max().unwrap_or(0) / 2;
+        println!("cut after {cut_us} µs: {most} check pulses in a second at most");
+        assert!(most <= 24, "{most}");
+    }
+    // Who waits is not kept waiting, and who arms at once is answered within half a second.
+    let mut desk = Desk::open(BOOT);
+    desk.prepare(wearer(), &[channel(slow)]);
+    for (pause_us, at_most_us) in [(0, 26_000), (500_000, 26_000), (0, 426_000)] {
+        desk.wait(pause_us);
+        let from = desk.time();
+        desk.must(ARM);
+        assert!(desk.time() - from <= at_most_us, "{pause_us}");
+        desk.must(Request::Stop);
+    }
+}

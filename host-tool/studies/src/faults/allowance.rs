@@ -1,0 +1,367 @@
+//! A host that plays pieces until the wearer's time or charge is over, however each ends and
+//! whatever resets in between: judged at the electrode, nothing of it passes the limits by
+//! more than a host timeout, and 250 ms for each reset.
+
+use super::Draws;
+use super::bench::Bench;
+use super::case::{Case, Fate};
+use super::declaration::Declaration;
+use super::error::{FaultsError, never_runs};
+use super::kinds::Kinds;
+use super::simulated::{Boards, Simulated};
+use super::spent::{Account, Allowed};
+use firmware::device::Identity;
+use firmware::link::message::ResetCause;
+use firmware::link::{Code, Kind, Request};
+use firmware::lockstep::{Lockstep, Sensors};
+use firmware::safety::StageSpec;
+use firmware::units::{Amplitude, Micros};
+use hal_sim::body::CHANNELS;
+use hal_sim::chip::board::{Board, BoardError};
+use hal_sim::native::identity;
+use hal_sim::random::Random;
+use host_core::session::Session;
+
+/// Of the streams that this class draws from.
+const STREAM: u64 = 0xA110;
+/// Every electrode, Ω.
+const LOAD_OHM: u32 = 1_000;
+/// Until `Arm` is answered: the pause between two electrode checks, and a check, µs.
+const ARM_US: u64 = 430_000;
+/// Until a piece that ended is idle: the longest fall, and the train's last grounding, µs.
+const ENDS_US: u64 = 115_000;
+/// The grounding after an acknowledged fault, µs.
+const GROUNDS_US: u64 = 110_000;
+/// No case has as many pieces: 0.1 s each, of 3 s.
+const MOST_PIECES: usize = 400;
+/// Refused because nothing is left of time or of charge.
+const OVER: [Code; 2] = [Code::TimeOver, Code::DoseReached];
+/// How a piece may end by itself or by its host.
+const EXITS: [&str; 5] = ["stop", "silence", "hand stop", "fault", "finish"];
+/// What resets without power.
+const RESETS: [ResetCause; 3] = [ResetCause::Software, ResetCause::Watchdog, ResetCause::Pin];
+
+/// What is tried.
+pub(super) struct Evaded<B: Boards> {
+    boards: B,
+    session: Session,
+    kept: B::Kept,
+    kinds: Kinds,
+}
+
+/// A board that can be reset.
+pub(super) trait Resets: Simulated + Sized {
+    /// Resets it, and boots; its time then, µs.
+    fn reset(&mut self, cause: ResetCause, sensors: &Sensors) -> Result<u64, FaultsError>;
+
+    /// Flips `bit` of what it keeps through resets, in copy 0 or 1.
+    fn damage(&mut self, copy: usize, bit: usize);
+}
+
+impl Resets for Lockstep {
+    fn reset(&mut self, reset: ResetCause, _: &Sensors) -> Result<u64, FaultsError> {
+        let identity = Identity {
+            reset,
+            ..identity(Kind::Native)
+        };
+        self.boot(identity, Micros::new(0));
+        Ok(0)
+    }
+
+    fn damage(&mut self, copy: usize, bit: usize) {
+        let words = &mut self.copies()[copy];
+        words[bit / 32 % words.len()] ^= 1 << (bit % 32);
+    }
+}
+
+impl Resets for Board<()> {
+    fn reset(&mut self, cause: ResetCause, sensors: &Sensors) -> Result<u64, FaultsError> {
+        let told = |e: BoardError| never_runs(e.to_string());
+        self.be_reset(cause).map_err(told)?;
+        // Until the host finds that the device has left.
+        self.run_to(self.cpu.cycle + 168_000).map_err(told)?;
+        self.boot(sensors).map_err(told)?;
+        Ok(self.now_us())
+    }
+
+    fn damage(&mut self, copy: usize, bit: usize) {
+        // The copies lie 1 KiB apart, 140 bytes each.
+        let byte = 1024 * copy + bit / 8 % 140;
+        self.around.soc.backup_sram.bytes()[byte] ^= 1 << (bit % 8);
+    }
+}
+
+/// One case on its way.
+struct Trial<'c, B: Boards> {
+    class: &'c Evaded<B>,
+    kind: &'c str,
+    session: Session,
+    random: Random,
+    account: Account,
+    /// A device that lost what was spent must refuse by this name.
+    is_lost: bool,
+    refused: Option<u16>,
+    pieces: usize,
+    resets: usize,
+}
+
+impl<B: Boards> Evaded<B>
+where
+    B::Board: Resets,
+{
+    pub fn new(seed: u64, declaration: &Declaration, boards: B) -> Result<Self, FaultsError> {
+        let kinds = Kinds::of(declaration, &boards, seed, STREAM);
+        let mut session = declaration.scene.session.clone();
+        for (n, channel) in (0u16..).zip(&mut session.channels) {
+            channel.spec.stage = StageSpec::Current {
+                full_scale_ua: 100_000,
+            };
+            // The first pulses at 50 Hz, the second in pairs at 25.
+            channel.spec.train.burst_count = 1 + n as u8;
+            channel.spec.train.burst_interval_us = 2_000;
+            channel.spec.train.period_us = 20_000 * (1 + u32::from(n));
+        }
+        let kept = boards.kept(&session)?;
+        Ok(Self {
+            boards,
+            session,
+            kept,
+            kinds,
+        })
+    }
+
+    fn sensors() -> Sensors {
+        Sensors {
+            load_ohm: [LOAD_OHM; CHANNELS],
+            ..Sensors::default()
+        }
+    }
+
+    /// The case's own limits.
+    fn drawn(&self, random: &mut Random) -> Session {
+        let mut session = self.session.clone();
+        let wearer = &mut session.wearer;
+        // A second on the chip simulator, which is slower than the native one.
+        let most_s: &u64 = self.boards.own(&1, &3);
+        wearer.max_session_s = 1 + random.below(*most_s) as u32;
+        // By charge in two cases of five: 1 mC are 250 pulses of 4 µC, or 125 pairs.
+        let is_by_dose = random.below(5) < 2 && *most_s > 1;
+        wearer.max_dose_mc = if is_by_dose { 1 } else { 1_000 };
+        if is_by_dose {
+            wearer.max_session_s = 60;
+        }
+        wearer.host_timeout_ms = 20 + random.below(981) as u16;
+        wearer.fall_ms = 5 + random.below(96) as u16;
+        wearer.rise_ms = 1 + random.below(100) as u16;
+        for channel in &mut session.channels {
+            channel.spec.limit = Amplitude::new(15_000);
+        }
+        session
+    }
+}
+
+impl<B: Boards> Trial<'_, B>
+where
+    B::Board: Resets,
+{
+    /// Plays pieces until the device refuses; what boards put out goes to the account.
+    fn play(&mut self) -> Result<(), FaultsError> {
+        let class = self.class;
+        let sensors = Evaded::<B>::sensors();
+        let mut bench = class.boards.greeted(&class.kept, &class.session, sensors)?;
+        while self.refused.is_none() && self.pieces < MOST_PIECES {
+            self.pieces += 1;
+            let reset = self.piece(&mut bench)?;
+            let Some(cause) = reset else {
+                continue;
+            };
+            let mut device = bench.device;
+            if self.kind.ends_with("damaged") {
+                self.damage(&mut device);
+            }
+            if cause == ResetCause::PowerOn {
+                self.account.power_came_up();
+                self.is_lost = false;
+            } else {
+                self.account.resets += 1;
+            }
+            self.resets += 1;
+            let now_us = device.reset(cause, &sensors)?;
+            bench = Bench::greeted(device, now_us, sensors)?;
+        }
+        Ok(())
+    }
+
+    /// One piece, and what resets in it or after it.
+    fn piece(&mut self, bench: &mut Bench<B::Board>) -> Result<Option<ResetCause>, FaultsError> {
+        let exit = match self.kind {
+            kind if EXITS.contains(&kind) => kind,
+            _ => EXITS[self.random.below(EXITS.len() as u64) as usize],
+        };
+        let mut session = self.session.clone();
+        let count = if exit == "finish" {
+            4 + self.random.below(20) as u16
+        } else {
+            0
+        };
+        for channel in &mut session.channels {
+            channel.spec.train.repeats = count;
+        }
+        bench.configure(&session)?;
+        let speaks = exit != "silence" && self.random.below(2) == 0;
+        bench.speaks = speaks;
+        let refused = bench.heard().refused.len();
+        let wanted = self.wanted();
+        bench.start_within(0, wanted.clone(), ARM_US)?;
+        if let Some((code, _)) = bench.heard().refused.get(refused) {
+            self.refused = Some(*code);
+            return Ok(None);
+        }
+        bench.tell(wanted)?;
+        let from_us = bench.now_us();
+        let length_us = 20_000 + self.random.below(880_000);
+        let reset = self.reset();
+        let is_cut = reset.is_some() && self.random.below(2) == 0;
+        let until_us = match is_cut {
+            true => from_us + self.random.below(length_us),
+            false => from_us + length_us,
+        };
+        bench
+            .run_to(until_us)
+            .map_err(|e| never_runs(e.to_string()))?;
+        if !is_cut {
+            self.end(bench, exit)?;
+        }
+        self.account.add(&bench.recorder.trace, from_us);
+        Ok(reset)
+    }
+
+    /// 5 to 15 mA on both channels.
+    fn wanted(&mut self) -> Request {
+        let channels = &self.session.channels;
+        let mask = channels.iter().fold(0, |mask, it| mask | 1 << it.index());
+        let ua = 5_000 + self.random.below(10_001) as u32;
+        Request::Amplitudes {
+            mask,
+            values: channels.iter().map(|_| Amplitude::new(ua)).collect(),
+            widths: Default::default(),
+        }
+    }
+
+    /// The piece ends so, and the device is idle.
+    fn end(&mut self, bench: &mut Bench<B::Board>, exit: &str) -> Result<(), FaultsError> {
+        bench.speaks = false;
+        match exit {
+            "stop" => bench.tell(Request::Stop)?,
+            "hand stop" => bench.sensors.hand_stop = false,
+            "fault" => bench.sensors.over_current = true,
+            // The longest silence; what was finished before is idle.
+            _ => wait(bench, 1_000_000)?,
+        }
+        wait(bench, ENDS_US)?;
+        (bench.sensors.hand_stop, bench.sensors.over_current) = (true, false);
+        wait(bench, 1_000 + self.random.below(30_000))?;
+        if bench.heard().fault.is_some() {
+            bench.tell(Request::Acknowledge)?;
+            wait(bench, GROUNDS_US)?;
+        }
+        Ok(())
+    }
+
+    /// What resets in or after this piece, if anything does.
+    fn reset(&mut self) -> Option<ResetCause> {
+        let one_in = |random: &mut Random, n| random.below(n) == 0;
+        match self.kind {
+            "software reset" => Some(ResetCause::Software),
+            "watchdog reset" => Some(ResetCause::Watchdog),
+            "pin reset" => Some(ResetCause::Pin),
+            "power" if one_in(&mut self.random, 6) => Some(ResetCause::PowerOn),
+            "mixed" | "power" if one_in(&mut self.random, 2) => {
+                Some(RESETS[self.random.below(RESETS.len() as u64) as usize])
+            }
+            "a copy damaged" => Some(ResetCause::Software),
+            "both copies damaged" if self.pieces > 1 => Some(ResetCause::Software),
+            _ => None,
+        }
+    }
+
+    fn damage(&mut self, device: &mut B::Board) {
+        let bit = self.random.below(35 * 32) as usize;
+        if self.kind == "both copies damaged" {
+            device.damage(0, bit);
+            device.damage(1, self.random.below(35 * 32) as usize);
+            self.is_lost = true;
+        } else {
+            device.damage(self.random.below(2) as usize, bit);
+        }
+    }
+
+    fn fate(&self, allowed: &Allowed) -> Fate {
+        let is_over = |code: u16| OVER.iter().any(|over| *over as u16 == code);
+        let found = match self.refused {
+            Some(code) if self.is_lost => code == Code::AllowanceLost as u16,
+            Some(code) => is_over(code),
+            None => false,
+        };
+        Fate {
+            must_find: true,
+            found,
+            reset: self.resets > 0,
+            severe: self.account.findings(allowed),
+            ..Fate::default()
+        }
+    }
+}
+
+fn wait<D: Simulated>(bench: &mut Bench<D>, us: u64) -> Result<(), FaultsError> {
+    let to_us = bench.now_us() + us;
+    bench.run_to(to_us).map_err(|e| never_runs(e.to_string()))
+}
+
+impl<B: Boards> Draws for Evaded<B>
+where
+    B::Board: Resets,
+{
+    fn case(&self, index: u64) -> Result<Case, FaultsError> {
+        let (kind, mut random) = self.kinds.draw(index)?;
+        let session = self.drawn(&mut random);
+        let allowed = Allowed::of(&session);
+        let mut trial = Trial {
+            class: self,
+            kind,
+            session,
+            random,
+            account: Account::default(),
+            is_lost: false,
+            refused: None,
+            pieces: 0,
+            resets: 0,
+        };
+        let played = trial.play();
+        trial.account.close();
+        let mut fate = trial.fate(&allowed);
+        if let Err(why) = played {
+            fate.stopped = Some(why.to_string());
+        }
+        let told = trial
+            .refused
+            .map_or_else(|| "nothing".to_owned(), |code| code.to_string());
+        let drawn = format!(
+            "{} pieces, {} resets, {}; refused {told}",
+            trial.pieces,
+            trial.resets,
+            trial.account.in_words(&allowed)
+        );
+        Ok(Case::of(kind, &drawn, (index, 0), fate))
+    }
+
+    fn notes(&self) -> Vec<String> {
+        vec![
+            format!("Drawn: {}.", self.kinds.in_words()),
+            "Severe is what passes the wearer's time by more than the host timeout and 250 ms for \
+             each reset, or a channel's charge by more than is possible in that; found is that \
+             arming was refused at last, by the right number. Power that came up begins anew."
+                .to_owned(),
+        ]
+    }
+}
