@@ -71,7 +71,7 @@ impl Orders {
         let mut armed_us = Vec::new();
         let mut is_silenced = false;
         // When the host last counted while the trains play; and when they may not.
-        let (mut alive_us, mut off_us, mut is_armed) = (None, Some(0), false);
+        let (mut alive_us, mut off_us, mut is_armed) = (None::<u64>, Some(0), false);
         // When the latest check began, which waits for the pause after the one before, and
         // until when its pulses may come.
         let (mut begun_us, mut checked_us) = (None::<u64>, 0);
