@@ -71,10 +71,10 @@ impl Orders {
         let mut armed_us = Vec::new();
         let mut is_silenced = false;
         // When the host last counted while the trains play; and when they may not.
-        let (mut alive_us, mut off_us, mut is_armed) = (None, Some(0), false);
+        let (mut alive_us, mut off_us, mut is_armed) = (None::<u64>, Some(0), false);
         // When the latest check began, which waits for the pause after the one before, and
         // until when its pulses may come.
-        let (mut begun_us, mut checked_us) = (None, 0);
+        let (mut begun_us, mut checked_us) = (None::<u64>, 0);
         let until = |off: Option<u64>, until_us| Quiet {
             from_us: off.unwrap_or(until_us),
             until_us,
@@ -106,7 +106,7 @@ impl Orders {
                     quiet.extend(off_us.map(|_| until(off_us, t_us)));
                     armed_us.extend((!is_armed).then_some(t_us));
                     if !is_armed {
-                        let paused_us = begun_us.map(|at: u64| at + u64::from(CHECK_PAUSE_US));
+                        let paused_us = begun_us.map(|at| at + u64::from(CHECK_PAUSE_US));
                         let at_us = paused_us.map_or(t_us, |paused_us| paused_us.max(t_us));
                         begun_us = Some(at_us);
                         checked_us = at_us + CHECK_US + self.line_us;
