@@ -3,6 +3,7 @@
 
 use super::{PROTOCOL, messages, read, types};
 use firmware::link::{Event, Request};
+use firmware::muscle::Rung;
 use firmware::pulse::TrainSpec;
 use firmware::safety::{ListedPulse, StopCause};
 use firmware::units::{Amplitude, Micros};
@@ -81,11 +82,11 @@ const SCENES: [fn() -> Scene; 5] = [
     || Scene::shipped("lift.toml", vec![Request::Held { held: false }]),
 ];
 
+/// No model, for a muscle on whatever channel there is.
 fn rungs() -> Vec<Request> {
-    let sent = messages::requests().into_iter();
-    let requests = sent.map(|(_, sent)| sent.request);
-    let is_rung = |request: &Request| matches!(request, Request::Rung { .. });
-    requests.filter(is_rung).collect()
+    let rung = Rung::None;
+    let rungs = (0u8..10).map(|channel| Request::Rung { channel, rung });
+    rungs.collect()
 }
 
 /// The variant of a request.
@@ -117,6 +118,15 @@ fn asked(scene: Scene, request: Request) -> (bool, bool) {
         last = client.keep_alive().unwrap();
     }
     wait(&mut client, 60);
+    let request = match request {
+        // Of a time that it could have been measured at.
+        Request::Measurement { joint, .. } => Request::Measurement {
+            joint: joint % 2,
+            centideg: 4_000,
+            at: last,
+        },
+        other => other,
+    };
     let is_taken = match client.request(request) {
         // An answer of its own kind is none that this waits for.
         Ok(_) | Err(Error::NoAnswer { .. }) => true,
@@ -163,8 +173,8 @@ fn protocol_md_lists_what_keeps_a_host_alive() {
     for scene in SCENES {
         let vectors = messages::requests().into_iter();
         let vectors = vectors.map(|(_, sent)| sent.request);
-        let own = scene().setpoints;
-        for request in vectors.chain(own) {
+        let own = scene();
+        for request in vectors.chain(own.setup).chain(own.setpoints) {
             let name = name(&request);
             // `Stop` ends it by itself; what was found need not be tried again.
             if name == "Stop" || alive.contains(&name) {
