@@ -7,7 +7,7 @@ use firmware::device::{Controller, Identity, Mailboxes, Pulser, Session, WINDOWS
 use firmware::link::{Code, Request, SCHEMA, SetupSum};
 use firmware::pulse::{CHANNELS, Sample, WINDOW_US, WindowPlan};
 use firmware::safety::{
-    Inputs, Origin, Reading, StageKind, StageSupply, StageTable, Stages, State,
+    Found, Inputs, Origin, Reading, StageKind, StageSupply, StageTable, Stages, State,
 };
 use firmware::units::{DacCode, Micros, us};
 
@@ -50,7 +50,7 @@ impl Owners {
         };
         let stages = Stages::Stored(table);
         let mut owners = Self {
-            pulser: Pulser::new(None),
+            pulser: Pulser::new(None, Found::default()),
             controller: Controller::new(),
             session: Session::new(Identity {
                 stages,

@@ -406,6 +406,8 @@ fn framed(session: u16, next: &mut u16, request: Request) -> Option<Vec<u8>> {
         request,
     };
     encode(&message).map(|frame| frame.to_vec())
+}
+
 /// The schema hash in the answer to a `Hello`, if it is not this program's. Before it come
 /// the variant, the request's number and the session's in every version; what comes behind
 /// it may be read otherwise than it was meant.

@@ -6,7 +6,7 @@ use crate::run::trial;
 use firmware::link::Event;
 use firmware::safety::StopCause;
 
-impl<P: Port> Run<'_, P> {
+impl<P: Port> Run<'_, '_, P> {
     /// The device has said something now.
     pub(super) fn hear(&mut self) {
         self.heard_us = self.client.port().now_us();
