@@ -105,7 +105,7 @@ impl Bench {
     }
 
     /// What the device says to a request; [`desk::ARM`] means what was accepted.
-    pub fn ask(&mut self, request: Request) -> Result<Micros, Error> {
+    pub fn ask(&mut self, request: Request) -> Result<u64, Error> {
         match request {
             desk::ARM => self.client.arm(),
             request => self.client.request(request),
