@@ -235,6 +235,7 @@ fn opposite_directions_at_once_are_refused_unless_supplies_are_separate() {
                 },
                 stage,
                 limit: Amplitude::new(5_000),
+                start: Amplitude::new(0),
                 area_mm2: ChannelSpec::ASSUMED_AREA_MM2,
             };
             let said = bench.ask(Request::Channel { channel, spec }, 5_000);

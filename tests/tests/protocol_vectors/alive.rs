@@ -123,7 +123,7 @@ fn asked(scene: Scene, request: Request) -> (bool, bool) {
         Request::Measurement { joint, .. } => Request::Measurement {
             joint: joint % 2,
             centideg: 4_000,
-            at: last,
+            at: host_core::link::stamp(last),
         },
         other => other,
     };
@@ -136,7 +136,7 @@ fn asked(scene: Scene, request: Request) -> (bool, bool) {
     let until = client.port().now_us() + 300_000;
     while let Some(incoming) = client.next(until).unwrap() {
         if let Incoming::Event(at, Event::Stopping(StopCause::HostSilent)) = incoming {
-            let after_ms = (at - last).us() / 1_000;
+            let after_ms = (at - last) / 1_000;
             assert!(
                 (98..=101).contains(&after_ms) || (158..=162).contains(&after_ms),
                 "{after_ms}"
