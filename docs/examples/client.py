@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-SCHEMA = 0x445101DBFD6BDBAC  # docs/protocol.md, "Schema hash"
+SCHEMA = 0x3FD888AC9974C49B  # docs/protocol.md, "Schema hash"
 ANSWER_S = 2.0  # a device answers within milliseconds, a busy computer hears it later
 # A device ends stimulation when its host is silent for so long. A program like this one, on
 # a computer that does other things too, is at times kept waiting for 0.1 s and more; half a
@@ -160,6 +160,7 @@ def channel(c):
         + varint(["Current", "Voltage"].index(kind))
         + b"".join(map(varint, of.values()))  # in the order of the table
         + varint(c["spec"]["limit"])
+        + varint(c["spec"]["start"])
         + varint(c["spec"]["area_mm2"])
     )
 
@@ -416,7 +417,7 @@ def stimulate(place):
         "lists": False,
     }
     stage = {"Current": {"full_scale_ua": 100_000}}
-    spec = {"train": train, "stage": stage, "limit": 20_000, "area_mm2": 800}
+    spec = {"train": train, "stage": stage, "limit": 20_000, "start": 0, "area_mm2": 800}
     device.configure("Channel", channel=0, spec=spec)
     device.ask({"Arm": {"setup": setup_sum(device.parts)}})
     device.ask("Start")

@@ -111,7 +111,9 @@ def setup(wearer):
         }
         stage = {"Current": {"full_scale_ua": 50_000}}
         limit = whole(electrode["limit"], 1000)
-        spec = {"train": train, "stage": stage, "limit": limit, "area_mm2": electrode["area_mm2"]}
+        start = whole(electrode.get("start", 0), 1000)
+        spec = {"train": train, "stage": stage, "limit": limit, "start": start}
+        spec["area_mm2"] = electrode["area_mm2"]
         yield "Channel", {"channel": it["channel"] - 1, "spec": spec}
     yield "Limb", {
         "ways_um": [

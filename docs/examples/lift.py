@@ -123,7 +123,8 @@ def setup(session):
         }
         stage = {"Current": {"full_scale_ua": whole(stage["full_scale_ma"], 1000)}}
         limit, area = whole(it["limit"], 1000), it.get("area_mm2", 800)
-        spec = {"train": train, "stage": stage, "limit": limit, "area_mm2": area}
+        start = whole(it.get("start", 0), 1000)
+        spec = {"train": train, "stage": stage, "limit": limit, "start": start, "area_mm2": area}
         yield "Channel", {"channel": it["number"] - 1, "spec": spec}
     for it in session["modulation"]:
         joint = JOINTS.index(it["joint"])
