@@ -106,7 +106,7 @@ fn train(exit: Exit) -> TrainSpec {
 fn pieces_without_a_word_of_the_host_add_up_at_every_exit() {
     for exit in EXITS {
         let mut desk = Desk::open(BOOT);
-        desk.prepare(quiet(2), &[channel(train(exit))]);
+        desk.prepare(quiet(2), &[at_once(train(exit))]);
         let (mut pieces, mut sum) = (0, 0);
         while let Some(length) = piece(&mut desk, exit, 5_000) {
             (pieces, sum) = (pieces + 1, sum + length);

@@ -143,7 +143,7 @@ fn what_cannot_be_played_is_refused_by_name() {
             &["--class", "bits"],
             2,
             "there are flips, declarations, registers, electrode, link, sensor, streams, cpu, \
-             supply, pairs; or all",
+             supply, pairs, allowance; or all",
         ),
         (
             &["--class", "flips", "--count", "0"],
@@ -206,5 +206,5 @@ fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
     let endless = ["faults", "--class", "flips", "--image", "/dev/zero"];
     let (exit, _, error) = ran(&folder, &endless);
     assert_eq!(exit, Some(1));
-    assert!(error.contains("E531 /dev/zero"), "{error}");
+    assert!(error.contains("E530 the image /dev/zero"), "{error}");
 }

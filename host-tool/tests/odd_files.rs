@@ -121,7 +121,7 @@ fn an_experiment_or_a_sweep_of_odd_files_is_refused() {
         session = \"hamana_exp4_two_point.toml\"\nseed = 3\ndraws = 2\n\
         measures = [\"charge_mc\"]\n[[factor]]\nname = \"law\"\n\
         [[factor.level]]\nname = \"one\"\n[[factor.level]]\nname = \"two\"\n\
-        set = { \"joint.law\" = \"paper\" }\n[[drawn]]\nfield = \"setpoints.frequency_hz\"\n\
+        set = { \"joint.law\" = \"paper\" }\n[[draw]]\nfield = \"setpoints.frequency_hz\"\n\
         low = 0.1\nhigh = 0.3\nsource = \"assumed\"\n";
     written(&folder, "own.toml", declaration);
     told(&folder, "experiment own.toml --draws 0 --out one");
@@ -155,7 +155,7 @@ fn a_journal_that_is_no_file_is_refused() {
     are_refused(&folder, "kept/faults.jsonl", &[(&line, "E791")]);
     let calibrate = "calibrate --wearer somebody --channels 1 --auto --out w.toml";
     let resume = format!("{calibrate} --resume");
-    let lines = [(calibrate, "E67"), (resume.as_str(), "E67")];
+    let lines = [(calibrate, "E6"), (resume.as_str(), "E6")];
     are_refused(&folder, "w.toml.journal", &lines);
 }
 
@@ -174,10 +174,6 @@ fn what_a_command_is_given_is_a_file() {
         ("calibrate --electrodes odd --auto --out w.toml", "E400"),
         ("calibrate --check odd --auto", "E650"),
         ("new x.toml --wearer odd", "E650"),
-        (
-            "experiment harris-wall --wearer odd --draws 0 --out x",
-            "E650",
-        ),
         (muscle, "E583"),
         ("run session.toml --device chip --image odd --out x", "E530"),
     ];
@@ -186,6 +182,10 @@ fn what_a_command_is_given_is_a_file() {
         ("experiment odd.toml --draws 0 --out x", "E600"),
         ("sweep odd.toml --out x", "E600"),
         ("chart control --quick --wearer odd.toml", "E650"),
+        (
+            "experiment harris-wall --wearer odd.toml --draws 0 --out x",
+            "E650",
+        ),
         (
             "experiment hamana-1 --wearer odd.toml --draws 1 --out x",
             "E650",
@@ -221,10 +221,10 @@ fn nothing_of_an_unrelated_file_is_shown() {
     written(
         &folder,
         "worn.toml",
-        format!("{before}file = \"other\"{after}"),
+        format!("{before}file = \"other.toml\"{after}"),
     );
     let declaration = "name = \"own\"\ntitle = \"Own\"\nsource = \"nobody\"\n\
-        session = \"other\"\nseed = 3\ndraws = 2\nmeasures = [\"charge_mc\"]\n";
+        session = \"other.toml\"\nseed = 3\ndraws = 2\nmeasures = [\"charge_mc\"]\n";
     written(&folder, "own.toml", declaration);
     let others = [
         format!("{SECRET}\n"),
@@ -232,16 +232,16 @@ fn nothing_of_an_unrelated_file_is_shown() {
         format!("title = \"hunter2\"\npassword = \"{SECRET}\"\n"),
     ];
     for other in others {
-        written(&folder, "other", &other);
+        written(&folder, "other.toml", &other);
         for (line, number) in [
             ("check worn.toml", "E665"),
             ("--json check worn.toml", "E665"),
             ("run worn.toml --out x", "E665"),
             ("edges worn.toml --seconds 0.1 --csv x.csv", "E665"),
-            ("new x.toml --wearer other", "E665"),
-            ("calibrate --check other --auto", "E665"),
+            ("new x.toml --wearer other.toml", "E665"),
+            ("calibrate --check other.toml --auto", "E665"),
             (
-                "experiment harris-wall --wearer other --draws 0 --out x",
+                "experiment harris-wall --wearer other.toml --draws 0 --out x",
                 "E665",
             ),
             ("experiment own.toml --draws 0 --out x", "E600"),
@@ -261,7 +261,7 @@ fn nothing_of_an_unrelated_file_is_shown() {
         }
     }
     // What is meant as a wearer file is shown with its mistakes.
-    written(&folder, "other", "schema = 1\nnmae = \"P\"\n");
+    written(&folder, "other.toml", "schema = 1\nnmae = \"P\"\n");
     let (_, _, error) = ran(&folder, &["check", "worn.toml"]);
     assert!(error.contains("E402") && error.contains("nmae"), "{error}");
 }

@@ -281,9 +281,8 @@ pub enum ControlEvent {
     Slowed,
 }
 
-/// All mailboxes; each holds one item less than its number. A setup, a list of pulses
-/// and an arm's lines lie in mailboxes of their own because of their size. The controller's is not empty from
-/// an arm order to its verdict: one is under way at a time.
+/// All mailboxes; each holds one item less than its number. What is large has one of its
+/// own. The controller's is not empty from an arm order to its verdict.
 #[derive(Debug, Default)]
 pub struct Mailboxes {
     setup: Queue<Setup, 2>,

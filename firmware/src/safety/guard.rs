@@ -36,11 +36,11 @@ use super::check::Load;
 use super::list::Playing;
 use super::ramp::{Fall, Rise};
 use super::watch::Watch;
-use super::{Channel, ElectrodeCheck, Fault, FaultRecord, Found, Setup, Stimulus, limits};
 use super::{Denied, Inputs, Notice, State, StopCause};
+use super::{ElectrodeCheck, Fault, FaultRecord, Found, Setup, Stimulus, limits};
 use crate::pulse::{CHANNELS, Scheduler, WINDOW_US};
 use crate::seal::Seal;
-use crate::units::{Amplitude, Micros, us};
+use crate::units::{Micros, us};
 use allowance::Allowance;
 use memory::Seals;
 use step::Step;
@@ -435,11 +435,6 @@ impl Guard {
         self.close_allowance();
         Notice::Idle(cause)
     }
-}
-
-/// Sub-threshold, and never above the wearer's limit.
-fn check_amplitude(config: &Channel) -> Amplitude {
-    config.stage.check_amplitude().min(config.limit)
 }
 
 /// Bit i for channel i, 0 to 15.

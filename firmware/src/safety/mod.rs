@@ -17,6 +17,7 @@ mod opposition;
 mod outputs;
 mod ramp;
 mod setup;
+mod slope;
 mod stage;
 mod stages;
 mod state;

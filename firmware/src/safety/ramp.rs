@@ -2,6 +2,7 @@
 //! common fall.
 
 use super::measures::Measures;
+use super::slope::{Slope, scale};
 use super::{Channel, Stimulus, Wearer};
 use crate::pulse::BurstTime;
 use crate::units::{Amplitude, Micros, us};
@@ -188,33 +189,6 @@ fn highest(
     above.amplitude_at(width_us, own_us).max(at_once)
 }
 
-/// How fast an amplitude may rise at any time.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Slope {
-    limit: Amplitude,
-    rise_us: u32,
-    rise_bursts: u16,
-}
-
-impl Slope {
-    /// Of a channel with this limit.
-    pub(super) const fn of(limit: Amplitude, wearer: &Wearer) -> Self {
-        let (rise_us, rise_bursts) = wearer.rise();
-        Self {
-            limit,
-            rise_us,
-            rise_bursts,
-        }
-    }
-
-    /// By how much a burst may be above the previous one, which began `since_us` before.
-    pub(super) fn over(self, since_us: u32) -> Amplitude {
-        let by_time = scale(self.limit, since_us.min(self.rise_us), self.rise_us);
-        let by_burst = scale(self.limit, 1, self.rise_bursts.into());
-        by_time.min(by_burst).max(Amplitude::new(1))
-    }
-}
-
 /// The fall of all channels when stimulation stops.
 #[derive(Clone, Copy, Debug, Hash)]
 pub struct Fall {
@@ -243,20 +217,6 @@ impl Fall {
     }
 }
 
-/// `amplitude · part / whole`, rounded down; zero for `whole` = 0.
-fn scale(amplitude: Amplitude, part: u32, whole: u32) -> Amplitude {
-    if part == whole && whole > 0 {
-        return amplitude; // as mostly
-    }
-    // The core divides no 64 bits, and few products need them.
-    if let Some(product) = amplitude.get().checked_mul(part) {
-        return Amplitude::new(product.checked_div(whole).unwrap_or(0));
-    }
-    let scaled = (u64::from(amplitude.get()) * u64::from(part)).checked_div(u64::from(whole));
-    // part <= whole, so the quotient is at most `amplitude`.
-    Amplitude::new(scaled.unwrap_or(0) as u32)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -264,16 +224,6 @@ mod tests {
     use crate::safety::setup::tests::CHANNEL;
     use crate::safety::{ChannelSpec, WearerSpec};
     use std::vec::Vec;
-
-    #[test]
-    fn parts_are_exact_in_32_bits_and_in_64() {
-        for (amplitude, part, whole) in [(42_949, 99_999, 100_000), (42_950, 99_999, 100_000)] {
-            let exact = (f64::from(amplitude) * f64::from(part) / f64::from(whole)) as u32;
-            assert_eq!(scale(Amplitude::new(amplitude), part, whole).get(), exact);
-        }
-        assert_eq!(scale(Amplitude::new(150_000), 1, 0), Amplitude::ZERO);
-        assert_eq!(scale(Amplitude::new(1), 0, 0), Amplitude::ZERO);
-    }
 
     #[test]
     fn falls_to_zero_at_its_end() {

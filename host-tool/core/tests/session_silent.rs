@@ -59,9 +59,10 @@ fn a_channel_without_an_amplitude_is_noted() {
 #[test]
 fn a_channel_that_a_joint_drives_is_not_noted() {
     assert_eq!(silent(GOOD), [4]);
+    let endless = spoil(GOOD, "repeats = 7 → repeats = 0");
     let beside = "rate_hz = 90 → rate_hz = 90 ⏎ values = [{ channel = 4, value = VALUE }]";
     for value in ["0", "5.0"] {
-        let said = spoil(GOOD, &beside.replace("VALUE", value));
+        let said = spoil(&endless, &beside.replace("VALUE", value));
         assert_eq!(silent(&said), [0; 0], "{value}");
     }
 }

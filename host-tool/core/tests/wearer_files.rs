@@ -186,7 +186,7 @@ fn what_cannot_be_written_leaves_what_was() {
     // Nor is anything put over what is no wearer file.
     std::fs::write(&path, "title = \"a session\"\n").unwrap();
     let refused = wearer.write(&path).unwrap_err().to_string();
-    assert!(refused.contains("E402"), "{refused}");
+    assert!(refused.contains("E665"), "{refused}");
     assert_eq!(
         std::fs::read_to_string(&path).unwrap(),
         "title = \"a session\"\n"

@@ -1,7 +1,7 @@
 //! How much is put out: what was wanted, within limits, along rise and fall.
 
 use super::allowance::Dose;
-use super::{Guard, Mode, bit, check_amplitude};
+use super::{Guard, Mode, bit};
 use crate::pulse::{Burst, BurstTime, Supply, Train};
 use crate::safety::ramp::Rise;
 use crate::safety::{Channel, Denied, ElectrodeCheck, Expected, Setup, Stimulus, StopCause};
@@ -312,4 +312,9 @@ fn check_step(config: &Channel, until: Micros, at: Micros) -> (Amplitude, DacCod
     } else {
         (config.stage.amplitude(code), code)
     }
+}
+
+/// Sub-threshold, and never above the wearer's limit.
+fn check_amplitude(config: &Channel) -> Amplitude {
+    config.stage.check_amplitude().min(config.limit)
 }

@@ -4,7 +4,7 @@ use super::SetupError;
 use crate::pulse::{Train, TrainSpec};
 use crate::range::Range;
 use crate::safety::measures::Measures;
-use crate::safety::ramp::Slope;
+use crate::safety::slope::Slope;
 use crate::safety::{Stage, StageSpec, Stimulus, Wearer, limits};
 use crate::units::{Amplitude, MicroAmps};
 use postcard_schema::Schema;

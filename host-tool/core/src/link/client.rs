@@ -1,16 +1,15 @@
 //! A host's view of one device.
 
 use super::clock::{Clock, Fit};
+use super::numbers::{Numbers, framed};
 use super::stall::Stalls;
 use super::{Error, Interruption, Keeper, Port, Refused};
 use firmware::link::{
     Code, Decoder, Event, HelloInfo, Request, Response, SCHEMA, SetupSum, Status, Telemetry,
-    ToDevice, encode,
 };
 use firmware::units::Micros;
 use std::collections::VecDeque;
 use std::io::Write;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// How long an ordinary answer may take, µs.
@@ -383,29 +382,6 @@ impl<P: Port> Client<P> {
         });
         None
     }
-}
-
-/// The number of the next request. Whoever has it sends: one frame at a time, in the order
-/// of numbers.
-#[derive(Clone, Default)]
-struct Numbers(Arc<Mutex<u16>>);
-
-impl Numbers {
-    fn next(&self) -> MutexGuard<'_, u16> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// A request as it is sent, with the next number.
-fn framed(session: u16, next: &mut u16, request: Request) -> Option<Vec<u8>> {
-    let seq = *next;
-    *next = seq.wrapping_add(1);
-    let message = ToDevice {
-        session,
-        seq,
-        request,
-    };
-    encode(&message).map(|frame| frame.to_vec())
 }
 
 /// The schema hash in the answer to a `Hello`, if it is not this program's. Before it come

@@ -11,6 +11,7 @@ mod elapsed;
 mod error;
 mod interruption;
 mod keeper;
+mod numbers;
 mod paced;
 mod port;
 mod requests;

@@ -123,3 +123,9 @@ fn last(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
 }
+
+/// Whether a file is missing or no text: lost or damaged, but harmless to look at.
+pub(super) fn is_lost(why: &std::io::Error) -> bool {
+    use std::io::ErrorKind::{InvalidData, NotFound};
+    matches!(why.kind(), NotFound | InvalidData)
+}

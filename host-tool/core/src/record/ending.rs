@@ -1,8 +1,7 @@
 //! How a run ended: in `summary.json` from its first moment on.
 
-use super::damage::Counted;
+use super::damage::{Counted, is_lost};
 use super::disk::replace;
-use super::folder::is_lost;
 use super::{RecordError, Run};
 use crate::disk::FileSystem;
 use hal_sim::input;

@@ -1,7 +1,7 @@
 //! A run as a folder: `run.json`, and per trial `NN-name/` with `trial.json`,
 //! `samples.csv` and `edges.csv`.
 
-use super::damage::{self, Held};
+use super::damage::{self, Held, is_lost};
 use super::disk::write_json;
 use super::recorder::Recorder;
 use super::{DeviceKind, FORMAT, RecordError, Run, Trial, ending, read_edges, read_samples};
@@ -121,12 +121,6 @@ fn copied(path: &Path) -> Result<String, RecordError> {
         Err(why) if is_lost(&why) => Ok(String::new()),
         read => read.map_err(RecordError::io(path)),
     }
-}
-
-/// Whether a file is missing or no text: lost or damaged, but harmless to look at.
-pub(super) fn is_lost(why: &std::io::Error) -> bool {
-    use std::io::ErrorKind::{InvalidData, NotFound};
-    matches!(why.kind(), NotFound | InvalidData)
 }
 
 fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, RecordError> {

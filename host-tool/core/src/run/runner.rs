@@ -372,17 +372,6 @@ impl<P: Port> Run<'_, '_, P> {
         Ok(())
     }
 
-    /// Asks a simulated trigger input for its edges of `from..to`, µs after the
-    /// start. A board has a real one.
-    fn trigger(&mut self, from: u64, to: u64) {
-        let begin = self.epoch_us;
-        if let (Some(trigger), Some(world)) = (&self.session.trigger, self.client.port().world()) {
-            for at in trigger.edges.between(from, to) {
-                world.hold_trigger(begin + at, trigger.held_us);
-            }
-        }
-    }
-
     /// Device time now, µs.
     fn now(&mut self) -> u64 {
         let now_us = self.client.port().now_us();
@@ -419,20 +408,6 @@ impl<P: Port> Run<'_, '_, P> {
         }
         self.check_silence()?;
         self.poll_observer()
-    }
-
-    /// Does what the observer wishes.
-    fn poll_observer(&mut self) -> Result<(), RunError> {
-        match self.observer.wish() {
-            Wish::Nothing => {}
-            Wish::Status => {
-                self.client.post(Request::Status)?;
-            }
-            Wish::Stop => {
-                return Err(RunError::Interrupted { t_s: self.t_s() });
-            }
-        }
-        Ok(())
     }
 
     /// After a stop: waits until the outputs are reported isolated, asks for

@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 #[rustfmt::skip]
 const LAYERS: &[(&str, &[&[&str]])] = &[
     ("firmware", &[&["board"], &["bench"], &["lockstep"], &["device"], &["link"], &["haptics"], &["control"], &["limb"], &["muscle"], &["safety"], &["pulse"], &["arithmetic", "crc", "range", "seal", "units"]]),
-    ("hal-sim", &[&["chip", "qemu"], &["world"], &["native"], &["lockstep"], &["body", "images", "trace", "wire"], &["random"]]),
+    ("hal-sim", &[&["chip", "qemu"], &["world"], &["native"], &["lockstep"], &["body", "images", "trace", "wire"], &["input", "random"]]),
     ("host-tool", &[&["cli"], &["live", "selftest"]]),
     ("host-tool/core", &[&["calibration", "choice", "report"], &["run"], &["analysis"], &["record"], &["session"], &["wearer"], &["disk", "fields", "link", "plot"], &["identify", "limb", "number", "statistics"]]),
     ("host-tool/methods", &[&["bench"], &["control", "muscle"], &["real"]]),

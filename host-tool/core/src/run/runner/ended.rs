@@ -1,9 +1,9 @@
 //! Why a run ends that was not to end: the device stopped, or it says nothing any more.
 
-use super::{Run, RunError, SILENCE_US};
+use super::{Run, RunError, SILENCE_US, Wish};
 use crate::link::{Error, Port};
 use crate::run::trial;
-use firmware::link::Event;
+use firmware::link::{Event, Request};
 use firmware::safety::StopCause;
 
 impl<P: Port> Run<'_, '_, P> {
@@ -60,5 +60,19 @@ impl<P: Port> Run<'_, '_, P> {
             stalled_ms.max(10)
         );
         RunError::Ended { t_s, why, advice }
+    }
+
+    /// Does what the observer wishes.
+    pub(super) fn poll_observer(&mut self) -> Result<(), RunError> {
+        match self.observer.wish() {
+            Wish::Nothing => {}
+            Wish::Status => {
+                self.client.post(Request::Status)?;
+            }
+            Wish::Stop => {
+                return Err(RunError::Interrupted { t_s: self.t_s() });
+            }
+        }
+        Ok(())
     }
 }

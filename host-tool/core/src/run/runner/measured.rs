@@ -42,4 +42,15 @@ impl<P: Port> Run<'_, '_, P> {
     pub(super) fn measures(&self) -> bool {
         self.session.sensor() == Some(SensorSource::Host)
     }
+
+    /// Asks a simulated trigger input for its edges of `from..to`, µs after the
+    /// start. A board has a real one.
+    pub(super) fn trigger(&mut self, from: u64, to: u64) {
+        let begin = self.epoch_us;
+        if let (Some(trigger), Some(world)) = (&self.session.trigger, self.client.port().world()) {
+            for at in trigger.edges.between(from, to) {
+                world.hold_trigger(begin + at, trigger.held_us);
+            }
+        }
+    }
 }
