@@ -58,7 +58,7 @@ fn driven_for(desk: &Desk, from: u64) -> u64 {
     let driven = driven(&desk.record.levels, 0);
     let mut since = driven.into_iter().filter(|t| *t >= from);
     let first = since.next();
-    first.map_or(0, |first| since.last().unwrap_or(first) - first)
+    first.map_or(0, |first| since.next_back().unwrap_or(first) - first)
 }
 
 /// Plays about 0.6 s that end so, without a word of the host; `None` if time is over before

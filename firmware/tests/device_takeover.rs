@@ -11,6 +11,9 @@ use firmware::safety::{
 };
 use firmware::units::{DacCode, Micros, us};
 
+/// A name, whether its `Hello` is a stranger's, and the requests of a packet.
+type Case = (&'static str, bool, fn(u32) -> Vec<(u16, Request)>);
+
 /// The session that the first `Hello` opens, and another's.
 const OWNER: u16 = 1;
 const STRANGER: u16 = 77;
@@ -231,7 +234,7 @@ fn is_taken_over(heard: &[Heard]) -> bool {
 /// or stimulates.
 #[test]
 fn no_stranger_takes_over_what_another_armed_whenever_the_verdict_comes() {
-    let packets: [(&str, bool, fn(u32) -> Vec<(u16, Request)>); 4] = [
+    let packets: [Case; 4] = [
         ("armed before", true, |_| {
             vec![
                 (OWNER, Request::KeepAlive),
@@ -290,7 +293,7 @@ fn no_stranger_takes_over_what_another_armed_whenever_the_verdict_comes() {
 /// No board restarts to store its stages unless it is idle, whenever the verdict comes.
 #[test]
 fn no_board_restarts_unless_idle_whenever_the_verdict_comes() {
-    let packets: [(&str, bool, fn(u32) -> Vec<(u16, Request)>); 4] = [
+    let packets: [Case; 4] = [
         ("armed before", true, |_| {
             vec![(OWNER, Request::KeepAlive), (OWNER, STORE)]
         }),

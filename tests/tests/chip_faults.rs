@@ -271,7 +271,7 @@ impl Bench {
     /// Acknowledged, it stimulates again.
     pub fn recovers(&mut self) {
         self.say(Request::Acknowledge);
-        self.run_us(150_000);
+        self.run_us(450_000); // and until the next electrode check may begin
         let is_recovered = self.events.contains(&Event::Recovered);
         assert!(is_recovered, "{:?} {:?}", self.events, self.refused);
         self.arm_and_start();

@@ -74,7 +74,7 @@ impl Desk {
         let seq = self.seq;
         self.send(request);
         self.wait(1_000);
-        for _ in 0..30 {
+        for _ in 0..500 {
             for message in desk::messages(&self.record.bytes) {
                 match postcard::from_bytes(&message).unwrap() {
                     Response::Ack { seq: s, at } if s == seq => {

@@ -39,12 +39,13 @@ fn edges(trace: &Trace, epoch_us: u64) -> Digest {
 }
 
 /// Without a slowest rate, and with no model that steers, every edge and every order is
-/// what it was before there were any: the numbers are of commit e7c6abd.
+/// what it was before there were any, but for the rise: the numbers are of commit e7c6abd,
+/// renewed when a rise's first burst was no longer silent.
 #[test]
 fn without_a_slowest_rate_nothing_changes() {
     let sessions = [
-        ("force_ramp.toml", 0x15d8_ab7e_6bb3_ade1),
-        ("ten_forces.toml", 0x551a_299a_f6da_45ce),
+        ("force_ramp.toml", 0xdaf5_8a6d_8eb3_80e9),
+        ("ten_forces.toml", 0xc4db_0ea9_3a7d_7832),
     ];
     let found = sessions.map(|(name, _)| {
         let mut file = load(name);
@@ -222,7 +223,9 @@ fn four_newtons_of_k03() {
             assert!(gap.share > 0.99 && gap.above_n == above, "{gap:?}");
         } else {
             let samples = &outcome.trial.samples;
-            assert!(samples.iter().all(|s| !s.limiting));
+            // But for the rise at its begin.
+            let risen = samples.iter().filter(|s| s.t_s > 2.0);
+            assert!(risen.count() > 100 && samples.iter().all(|s| s.t_s < 2.0 || !s.limiting));
             assert_eq!(metrics[0].gap, None);
         }
     }
@@ -284,7 +287,7 @@ fn ten_subjects_have_every_force_but_the_least() {
                 let off = if mn == 0 { force } else { force / n - 1.0 };
                 worst = worst.max(off.abs());
             } else {
-                let least = f64::from(slow[i].0) * 1e-3;
+                let least = f64::from(slow[i].0) / 1e3;
                 assert_eq!(gap, Some((0.0, least)), "K{k:02}, {n} N");
                 assert!((force - n).abs() <= 0.5 * least, "K{k:02}, {n} N");
             }

@@ -246,7 +246,7 @@ impl Muscle {
     }
 }
 
-fn read_pulses(path: &PathBuf) -> anyhow::Result<Vec<u64>> {
+fn read_pulses(path: &Path) -> anyhow::Result<Vec<u64>> {
     let text = input::read_text(path, input::LONGEST_DOCUMENT);
     let text = text.map_err(RecordError::io(path))?;
     let mut pulses: Vec<u64> = Vec::new();

@@ -9,10 +9,10 @@ pub fn parts(page: &str) -> BTreeSet<String> {
     let mut rest = page;
     while let Some(at) = rest.find(['<', '&']) {
         let found = &rest[at..];
-        if found.starts_with('&') {
+        if let Some(entity) = found.strip_prefix('&') {
             let end = found.find(';').unwrap_or(1);
             parts.insert(found[..=end.min(8)].to_owned());
-            rest = &found[1..];
+            rest = entity;
             continue;
         }
         let (tag, end) = element(found);

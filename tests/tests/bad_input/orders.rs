@@ -133,6 +133,7 @@ fn arm_rows() -> Vec<Row> {
         arm("too much at once through the loads", || more_together(15_000, 50_000), refused(Code::SumLimit, "limit").allowed(19_324, 15_000)),
         arm("too much rms through the loads", || more_together(20_000, 2_000), refused(Code::SumRmsLimit, "limit").allowed(2_734, 2_000)),
         arm("through the loads", || more_together(19_324, 2_734), Expect::Done),
+        arm("a fixed number of pulses that is controlled", counted_joint, refused(Code::CountedControlled, "repeats").on(1)),
         arm("arm twice", Bench::armed, refused(Code::WrongState, "state")),
         arm("arm in use", Bench::stimulating, refused(Code::WrongState, "state")),
     ]
@@ -186,6 +187,8 @@ fn amplitude_rows() -> Vec<Row> {
         row("ten amplitudes", Bench::ten_armed, amplitudes(1023, &[top; 10]), Expect::Done),
         row("amplitude of channel 11", Bench::ten_armed, amplitudes(1024, &[0]), mask()),
         row("all bits", Bench::ten_armed, amplitudes(u16::MAX, &[0; 10]), mask()),
+        row("a fixed number of pulses up to its start", counted, amplitudes(1, &[2_000]), Expect::Done),
+        row("a fixed number of pulses above it", counted, amplitudes(1, &[2_001]), refused(Code::AboveStart, "start").on(1).allowed(1, 2_000)),
         row("a channel of the joint", Bench::joint_armed, amplitudes(0b10, &[0]), refused(Code::Controlled, "channel").on(2)),
     ];
     for scene in [Bench::armed as fn() -> Bench, Bench::stimulating] {
@@ -242,6 +245,36 @@ fn widening() -> Bench {
         bench = bench.after([Request::KeepAlive]);
     }
     bench
+}
+
+/// One channel of seven pulses, of which 2 mA are reached at once, armed.
+fn counted() -> Bench {
+    let train = TrainSpec {
+        repeats: 7,
+        ..channel(0).train
+    };
+    let spec = ChannelSpec {
+        train,
+        start: Amplitude::new(2_000),
+        ..channel(0)
+    };
+    Bench::draft().after([Request::Channel { channel: 0, spec }, desk::ARM])
+}
+
+/// A joint, one of whose channels has a train of seven pulses.
+fn counted_joint() -> Bench {
+    let train = TrainSpec {
+        repeats: 7,
+        ..channel(0).train
+    };
+    let spec = ChannelSpec {
+        train,
+        ..channel(0)
+    };
+    Bench::draft().after([
+        Request::Channel { channel: 0, spec },
+        Request::Joint(joint(SensorSource::Host)),
+    ])
 }
 
 #[rustfmt::skip]
@@ -323,7 +356,8 @@ fn list_rows() -> Vec<Row> {
     vec![
         row("a list of nothing", widening, list(0, &[]), out("pulses").allowed(1, 16)),
         row("a list", widening, list(0, &[(0, 1_000, 400); 1]), Expect::Done),
-        row("a list of sixteen", widening, list(0, &[(2_000_000, 1_000, 10); 16]), Expect::Done),
+        row("a list of sixteen", widening, list(0, &[(40_000, 1_000, 10); 16]), Expect::Done),
+        row("a list after a pause", widening, one(20_001, 1_000, 200), refused(Code::ListTooSteep, "amplitude").on(1).allowed(0, 500)),
         row("a list that waits too long", widening, one(2_000_001, 1_000, 200), out("after_us").allowed(0, 2_000_000)),
         row("a list too fast", widening, list(0, &[(0, 1_000, 200), (19_999, 1_000, 200)]), out("after_us").on(1).allowed(20_000, 2_000_000)),
         row("a list of amplitude 0", widening, one(0, 0, 200), out("amplitude").allowed(1, i32::MAX)),

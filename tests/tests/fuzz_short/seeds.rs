@@ -105,7 +105,10 @@ pub fn conversations() -> [(&'static str, Vec<Step>); 9] {
 const LIMIT: Amplitude = Amplitude::new(20_000);
 
 fn channel(channel: u8, train: TrainSpec) -> Step {
-    let spec = desk::channel(train, 100_000, LIMIT.get());
+    let mut spec = desk::channel(train, 100_000, LIMIT.get());
+    if train.repeats != 0 {
+        spec.start = spec.limit;
+    }
     Ask(Request::Channel { channel, spec })
 }
 

@@ -202,6 +202,9 @@ pub fn channel_spec(channel: u8) -> ChannelSpec {
             load_ohm,
         };
     }
+    if channel == 7 {
+        spec.start = spec.limit; // a fixed number of pulses does not rise
+    }
     spec
 }
 

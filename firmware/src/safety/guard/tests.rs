@@ -5,7 +5,7 @@ mod states;
 use super::*;
 use crate::pulse::{Burst, BurstTime, Supply, TrainSpec, Trigger};
 use crate::safety::{ChannelSpec, ListedPulse, PulseList, Reading, StageSpec, Sums, WearerSpec};
-use crate::units::{MicroAmps, us};
+use crate::units::{Amplitude, MicroAmps, us};
 use core::num::NonZeroU32;
 use std::format;
 use std::vec::Vec;

@@ -423,6 +423,10 @@ impl Bus for Around {
         self.soc.request_reset(at);
     }
 
+    fn clocks_sleeping_core(&self) -> bool {
+        self.soc.clocks_sleeping_core()
+    }
+
     fn wants_reset(&self) -> bool {
         self.soc.wants_reset()
     }

@@ -68,7 +68,7 @@ impl Samples {
         let is_reshaped = shape != self.shape || self.count == 0;
         let state = STATES.iter().position(|state| *state == sample.state);
         let mut head = (state.unwrap_or(0) as u8) << STATE_SHIFT;
-        head |= LIMITING * u8::from(sample.limiting) | RESHAPED * u8::from(is_reshaped);
+        head |= (LIMITING * u8::from(sample.limiting)) | (RESHAPED * u8::from(is_reshaped));
         self.bytes.push(head);
         if is_reshaped {
             for length in shape {

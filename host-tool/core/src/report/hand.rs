@@ -73,7 +73,7 @@ pub(super) fn result(run: &Run) -> Option<String> {
     let most = wanted.reduce(f64::max)?;
     let mut text = format!("Up to {most:.1} N were wanted at the hand");
     let unmade = samples().filter(|s| s.hand_made.is_some_and(|made| made < 1.0));
-    let (unmade, all) = (unmade.count(), samples().filter(|s| is_wanted(s)).count());
+    let (unmade, all) = (unmade.count(), samples().filter(is_wanted).count());
     if unmade > 0 {
         let percent = 100.0 * unmade as f64 / all as f64; // one at least
         text +=
