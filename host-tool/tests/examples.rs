@@ -143,7 +143,10 @@ fn operator(line: &str, given: &mut u32) -> Option<&'static str> {
 
 /// A client that was too late for its device says that of it, by name.
 fn is_late(error: &str) -> bool {
-    error.contains("HostSilent") || error.contains("{'Faulted': 5}")
+    // 319: an angle was measured too long ago.
+    error.contains("HostSilent")
+        || error.contains("{'Faulted': 5}")
+        || error.contains("'code': 319")
 }
 
 #[test]

@@ -356,7 +356,7 @@ fn list_rows() -> Vec<Row> {
     vec![
         row("a list of nothing", widening, list(0, &[]), out("pulses").allowed(1, 16)),
         row("a list", widening, list(0, &[(0, 1_000, 400); 1]), Expect::Done),
-        row("a list of sixteen", widening, list(0, &[(40_000, 1_000, 10); 16]), Expect::Done),
+        row("a list of sixteen", widening, list(0, &[(20_000, 1_000, 10); 16]), Expect::Done),
         row("a list after a pause", widening, one(20_001, 1_000, 200), refused(Code::ListTooSteep, "amplitude").on(1).allowed(0, 500)),
         row("a list that waits too long", widening, one(2_000_001, 1_000, 200), out("after_us").allowed(0, 2_000_000)),
         row("a list too fast", widening, list(0, &[(0, 1_000, 200), (19_999, 1_000, 200)]), out("after_us").on(1).allowed(20_000, 2_000_000)),

@@ -307,7 +307,7 @@ where
             None => false,
         };
         Fate {
-            must_find: self.kind != "power", // which gives back what was spent
+            must_find: self.kind != "power" || found, // power gives back what was spent
             found,
             reset: self.resets > 0,
             severe: self.account.findings(allowed),

@@ -144,7 +144,7 @@ pub enum LaboratoryError {
         reason: String,
     },
     /// The session that conditions change.
-    #[error(transparent)]
+    #[error("{}", .0.lines())]
     Session(#[from] SessionError),
     /// No device.
     #[error(transparent)]
