@@ -98,9 +98,8 @@ pub async fn run(spawner: Spawner) -> ! {
     // Proof: the task's one slot is free, for nothing else spawns it.
     control::start(controller, controller_mail, &mut core.NVIC).expect("spawned here only");
     // SAFETY: once, and no other context touches tape or pins.
-    if let Err(fault) =
-        unsafe { refill::start(latched, found, pulser_mail, &mut core.NVIC, core.SYST) }
-    {
+    let started = unsafe { refill::start(latched, found, pulser_mail, &mut core.NVIC, core.SYST) };
+    if let Err(fault) = started {
         emergency::reset_with(fault, 0);
     }
     let port = Port {
