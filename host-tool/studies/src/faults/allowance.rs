@@ -118,7 +118,7 @@ where
             };
             // The first pulses at 50 Hz, the second in pairs at 25.
             channel.spec.train.burst_count = 1 + n as u8;
-            channel.spec.train.burst_interval_us = 2_000;
+            channel.spec.train.burst_interval_us = 2_000 * n;
             channel.spec.train.period_us = 20_000 * (1 + u32::from(n));
         }
         let kept = boards.kept(&session)?;
@@ -210,7 +210,11 @@ where
                 channel.spec.start = channel.spec.limit; // a fixed number does not rise
             }
         }
+        let refused = bench.heard().refused.len();
         bench.configure(&session)?;
+        if let Some((code, field)) = bench.heard().refused.get(refused) {
+            return Err(never_runs(format!("the setup was refused: {code} {field}")));
+        }
         let speaks = exit != "silence" && self.random.below(2) == 0;
         bench.speaks = speaks;
         let refused = bench.heard().refused.len();
@@ -340,8 +344,11 @@ where
             pieces: 0,
             resets: 0,
         };
-        let played = trial.play();
+        let mut played = trial.play();
         trial.account.close();
+        if played.is_ok() && trial.account.is_empty() {
+            played = Err(never_runs("nothing was played"));
+        }
         let mut fate = trial.fate(&allowed);
         if let Err(why) = played {
             fate.stopped = Some(why.to_string());

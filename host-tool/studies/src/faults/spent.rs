@@ -95,6 +95,12 @@ impl Account {
         self.ended.push((resets, std::mem::take(&mut self.now)));
     }
 
+    /// Nothing was put out at all.
+    pub fn is_empty(&self) -> bool {
+        let sums = || self.ended.iter().map(|(_, sum)| sum).chain([&self.now]);
+        sums().all(|sum| sum.charge.iter().all(|charge| *charge == 0))
+    }
+
     /// What is more than `allowed`, in words.
     pub fn findings(&self, allowed: &Allowed) -> Vec<String> {
         let mut all = Vec::new();
