@@ -188,6 +188,8 @@ where
             self.resets += 1;
             let now_us = device.reset(cause, &sensors)?;
             bench = Bench::greeted(device, now_us, sensors)?;
+            // A watchdog's reset is a fault, which the device keeps.
+            acknowledge(&mut bench)?;
         }
         Ok(())
     }
@@ -269,8 +271,7 @@ where
         (bench.sensors.hand_stop, bench.sensors.over_current) = (true, false);
         wait(bench, 1_000 + self.random.below(30_000))?;
         if bench.heard().fault.is_some() {
-            bench.tell(Request::Acknowledge)?;
-            wait(bench, GROUNDS_US)?;
+            acknowledge(bench)?;
         }
         Ok(())
     }
@@ -318,6 +319,11 @@ where
             ..Fate::default()
         }
     }
+}
+
+fn acknowledge<D: Simulated>(bench: &mut Bench<D>) -> Result<(), FaultsError> {
+    bench.tell(Request::Acknowledge)?;
+    wait(bench, GROUNDS_US)
 }
 
 fn wait<D: Simulated>(bench: &mut Bench<D>, us: u64) -> Result<(), FaultsError> {
