@@ -168,3 +168,30 @@ fn accident(file: &SessionFile, happening: Happening) -> Accident {
     let port = host_core::run::simulated(&file.session, 1, device, boot).unwrap();
     Accident { port, happening }
 }
+
+/// A host whose every setpoint is refused is silent to the device, and is not told that its
+/// computer stalled.
+#[test]
+fn refused_setpoints_are_the_reason_that_is_named() {
+    let text = session().text;
+    let (text, _) = text.split_once("[setpoints]").unwrap();
+    let text = text.replace("rise_ms = 10\n", "rise_ms = 10\nmax_step_ma = 2.0\n")
+        + "[setpoints]\nkind = \"amplitude-ramp\"\nchannel = 1\nrate_hz = 50\npoints = [\
+           { at_s = 0.0, value = 1.0 }, { at_s = 2.0, value = 1.0 }, \
+           { at_s = 2.01, value = 10.0 }, { at_s = 4.0, value = 10.0 }]\n";
+    let file = SessionFile::parse("steps.toml", &text).unwrap();
+    let port = accident(&file, Happening::Nothing);
+    let (outcome, _) = run(&file, port, None, |_| ());
+    assert!(outcome.refused > 0);
+    let message = outcome.error.unwrap().to_string();
+    for part in [
+        "E512",
+        "HostSilent",
+        "E237",
+        "smaller steps",
+        "host_timeout_ms",
+    ] {
+        assert!(message.contains(part), "no `{part}` in {message}");
+    }
+    assert!(!message.contains("cable"), "{message}");
+}

@@ -1,6 +1,7 @@
 use super::*;
 use crate::pulse::TrainSpec;
-use crate::safety::{StageSpec, WearerSpec};
+use crate::range::{OutOfRange, Range};
+use crate::safety::{StageSpec, Wearer, WearerSpec};
 use crate::units::{Amplitude, DacCode, MicroAmps};
 
 pub(crate) const CHANNEL: ChannelSpec = ChannelSpec {
@@ -79,23 +80,89 @@ fn a_live_width_is_judged_where_it_heats_most() {
     assert_eq!(CHANNEL.validate(&free).unwrap().judged_width_us, 200);
 }
 
+/// A field of the wearer's limits, and how it is set.
+type Field = (Range, fn(&mut WearerSpec, u32));
+
+/// All of them that are numbers.
+const FIELDS: [Field; 14] = [
+    (WearerSpec::MAX_CURRENT_UA, |w, n| w.max_current_ua = n),
+    (WearerSpec::MAX_CHARGE_NC, |w, n| w.max_charge_nc = n),
+    (WearerSpec::MAX_RMS_UA, |w, n| w.max_rms_ua = n),
+    (WearerSpec::RISE_MS, |w, n| w.rise_ms = n as u16),
+    (WearerSpec::FALL_MS, |w, n| w.fall_ms = n as u16),
+    (WearerSpec::HOST_TIMEOUT_MS, |w, n| {
+        w.host_timeout_ms = n as u16
+    }),
+    (WearerSpec::MAX_SUM_UA, |w, n| w.max_sum_ua = n),
+    (WearerSpec::MAX_SUM_RMS_UA, |w, n| w.max_sum_rms_ua = n),
+    (WearerSpec::RETURN_AREA_MM2, |w, n| w.return_area_mm2 = n),
+    (WearerSpec::RISE_BURSTS, |w, n| w.rise_bursts = n as u16),
+    (WearerSpec::MAX_SESSION_S, |w, n| w.max_session_s = n),
+    (WearerSpec::MAX_DOSE_MC, |w, n| w.max_dose_mc = n),
+    (WearerSpec::MAX_STEP_UA, |w, n| w.max_step_ua = n),
+    (WearerSpec::MAX_STEP_UA_PER_S, |w, n| {
+        w.max_step_ua_per_s = n
+    }),
+];
+
+fn wearer_with(set: fn(&mut WearerSpec, u32), n: u32) -> Result<Wearer, OutOfRange> {
+    let mut spec = WearerSpec::default();
+    set(&mut spec, n);
+    spec.validate()
+}
+
+/// Each end of each range is taken, and what is beyond it refused by the field's name. The
+/// hard limits are typed in again, so that a range that grows is seen.
 #[test]
 fn wearer_limits_can_only_be_tighter() {
-    let loose = WearerSpec {
-        max_current_ua: 100_001,
-        ..WearerSpec::default()
+    let hard: [(&str, u32, u32); FIELDS.len()] = [
+        ("max_current_ua", 100, 100_000),
+        ("max_charge_nc", 1, 40_000),
+        ("max_rms_ua", 10, 50_000),
+        ("rise_ms", 1, 5_000),
+        ("fall_ms", 5, 100),
+        ("host_timeout_ms", 20, 1_000),
+        ("max_sum_ua", 100, 200_000),
+        ("max_sum_rms_ua", 10, 50_000),
+        ("return_area_mm2", 10, 40_000),
+        ("rise_bursts", 1, 1_000),
+        ("max_session_s", 1, 86_400),
+        ("max_dose_mc", 1, 4_320_000),
+        ("max_step_ua", 10, 100_000),
+        ("max_step_ua_per_s", 10, 100_000),
+    ];
+    for ((range, set), (field, least, most)) in FIELDS.into_iter().zip(hard) {
+        assert_eq!(range.field, field);
+        for inside in [least, most] {
+            assert!(wearer_with(set, inside).is_ok(), "{field} = {inside}");
+        }
+        for outside in [least - 1, most + 1] {
+            let refused = wearer_with(set, outside).unwrap_err();
+            assert_eq!(refused.field, field, "{outside}");
+        }
+    }
+}
+
+/// Each limit that a channel's setup answers to refuses by its name what the wearer's is
+/// just below, and takes what is just at it: 20 mA in two phases of 200 µs at 50 Hz are
+/// 4 µC a phase and 2.83 mA rms.
+#[test]
+fn a_tighter_limit_is_the_one_that_counts() {
+    let try_on = |set: fn(&mut WearerSpec, u32), n| {
+        CHANNEL.validate(&wearer_with(set, n).unwrap()).map(|_| ())
     };
-    assert_eq!(loose.validate().unwrap_err().field, "max_current_ua");
-    let tight = WearerSpec {
-        max_current_ua: 10_000,
-        ..WearerSpec::default()
-    };
-    assert_eq!(
-        CHANNEL.validate(&tight.validate().unwrap()),
-        Err(SetupError::Current {
-            max: MicroAmps::new(10_000)
-        })
-    );
+    let current: fn(&mut WearerSpec, u32) = |w, n| w.max_current_ua = n;
+    assert_eq!(try_on(current, 20_000), Ok(()));
+    let max = MicroAmps::new(19_999);
+    assert_eq!(try_on(current, 19_999), Err(SetupError::Current { max }));
+    let charge: fn(&mut WearerSpec, u32) = |w, n| w.max_charge_nc = n;
+    assert_eq!(try_on(charge, 4_000), Ok(()));
+    let refused = Err(SetupError::Charge { max_nc: 3_999 });
+    assert_eq!(try_on(charge, 3_999), refused);
+    let rms: fn(&mut WearerSpec, u32) = |w, n| w.max_rms_ua = n;
+    assert_eq!(try_on(rms, 2_829), Ok(()));
+    let max = MicroAmps::new(2_828);
+    assert_eq!(try_on(rms, 2_828), Err(SetupError::Rms { max }));
 }
 
 #[test]

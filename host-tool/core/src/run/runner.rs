@@ -6,7 +6,7 @@ mod record;
 
 use super::stages::{check_opposition, check_stages};
 use super::{Observer, Outputs, RunError, Seen, SessionFile, Stopped, Wish, trial};
-use crate::link::{Client, Error, Incoming, Interruption, Port, stamp};
+use crate::link::{Client, Error, Incoming, Interruption, Port, Refused, stamp};
 use crate::record::{Recorder, Trial};
 use crate::session::{Course, Session, Setpoint};
 use firmware::link::{Counters, Event, HelloInfo, Request};
@@ -74,6 +74,8 @@ struct Run<'a, 'o, P> {
     /// What the device had counted before: nothing if it booted for this.
     begun: Counters,
     refused: usize,
+    /// The latest of them and when it came, s after the start.
+    last_refused: Option<(f64, Refused)>,
     /// Why the device ended it, if it did.
     ended: Option<RunError>,
     /// Events that came beyond the most that are kept.
@@ -147,6 +149,7 @@ fn conduct<P: Port>(
         checked: 0,
         begun: Counters::default(),
         refused: 0,
+        last_refused: None,
         ended: None,
         is_finished: false,
         left_out: 0,

@@ -44,6 +44,17 @@ impl<P: Port> Run<'_, '_, P> {
             return RunError::Ended { t_s, why, advice };
         };
         let timeout_ms = u64::from(self.session.wearer.host_timeout_ms);
+        if let Some((refused_s, refused)) = &self.last_refused
+            && (t_s - refused_s) * 1e3 <= timeout_ms as f64
+        {
+            // The host spoke until the end.
+            let advice = format!(
+                "it heard this program, and refused what it asked for ({refused}): no refused \
+                 setpoint counts towards wearer.host_timeout_ms ({timeout_ms} ms); ask for what \
+                 may be, and run again"
+            );
+            return RunError::Ended { t_s, why, advice };
+        }
         let stalled_ms = self.client.stalled_us() / 1000;
         // The time since the last setpoint belongs to the silence, too.
         if stalled_ms >= timeout_ms / 2 {

@@ -186,6 +186,7 @@ impl<P: Port> Run<'_, '_, P> {
                 self.observer.see(Seen::Refused(t_s, &refused));
                 let nearest = self.nearest(seq, &refused).unwrap_or_default();
                 self.note(t_s, format!("{refused}{nearest}"))?;
+                self.last_refused = Some((t_s, refused));
             }
             Incoming::Status(status) => self.observer.see(Seen::Status(&status)),
             Incoming::Acknowledged(..) => {}
