@@ -13,6 +13,7 @@ pub mod integrator;
 pub mod loss;
 pub mod map;
 pub mod pulse_rate;
+pub mod rise;
 pub mod sigma;
 pub mod wall;
 pub(crate) mod wall_loop;
@@ -27,11 +28,12 @@ pub type Draw = fn(u64, &mut dyn FnMut(f64)) -> Map;
 pub const SEED: u64 = 1;
 
 /// Every map by the name of its files in docs/maps.
-pub const MAPS: [(&str, Draw); 9] = [
+pub const MAPS: [(&str, Draw); 10] = [
     ("gain_delay", gain_delay::draw),
     ("integrator", integrator::draw),
     ("loss", loss::draw),
     ("pulse_rate", pulse_rate::draw),
+    ("rise", rise::draw),
     ("sigma_gains", sigma::gains),
     ("sigma_order", sigma::order),
     ("wall", wall::draw),
