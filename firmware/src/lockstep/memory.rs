@@ -14,7 +14,7 @@ impl Default for Memory {
     /// After power came up.
     fn default() -> Self {
         let mut ledger = Ledger::default();
-        let [(_, words), _] = ledger.write(&Entry::default());
+        let (_, words) = ledger.write(&Entry::default());
         Self {
             copies: [words; 2],
             ledger,
@@ -36,7 +36,8 @@ impl Memory {
 
     /// Writes both copies.
     pub fn write(&mut self, entry: &Entry) {
-        for (copy, words) in self.ledger.write(entry) {
+        let (order, words) = self.ledger.write(entry);
+        for copy in order {
             if let Some(slot) = self.copies.get_mut(copy) {
                 *slot = words;
             }

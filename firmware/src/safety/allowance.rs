@@ -99,6 +99,7 @@ impl Entry {
     }
 
     /// The entry and its number; `None` if the copy is not whole.
+    #[inline(never)]
     fn read(words: &AllowanceWords) -> Option<(u32, Self)> {
         let [content @ .., check] = words;
         let [flags, number, low, high, channels @ ..] = content;
@@ -158,11 +159,11 @@ impl Ledger {
         (ledger, found)
     }
 
-    /// The copies of `entry` with their indices, to be written one after the other.
-    pub fn write(&mut self, entry: &Entry) -> [(usize, AllowanceWords); 2] {
+    /// The words of `entry`, to be written into both copies, one after the other in this
+    /// order.
+    pub fn write(&mut self, entry: &Entry) -> ([usize; 2], AllowanceWords) {
         self.number = self.number.wrapping_add(1);
-        let words = entry.words(self.number);
-        [self.first, 1 - self.first].map(|copy| (copy, words))
+        ([self.first, 1 - self.first], entry.words(self.number))
     }
 }
 
@@ -207,7 +208,8 @@ mod tests {
     }
 
     fn store(ledger: &mut Ledger, copies: &mut [AllowanceWords; 2], entry: &Entry) {
-        for (copy, words) in ledger.write(entry) {
+        let (order, words) = ledger.write(entry);
+        for copy in order {
             copies[copy] = words;
         }
     }
@@ -280,7 +282,8 @@ mod tests {
             let (mut ledger, before) = Ledger::open(copies.each_ref(), false);
             let new = entry(201_000, true);
             let after = Found::Spent(new.after_reset());
-            for (copy, words) in ledger.write(&new) {
+            let (order, words) = ledger.write(&new);
+            for copy in order {
                 for at in 0..WORDS {
                     copies[copy][at] = words[at];
                     let now = found(&copies);

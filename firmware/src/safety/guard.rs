@@ -419,11 +419,11 @@ impl Guard {
         for channel in 0..CHANNELS as u8 {
             self.open(channel);
         }
-        self.wanted = [Stimulus::default(); CHANNELS];
-        self.rises = [Rise::default(); CHANNELS];
-        self.in_force = [Stimulus::default(); CHANNELS];
-        self.steps = [Step::default(); CHANNELS];
-        self.watches = [Watch::default(); CHANNELS];
+        self.wanted.fill(Stimulus::default());
+        self.rises.fill(Rise::default());
+        self.in_force.fill(Stimulus::default());
+        self.steps.fill(Step::default());
+        self.watches.fill(Watch::default());
         self.delayed = 0;
         self.end_list();
     }

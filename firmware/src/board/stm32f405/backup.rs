@@ -21,14 +21,26 @@ pub struct Backup(Ledger);
 pub fn open(cause: ResetCause) -> (Backup, Found) {
     enable();
     let is_power_on = cause == ResetCause::PowerOn;
-    // SAFETY: both lie in backup SRAM, aligned, and nothing writes there but `write`.
-    let [a, b] = COPIES.map(|at| unsafe { read_volatile(at as *const AllowanceWords) });
+    let [a, b] = COPIES.map(read);
     let (ledger, found) = Ledger::open([&a, &b], is_power_on);
     let mut backup = Backup(ledger);
     if is_power_on {
         backup.write(&Entry::default());
     }
     (backup, found)
+}
+
+/// The copy at `at`, word by word: one volatile array would be unrolled.
+#[inline(never)]
+fn read(at: usize) -> AllowanceWords {
+    let first = at as *const u32;
+    let mut words = [0; size_of::<AllowanceWords>() / 4];
+    for (word, slot) in words.iter_mut().enumerate() {
+        // SAFETY: the copy lies in backup SRAM, aligned, is so many words long, and nothing
+        // writes there but `write`.
+        *slot = unsafe { read_volatile(first.add(word)) };
+    }
+    words
 }
 
 /// Clock on, protection off.
@@ -43,12 +55,15 @@ impl Backup {
     #[inline(never)]
     pub fn write(&mut self, entry: &Entry) {
         enable(); // each time: a bit that was lost would keep the copies as they were
-        for (copy, words) in self.0.write(entry) {
+        let (order, words) = self.0.write(entry);
+        for copy in order {
             let Some(&at) = COPIES.get(copy) else {
                 continue;
             };
-            // SAFETY: as in `open`; the reference to `self` is the only one.
-            unsafe { write_volatile(at as *mut AllowanceWords, words) };
+            for (word, value) in words.iter().enumerate() {
+                // SAFETY: as in `read`; the reference to `self` is the only one.
+                unsafe { write_volatile((at as *mut u32).add(word), *value) };
+            }
         }
     }
 }

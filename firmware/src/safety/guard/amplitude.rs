@@ -217,23 +217,21 @@ impl Guard {
                 *rise = Rise::default();
                 wanted.amplitude
             }
-            Mode::Stimulating => {
+            Mode::Stimulating | Mode::Stopping { .. } => {
                 let reach = rise.next(time, wearer.rise());
                 let previous = self.in_force.get(index).copied()?;
                 let amplitude = reach.amplitude(config, wearer, wanted, previous);
-                self.delayed &= !bit(channel);
-                if amplitude != wanted.amplitude {
-                    self.delayed |= bit(channel);
+                if let Mode::Stopping { fall, .. } = self.mode {
+                    fall.apply(amplitude, at)
+                } else {
+                    self.delayed &= !bit(channel);
+                    if amplitude != wanted.amplitude {
+                        self.delayed |= bit(channel);
+                    }
+                    // A rise has no silent burst, so that a train's first pulse is one.
+                    least = DacCode::new(1);
+                    amplitude
                 }
-                // A rise has no silent burst, so that a train's first pulse is one.
-                least = DacCode::new(1);
-                amplitude
-            }
-            Mode::Stopping { fall, .. } => {
-                let reach = rise.next(time, wearer.rise());
-                let previous = self.in_force.get(index).copied()?;
-                let amplitude = reach.amplitude(config, wearer, wanted, previous);
-                fall.apply(amplitude, at)
             }
             _ => return None,
         };
