@@ -17,8 +17,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 const FULL_SCALE_MA: f64 = 100.0;
 /// A step of the converter, and of an order.
 const STEP_MA: f64 = FULL_SCALE_MA / 65_535.0 + 1e-3;
-/// Bursts come so long after the start, and then every period, µs. The first has no order
-/// yet: the host's comes after 20 ms, before the second, which is the first pulse.
+/// Bursts come so long after the start, and then every period, µs.
 const OFFSET_US: u32 = 5_000;
 
 /// A pulse as it came to the body: start in µs, mA, µs.
@@ -189,7 +188,7 @@ impl OnDevice {
             .pulses
             .iter()
             .copied()
-            .filter(|it| it.0 >= epoch_us && it.1 > 0.5 * train.ma)
+            .filter(|it| it.0 >= epoch_us)
             .collect();
         if let Some(why) = Self::unlike(&own, train) {
             return Err(why);
@@ -248,7 +247,8 @@ impl Stimulator for OnDevice {
     }
 }
 
-/// A second of a train, as anybody would write it.
+/// A second of a train, as anybody would write it. The paper's trains are at their full
+/// amplitude from the first pulse on: `start`.
 fn session(train: &Train, channel: usize, most_ma: f64) -> Result<SessionFile, LeeError> {
     let Train {
         ma,
@@ -258,13 +258,14 @@ fn session(train: &Train, channel: usize, most_ma: f64) -> Result<SessionFile, L
     } = train;
     let (number, period_us) = (channel + 1, train.period_us());
     // Half a period after the last pulse.
-    let ends_us = OFFSET_US + pulses * period_us + period_us / 2;
+    let ends_us = OFFSET_US + pulses.saturating_sub(1) * period_us + period_us / 2;
     let duration_s = f64::from(ends_us / 1_000) * 1e-3;
     let text = format!(
         "title = \"{pulses} Hz at {ma} mA\"\nduration_s = {duration_s:.3}\n\
          [wearer]\nmax_current_ma = {most_ma:.3}\nrise_ms = 1\nfall_ms = 5\nhost_timeout_ms = 40\n\
          return_area_mm2 = 2500\n\
          [[channel]]\nnumber = {number}\nname = \"extensors\"\nlimit = {most_ma:.3}\n\
+         start = {most_ma:.3}\n\
          area_mm2 = 2500\n\
          stage = {{ kind = \"current\", full_scale_ma = {FULL_SCALE_MA:.1} }}\n\
          train = {{ shape = \"biphasic-cathodic-first\", width_us = {width_us}, \

@@ -180,10 +180,10 @@ impl Latency {
             "Latency on --device {}, of {TIMES} each: from an edge at the trigger input to the \
              first edge of its train {least} to {most} µs, by design 1000; from the host's \
              setpoint of 20 mA to the first pulse that has it {}. That is the wait for the \
-             running train's next slot, and from 0 mA a slot more, which is silent because an \
-             amplitude rises from nothing. The paper: {} to {} µs from a reference pulse, set by \
-             the same program that sent the command, to the first pulse: with its USB, serial \
-             line and stimulator in it. The wire of a simulator takes no time, the chip's USB does.",
+             running train's next slot; `start` lets the first pulse have 20 mA. The paper: {} to \
+             {} µs from a reference pulse, set by the same program that sent the command, to the \
+             first pulse: with its USB, serial line and stimulator in it. The wire of a simulator \
+             takes no time, the chip's USB does.",
             device.typed(),
             commands.collect::<Vec<_>>().join(", "),
             PAPER_US[0],

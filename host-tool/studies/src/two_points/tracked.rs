@@ -158,7 +158,10 @@ fn adapted(text: &str, ranges_v: [[f64; 2]; 3], law: &str) -> Option<String> {
     for channel in table.get_mut("channel")?.as_array_mut()? {
         let channel = channel.as_table_mut()?;
         let most_v = range(channel.get("number")?)?[1];
-        channel.insert("limit".into(), most_v.into());
+        // The paper's law switches its voltages without a ramp.
+        for field in ["limit", "start"] {
+            channel.insert(field.into(), most_v.into());
+        }
         channel.remove("muscle");
     }
     let joint = table.get_mut("joint")?.as_table_mut()?;
@@ -185,7 +188,8 @@ mod tests {
 
     #[test]
     fn a_session_takes_the_wearers_voltages() {
-        let ranges = [[19.6, 28.0], [25.2, 36.0], [14.0, 26.0]];
+        // The extensor's are below the `start` of the shipped session.
+        let ranges = [[19.6, 28.0], [25.2, 36.0], [14.0, 20.0]];
         for (method, channels) in Method::ALL.into_iter().zip([2, 2, 3]) {
             let text = adapted(method.session(), ranges, "paper").unwrap();
             let session = Session::parse("it", &text).unwrap();
@@ -194,6 +198,11 @@ mod tests {
             let point = &joint.flexors[usize::from(method == Method::Two)];
             let most_v = if method == Method::A { 28_000 } else { 36_000 };
             assert_eq!(point.max.get(), most_v, "{method:?}");
+            let starts = session
+                .channels
+                .iter()
+                .map(|it| it.spec.start == it.spec.limit);
+            assert!(starts.into_iter().all(|it| it), "{method:?}");
             assert_eq!(joint.extensor.threshold.get(), 14_000);
         }
     }
