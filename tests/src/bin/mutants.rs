@@ -28,6 +28,14 @@ const STAGES: [(&str, &[&str], &str); 4] = [
     ("studies", &["--test", "suite"], "host-tool/studies/tests/"),
 ];
 
+/// Builds of firmware that take seconds after a small change. The code is the same, and needs
+/// more than the 2 MiB of stack that a test's thread has.
+const QUICK: [&str; 3] = [
+    "profile.dev.package.firmware.opt-level=1",
+    "profile.dev.package.firmware.codegen-units=64",
+    "profile.dev.package.firmware.debug=0",
+];
+
 /// Run the proofs of docs/safety.md against mutants of the code that they are about.
 #[derive(Parser)]
 #[command(name = "mutants")]
@@ -161,7 +169,9 @@ impl Bench {
         let status = Command::new("timeout")
             .args(["--kill-after=5", &limit.as_secs().to_string()])
             .args(["cargo", "test"])
+            .args(QUICK.iter().flat_map(|setting| ["--config", setting]))
             .args(words)
+            .env("RUST_MIN_STACK", (32 << 20).to_string())
             .env("CARGO_TARGET_DIR", self.work.join("target"))
             .current_dir(&self.tree)
             .stdin(Stdio::null())
