@@ -2,7 +2,7 @@
 //! Runs them against a random sample of the mutants of `firmware/src/safety` and of
 //! `firmware/src/device/pulser`.
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use clap::Parser;
 use host_core::statistics::share_at_most;
 use std::fs::{self, File};
@@ -49,6 +49,9 @@ struct Arguments {
     /// Run the first so many of: firmware's unit tests, its suite, `tests`, `studies`
     #[arg(long, default_value_t = STAGES.len())]
     stages: usize,
+    /// Run every test of these programs, not the proofs alone
+    #[arg(long)]
+    every_test: bool,
     /// Only the mutants of these numbers in the random order
     #[arg(long, value_delimiter = ',')]
     only: Vec<usize>,
@@ -97,8 +100,10 @@ fn main() -> anyhow::Result<()> {
     for (stage, &(_, _, folder)) in STAGES.iter().enumerate().take(arguments.stages) {
         let of_stage = |proof: &&Proof| proof.file.starts_with(folder);
         let proofs: Vec<_> = proofs.iter().filter(of_stage).cloned().collect();
-        let program = Program::unmutated(&bench, stage, proofs)?;
+        let mut program = Program::named(&bench, stage, proofs)?;
         run += program.proofs.len();
+        program.is_whole = arguments.every_test;
+        program.time(&bench)?;
         if stage == 0 {
             let is_viable = |judged: &&Judged| judged.2 != Fate::Unviable;
             while judged.iter().filter(is_viable).count() < arguments.count {
@@ -193,14 +198,15 @@ struct Program {
     stage: usize,
     /// Numbers, and names as libtest knows them.
     proofs: Vec<(String, String)>,
+    /// Every test runs, not the proofs alone.
+    is_whole: bool,
     limit: Duration,
 }
 
 impl Program {
-    /// Runs `proofs` without a mutant, which must pass, for how long they take.
-    fn unmutated(bench: &Bench, stage: usize, proofs: Vec<Proof>) -> anyhow::Result<Self> {
-        let limit = BUILD;
-        let (_, words) = bench.cargo(&arguments(stage, &["--", "--list"]), limit)?;
+    /// Finds `proofs` among the program's tests.
+    fn named(bench: &Bench, stage: usize, proofs: Vec<Proof>) -> anyhow::Result<Self> {
+        let (_, words) = bench.cargo(&arguments(stage, &["--", "--list"]), BUILD)?;
         let tests = words.lines().filter_map(|line| line.strip_suffix(": test"));
         let tests: Vec<_> = tests.collect();
         let named = proofs.into_iter().map(|proof| {
@@ -208,26 +214,34 @@ impl Program {
             let path = path.with_context(|| format!("no test is {proof:?}:\n{words}"))?;
             Ok((proof.number, path.to_owned()))
         });
-        let proofs = named.collect::<anyhow::Result<_>>()?;
-        let mut program = Self {
+        Ok(Self {
             stage,
-            proofs,
-            limit,
-        };
+            proofs: named.collect::<anyhow::Result<_>>()?,
+            is_whole: false,
+            limit: BUILD,
+        })
+    }
+
+    /// Runs without a mutant, which must pass, for how long that takes.
+    fn time(&mut self, bench: &Bench) -> anyhow::Result<()> {
         let since = Instant::now();
-        let (success, words) = program.run(bench)?;
-        if success != Some(true) {
-            bail!("a proof fails without any mutant:\n{words}");
-        }
-        program.limit = since.elapsed() * 4 + Duration::from_secs(60);
-        let (count, seconds) = (program.proofs.len(), since.elapsed().as_secs());
-        eprintln!("{}: {count} proofs in {seconds} s", name(stage));
-        Ok(program)
+        let (success, words) = self.run(bench)?;
+        ensure!(
+            success == Some(true),
+            "a test fails without any mutant:\n{words}"
+        );
+        self.limit = since.elapsed() * 4 + Duration::from_secs(60);
+        let (count, seconds) = (self.proofs.len(), since.elapsed().as_secs());
+        eprintln!("{}: {count} proofs in {seconds} s", name(self.stage));
+        Ok(())
     }
 
     fn run(&self, bench: &Bench) -> anyhow::Result<(Option<bool>, String)> {
-        let mut words = arguments(self.stage, &["--", "--format=pretty", "--exact"]);
-        words.extend(self.proofs.iter().map(|(_, path)| path.as_str()));
+        let mut words = arguments(self.stage, &["--", "--format=pretty"]);
+        if !self.is_whole {
+            words.push("--exact");
+            words.extend(self.proofs.iter().map(|(_, path)| path.as_str()));
+        }
         bench.cargo(&words, self.limit)
     }
 
@@ -248,9 +262,13 @@ impl Program {
             return Ok(Fate::Unviable);
         }
         let (success, words) = self.run(bench)?;
-        let failed = |path: &str| words.contains(&format!("test {path} ... FAILED"));
-        let numbers = self.proofs.iter().filter(|(_, path)| failed(path));
-        let mut by: Vec<_> = numbers.map(|(number, _)| number.clone()).collect();
+        let lines = words.lines().filter_map(|line| line.strip_prefix("test "));
+        let failed = lines.filter_map(|line| line.strip_suffix(" ... FAILED"));
+        let number = |failed: &str| {
+            let proof = self.proofs.iter().find(|(_, path)| path == failed);
+            proof.map_or(failed, |(number, _)| number).to_owned()
+        };
+        let mut by: Vec<_> = failed.map(number).collect();
         Ok(match success {
             None => Fate::TimedOut { stage },
             Some(true) => Fate::Survived,
