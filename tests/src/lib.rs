@@ -13,5 +13,7 @@ pub mod expectation;
 #[cfg(feature = "devices")]
 pub mod fuzz;
 #[cfg(feature = "devices")]
+pub mod mutants;
+#[cfg(feature = "devices")]
 pub mod record;
 pub mod verify;

@@ -336,6 +336,28 @@ mod tests {
         }
     }
 
+    /// A rise begins with the first burst, whatever the clock shows, and with one that opens
+    /// the train again.
+    #[test]
+    fn a_train_that_begins_begins_a_rise() {
+        for first in [0, 1, 2 * PERIOD_US, u32::MAX] {
+            let mut rise = Rise::default();
+            for (after, opens, part) in [(0, false, 1), (1, false, 2), (2, true, 1)] {
+                let at = Micros::new(first) + us(after * PERIOD_US);
+                let period_us = PERIOD_US;
+                let time = BurstTime {
+                    at,
+                    period_us,
+                    opens,
+                };
+                let reach = rise.next(time, (100_000, 5));
+                let of_time = (part * PERIOD_US, 100_000 + PERIOD_US);
+                assert_eq!(reach.parts, Some([of_time, (part, 6)]), "{first}: {after}");
+                assert_eq!(reach.since_us, (part > 1).then_some(PERIOD_US));
+            }
+        }
+    }
+
     /// 2 µA for as long as one likes, then the limit: during the rise and after it.
     #[test]
     fn nothing_that_came_before_lets_a_burst_jump() {

@@ -157,3 +157,36 @@ fn reaches(reading: Reading, ua: u32) -> bool {
     let reached = (reading.current().get() + SLACK_UA).wrapping_mul(100);
     reached >= ua.wrapping_mul(REACHED_PERCENT)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::seal::Seal;
+
+    /// Of counts as large as they get.
+    #[test]
+    fn every_bit_of_a_watch_is_summed() {
+        let flips: [fn(&mut Watch, u8); 3] = [
+            |watch, bit| watch.first.off ^= bit,
+            |watch, bit| watch.second.off ^= bit,
+            |watch, bit| watch.odd ^= bit,
+        ];
+        let watch = Watch::default();
+        for (place, flip) in flips.iter().enumerate() {
+            for bit in 0..8 {
+                let mut flipped = watch;
+                flip(&mut flipped, 1 << bit);
+                assert!(!Seal::of(&watch).holds(&flipped), "{place}: {bit}");
+            }
+        }
+        for second in [false, true] {
+            let mut flipped = watch;
+            if second {
+                flipped.second.flows = true;
+            } else {
+                flipped.first.flows = true;
+            }
+            assert!(!Seal::of(&watch).holds(&flipped), "{second}");
+        }
+    }
+}

@@ -304,3 +304,28 @@ fn most_charge_nc(config: &Channel, wearer: &Wearer) -> u32 {
     let by_charge = u64::from(wearer.spec().max_charge_nc) * pulses * bursts;
     u32::try_from(by_limit.min(by_charge)).unwrap_or(u32::MAX)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::safety::WearerSpec;
+    use crate::safety::setup::tests::CHANNEL;
+
+    /// 14 bursts of 20 mA begin in 250 ms at 20 ms, of 200 µs, or of widths whose charge the
+    /// wearer limits.
+    #[test]
+    fn a_reset_counts_the_most_that_a_channel_could_have_put_out() {
+        let wearer = WearerSpec::default().validate().unwrap();
+        let channel = CHANNEL.validate(&wearer).unwrap();
+        assert_eq!(most_charge_nc(&channel, &wearer), 14 * 4_000 + 1);
+        let wearer = WearerSpec {
+            max_charge_nc: 8_000,
+            ..WearerSpec::default()
+        };
+        let wearer = wearer.validate().unwrap();
+        let mut wide = CHANNEL;
+        wide.train.max_width_us = 500;
+        let wide = wide.validate(&wearer).unwrap();
+        assert_eq!(most_charge_nc(&wide, &wearer), 14 * 8_000);
+    }
+}

@@ -343,6 +343,71 @@ fn a_burst_of_a_changed_channel_is_left_out() {
     assert_eq!(guard.check_seen(), Err(Fault::Memory));
 }
 
+/// A setup whose memory changed is not started, before the channel's turn comes.
+#[test]
+fn a_setup_that_changed_by_itself_is_not_started() {
+    let (mut guard, _) = guard_in("Armed");
+    guard.seal();
+    let channel = guard.setup.as_mut().unwrap().channels[0].as_mut().unwrap();
+    channel.limit = Amplitude::new(20_000 ^ 1 << 14);
+    let refused = Err(Denied::WrongState(State::Armed));
+    assert_eq!(guard.start(NOW), refused);
+    assert_eq!(guard.state(), State::Armed);
+}
+
+/// The fall begins in the microsecond in which the silence is too long, and is a whole one.
+#[test]
+fn a_silent_hosts_fall_begins_when_its_time_is_up() {
+    let (mut guard, scheduler) = guard_in("Stimulating");
+    let wearer = setup().wearer;
+    let silent = NOW + us(wearer.host_timeout_us());
+    let before = Micros::new(silent.get().wrapping_sub(WINDOW_US));
+    assert_eq!(guard.tick(before, &CLOSED, &scheduler), Ok(None));
+    let notice = Notice::Stopping(StopCause::HostSilent);
+    assert_eq!(guard.tick(silent, &CLOSED, &scheduler), Ok(Some(notice)));
+    let Mode::Stopping { fall, .. } = guard.mode else {
+        panic!("{:?}", guard.mode);
+    };
+    assert_eq!(fall.end(), silent + us(wearer.fall_us()));
+}
+
+/// Before its first order, and after one of nothing.
+#[test]
+fn a_channel_without_an_amplitude_has_no_burst() {
+    let (mut guard, _) = guard_in("Stimulating");
+    assert_eq!(guard.burst(0, begins(NOW)), Burst::SILENT);
+    for (ua, is_burst) in [(5_000, true), (0, false)] {
+        let order = [(0, stimulus(ua, 0))];
+        guard.set_amplitudes(order.into_iter(), NOW).unwrap();
+        guard.seal();
+        let burst = guard.burst(0, begins(NOW));
+        assert_eq!(burst.code.is_some(), is_burst, "{ua}");
+        guard.seal();
+    }
+}
+
+/// A control law that asks for the limit gets it, and for more, the limit: neither is slow.
+#[test]
+fn a_law_that_asks_for_its_limit_is_not_slowed() {
+    let (mut guard, _) = guard_in("Stimulating");
+    for ua in [19_999, 20_000, 20_001] {
+        assert!(!guard.command(0, Amplitude::new(ua), NOW), "{ua}");
+        assert_eq!(guard.wanted[0].amplitude.get(), ua.min(20_000));
+    }
+}
+
+/// A control law's period comes no nearer and no farther than the limits were checked for.
+#[test]
+fn a_laws_period_stays_within_what_was_checked() {
+    let (mut guard, _) = guard_in("Stimulating");
+    let channel = guard.setup.as_mut().unwrap().channels[0].as_mut().unwrap();
+    (channel.min_period_us, channel.max_period_us) = (10_000, 40_000);
+    let clamped = [9_999, 10_000, 20_000, 40_001].map(|us| guard.clamp_period(0, us));
+    assert_eq!(clamped, [10_000, 10_000, 20_000, 40_000].map(Some));
+    assert_eq!(guard.clamp_period(1, 20_000), None);
+    assert_eq!(guard_in("Idle").0.clamp_period(0, 20_000), None);
+}
+
 #[test]
 fn the_first_fault_is_kept_and_one_that_lasts_is_not_acknowledged() {
     let (mut guard, _) = guard_in("Stimulating");

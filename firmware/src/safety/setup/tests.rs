@@ -52,6 +52,30 @@ fn each_limit_is_named() {
     );
 }
 
+/// The rate of a channel outside of an isolated group may change.
+#[test]
+fn only_a_groups_own_members_must_keep_their_rate() {
+    let steady = try_channel(|_| ()).unwrap();
+    let later = try_channel(|c| c.train.offset_us = 5_000).unwrap();
+    let changing = Channel {
+        max_period_us: later.max_period_us + 1,
+        ..later
+    };
+    let group = |second, third| {
+        let mut channels = [None; CHANNELS];
+        channels[..3].copy_from_slice(&[Some(steady), Some(second), Some(third)]);
+        let spec = GroupSpec {
+            members: 0b11,
+            partner: Partner::Isolated,
+        };
+        let trains = channels.map(|c: Option<Channel>| c.map(|c| c.train));
+        check_group(&spec, &channels, &trains).map(|group| group.members())
+    };
+    assert_eq!(group(later, changing), Ok(0b11));
+    let refused = GroupError::RateChanges { channel: 1 };
+    assert_eq!(group(changing, later), Err(refused));
+}
+
 /// 8 µC let 20 mA last 400 µs: there it heats most, and is judged; at 500 µs 16 mA
 /// remain.
 #[test]
