@@ -40,6 +40,35 @@ fn a_session_whose_trains_have_played_is_complete() {
     }
 }
 
+/// `values` beside another kind of setpoints are there before the first pulse, too.
+#[test]
+fn amplitudes_beside_other_setpoints_lose_no_pulse() {
+    for (hz, repeats) in [(50, 1), (50, 10), (200, 20)] {
+        let text = session(1, hz, repeats, 8).replace("\"amplitudes\"", "\"keep-alive\"");
+        let file = SessionFile::parse("counted.toml", &text).unwrap();
+        let boot = firmware::units::Micros::new(0);
+        let device = Box::new(hal_sim::native::native(boot));
+        let port = simulated(&file.session, 1, device, boot).unwrap();
+        let (outcome, _) = run(&file, port, None, |_| ());
+        assert!(outcome.error.is_none(), "{:?}", outcome.error);
+        assert_eq!(outcome.trial.pulses, Some(repeats.into()), "at {hz} Hz");
+    }
+}
+
+/// The time that a wearer bears includes the fall: `check` tells of a session that the device
+/// ends before its own end.
+#[test]
+fn a_session_as_long_as_the_wearers_time_is_noted() {
+    let text = session(2, 50, 0, 8);
+    let at = |max_s: u32| {
+        let limited = text.replace("[wearer]", &format!("[wearer]\nmax_session_s = {max_s}"));
+        Session::parse("it.toml", &limited).unwrap().notes
+    };
+    let note = "the device stops after 1.9495 s";
+    assert!(at(2).iter().any(|it| it.contains(note)), "{:?}", at(2));
+    assert!(!at(3).iter().any(|it| it.contains("the device stops")));
+}
+
 #[test]
 fn a_fixed_number_of_pulses_that_would_rise_is_refused() {
     let refused = |text: &str| Session::parse("it.toml", text).unwrap_err().to_string();

@@ -2,7 +2,7 @@
 //! allowed.
 
 use firmware::device::channel_of;
-use firmware::pulse::CHANNELS;
+use firmware::pulse::{CHANNELS, WINDOW_US};
 use firmware::safety::{self, ChannelSpec, SetupError, SumError, Sums, WearerSpec};
 
 use super::channel::Channel;
@@ -102,6 +102,11 @@ pub(super) fn tell_sum(
     }
 }
 
+/// From the device's own end of a session until its outputs are isolated, µs.
+fn fall_us(wearer: &WearerSpec) -> u64 {
+    u64::from(wearer.fall_ms) * 1_000 + u64::from(WINDOW_US)
+}
+
 /// Tells that the session lasts longer than its wearer's may, and notes what its
 /// wearer's limits may make of it: that it ends before, or that it is all a rise.
 pub(super) fn tell_times(
@@ -115,6 +120,17 @@ pub(super) fn tell_times(
     if duration_us > u64::from(wearer.max_session_s) * 1_000_000 {
         let most_s = wearer.max_session_s;
         root.say("duration_s", Problem::SessionTooLong { most_s });
+    } else {
+        // The fall and a window of the pulser's belong to the time.
+        let ends_us = u64::from(wearer.max_session_s) * 1_000_000 - fall_us(wearer);
+        if duration_us > ends_us {
+            notes.push(format!(
+                "the device stops after {} s, so that the fall ends within `wearer.max_session_s` \
+                 = {}",
+                seconds(ends_us),
+                wearer.max_session_s
+            ));
+        }
     }
     for channel in channels {
         let (number, train) = (channel.number, &channel.spec.train);
