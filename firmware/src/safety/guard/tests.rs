@@ -222,6 +222,29 @@ fn a_phase_that_owes_its_reading_is_told() {
     assert_eq!(denied(&[false, true]), Some(Notice::Checked(Ok(()))));
 }
 
+/// The check's last amplitude begins 15 ms after its epoch; what comes less than two windows
+/// later is a reading of the one before.
+#[test]
+fn a_reading_of_an_earlier_amplitude_passes_no_phase() {
+    let off = Denied::ElectrodeOff { channel: 0 };
+    for (after_us, verdict) in [(15_250, Err(off)), (15_500, Ok(()))] {
+        let mut guard = Guard::new(None, Found::default());
+        let scheduler = Scheduler::new();
+        guard.tick(NOW, &CLOSED, &scheduler).unwrap();
+        guard.arm(&setup(), &CLOSED, NOW).unwrap();
+        guard.burst(0, begins(NOW + us(10_000))).code.unwrap();
+        let applied = MicroAmps::new(guard.in_force[0].amplitude.get());
+        for second in [false, true] {
+            let reading = Some(Reading::of(0, second, applied));
+            let inputs = Inputs { reading, ..CLOSED };
+            guard.tick(NOW + us(after_us), &inputs, &scheduler).unwrap();
+        }
+        let end = NOW + us(ElectrodeCheck::length_us());
+        let notice = guard.tick(end, &CLOSED, &scheduler);
+        assert_eq!(notice, Ok(Some(Notice::Checked(verdict))), "{after_us}");
+    }
+}
+
 /// Everything in the guard that decides whether and how much is put out, a bit of each
 /// changed: found at the start of the next refill, or when the channel's turn comes.
 #[test]
