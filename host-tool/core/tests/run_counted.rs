@@ -64,7 +64,7 @@ fn a_session_as_long_as_the_wearers_time_is_noted() {
         let limited = text.replace("[wearer]", &format!("[wearer]\nmax_session_s = {max_s}"));
         Session::parse("it.toml", &limited).unwrap().notes
     };
-    let note = "the device stops after 1.9495 s";
+    let note = "the device stops after 1.94975 s";
     assert!(at(2).iter().any(|it| it.contains(note)), "{:?}", at(2));
     assert!(!at(3).iter().any(|it| it.contains("the device stops")));
 }
