@@ -287,13 +287,8 @@ impl<P: Port> Run<'_, '_, P> {
         // The first setpoint is there before the first pulse.
         self.client
             .request(self.session.setpoints.at(0).request(None))?;
-        // A train of a fixed number of pulses counts from its first slot on.
-        if (self.session.channels.iter()).any(|channel| channel.spec.train.repeats > 0) {
-            for beside in self.session.setpoints.with(0) {
-                if let Setpoint::Amplitudes(_) = beside {
-                    self.client.request(beside.request(None))?;
-                }
-            }
+        for beside in self.session.counted_from_start() {
+            self.client.request(beside.request(None))?;
         }
         self.epoch = self.client.start()?;
         let now_us = self.client.port().now_us();

@@ -283,6 +283,14 @@ impl Session {
         joint.or(self.wall.map(|wall| wall.sensor))
     }
 
+    /// Amplitudes that a device needs before `Start`: a train of a fixed number of pulses
+    /// counts from its first slot on. Nothing where no channel has one.
+    pub fn counted_from_start(&self) -> impl Iterator<Item = Setpoint> + '_ {
+        let is_counted = (self.channels.iter()).any(|channel| channel.spec.train.repeats > 0);
+        let beside = self.setpoints.with(0);
+        beside.filter(move |it| is_counted && matches!(it, Setpoint::Amplitudes(_)))
+    }
+
     /// The changes of rung due after `from_us` and until `to_us` from the
     /// start, both in µs.
     pub fn rungs(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> + '_ {
