@@ -9,22 +9,6 @@ use firmware::units::Micros;
 
 const BOOT: Micros = Micros::new(u32::MAX - 700_000);
 
-/// Keeps the host alive until the device stops by itself; how long that took, µs, and
-/// what was heard.
-fn until_stopped(desk: &mut Desk, most_s: u32) -> (u64, Vec<Heard>) {
-    let (from, mut heard) = (desk.time(), Vec::new());
-    for _ in 0..most_s * 50 {
-        if desk.state() != State::Stimulating {
-            break;
-        }
-        heard.extend(desk.ask(Request::KeepAlive));
-        desk.wait(20_000);
-    }
-    desk.wait(60_000);
-    heard.extend(desk.heard());
-    (desk.time() - 60_000 - from, heard)
-}
-
 #[test]
 fn time_of_stimulation_ends_and_is_not_given_back() {
     let wearer = WearerSpec {

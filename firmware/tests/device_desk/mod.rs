@@ -371,6 +371,22 @@ pub fn is_told(heard: &[Heard], event: Event) -> bool {
     heard.iter().any(is)
 }
 
+/// Keeps the host alive until the device stops by itself; how long that took, µs, and
+/// what was heard.
+pub fn until_stopped(desk: &mut Desk, most_s: u32) -> (u64, Vec<Heard>) {
+    let (from, mut heard) = (desk.time(), Vec::new());
+    for _ in 0..most_s * 50 {
+        if desk.state() != State::Stimulating {
+            break;
+        }
+        heard.extend(desk.ask(Request::KeepAlive));
+        desk.wait(20_000);
+    }
+    desk.wait(60_000);
+    heard.extend(desk.heard());
+    (desk.time() - 60_000 - from, heard)
+}
+
 /// One group.
 pub fn group(members: u16, partner: Partner) -> Request {
     let group = GroupSpec { members, partner };
