@@ -32,7 +32,7 @@ pub struct Spent {
     pub charge: [u64; CHANNELS],
 }
 
-/// What is to be written.
+/// Time and charge as a copy stores them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Entry {
     /// Up to when it was made.
@@ -43,7 +43,7 @@ pub struct Entry {
     pub most_nc: [u32; CHANNELS],
 }
 
-/// What is left of what a wearer allows.
+/// Time and charge left of the wearer's limits.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct Left {
     /// Time of stimulation, ms.
@@ -71,7 +71,7 @@ impl Default for Found {
 }
 
 impl Entry {
-    /// What counts as spent after a reset.
+    /// Time and charge that count as spent after a reset.
     fn after_reset(&self) -> Spent {
         let mut spent = self.spent;
         if self.is_open {
@@ -129,7 +129,7 @@ impl Entry {
 /// every moment.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Ledger {
-    /// Of the latest entry.
+    /// Number of the latest entry.
     number: u32,
     /// The copy that is written first, for the other may be the only whole one.
     first: usize,

@@ -11,7 +11,7 @@ use core::ptr::{read_volatile, write_volatile};
 const COPIES: [usize; 2] = [0x4002_4000, 0x4002_4400];
 const _: () = assert!(size_of::<AllowanceWords>() <= 1024);
 
-/// Who writes the copies.
+/// The writer of the two copies.
 pub struct Backup(Ledger);
 
 /// Once, at boot: what the copies say. Power that came up clears

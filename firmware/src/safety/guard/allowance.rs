@@ -44,7 +44,7 @@ pub(super) struct Allowance {
     is_lost: bool,
 }
 
-/// What comes of a burst's charge.
+/// Whether a burst's charge stays within the wearer's limit.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Dose {
     Within,
@@ -78,7 +78,7 @@ impl Allowance {
     /// Whether anything is left for `setup`.
     ///
     /// # Errors
-    /// What there is none of, or nobody knows of.
+    /// The limit that is used up, or that the counts were lost.
     pub(super) fn check(&self, setup: &Setup) -> Result<(), Denied> {
         if self.is_lost {
             return Err(Denied::AllowanceLost);
@@ -113,7 +113,7 @@ impl Allowance {
         self.charge.get(channel).copied()
     }
 
-    /// A burst is to put out `charge`, where the wearer allows `max_mc`.
+    /// Counts `charge` of a burst that is to be output, where the wearer allows `max_mc`.
     #[inline(always)]
     pub(super) fn spend_charge(&mut self, channel: usize, charge: u64, max_mc: u32) -> Dose {
         let Some(sum) = self.charge.get_mut(channel) else {
