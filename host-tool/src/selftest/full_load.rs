@@ -10,7 +10,7 @@ use firmware::units::Amplitude;
 use hal_sim::random::Random;
 use hal_sim::trace::{Edge, State};
 use hal_sim::wire::faults::Faults;
-use host_core::link::{Client, Error, Incoming, SimulatedPort};
+use host_core::link::{Connection, Error, Incoming, SimulatedPort};
 use std::collections::{HashMap, VecDeque};
 
 /// Setpoints and telemetry come every millisecond.
@@ -121,7 +121,7 @@ pub fn full_load(
 
 /// A session under way.
 struct Load {
-    client: Client<SimulatedPort>,
+    client: Connection<SimulatedPort>,
     random: Random,
     found: FullLoad,
     /// What was asked and not answered yet.
@@ -142,7 +142,7 @@ struct Load {
 }
 
 impl Load {
-    fn new(client: Client<SimulatedPort>, seed: u64) -> Self {
+    fn new(client: Connection<SimulatedPort>, seed: u64) -> Self {
         Self {
             client,
             random: Random::new(seed),
@@ -224,7 +224,7 @@ impl Load {
                 }
                 Incoming::Event(..) => self.found.stops += u64::from(!self.is_ending),
                 // Counted by the device, too.
-                Incoming::Refused(..) | Incoming::Status(_) => {}
+                Incoming::Hello(_) | Incoming::Refused(..) | Incoming::Status(..) => {}
             }
         }
         Ok(())

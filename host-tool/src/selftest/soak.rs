@@ -108,7 +108,10 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
                 }
                 Incoming::Event(_, Event::Electrode { .. }) => {}
                 Incoming::Event(..) => soak.stops += 1,
-                Incoming::Telemetry(..) | Incoming::Status(_) | Incoming::Refused(..) => {}
+                Incoming::Telemetry(..)
+                | Incoming::Hello(_)
+                | Incoming::Status(..)
+                | Incoming::Refused(..) => {}
             }
         }
         progress((now - begin) as f64 / (end - begin) as f64);

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// A byte path to a device, with the time that goes with it.
-pub trait Port {
+pub trait Port: Send {
     /// Host time in µs, monotonic. Virtual for simulators.
     fn now_us(&mut self) -> u64;
     /// Sends one frame.

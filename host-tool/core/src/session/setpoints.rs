@@ -269,6 +269,15 @@ impl Setpoints {
         }
     }
 
+    /// The largest amplitude that the file streams to a channel on the link (0–9), thousandths
+    /// of its unit; none for a channel whose amplitudes the host does not set.
+    #[must_use]
+    pub fn peak(&self, channel: u8) -> Option<Amplitude> {
+        let is_force = self.force_of(channel).is_some();
+        let (_, most) = self.extremes(channel).filter(|_| !is_force)?;
+        Some(Amplitude::new(most))
+    }
+
     /// Lists that begin after `from_us`, up to `to_us`.
     pub fn lists(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> {
         let due = self.lists.iter();

@@ -7,7 +7,7 @@ use crate::laboratory::{Heard, Notes};
 use firmware::link::Request;
 use firmware::units::Amplitude;
 use hal_sim::body::Drive;
-use host_core::link::{Client, Port};
+use host_core::link::{Connection, Port};
 use host_core::run::DeviceName;
 use host_core::session::Session;
 
@@ -63,7 +63,7 @@ fn wanted(ma: u32) -> Request {
 
 /// A device that stimulates, and what reaches its electrodes.
 struct Opened {
-    client: Client<Box<dyn Port>>,
+    client: Connection<Box<dyn Port>>,
     heard: Heard,
 }
 
@@ -76,7 +76,7 @@ impl Opened {
         let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
         world.body = Box::new(Notes::on(&heard));
         let told = |e: host_core::link::Error| failed(e.to_string());
-        let (mut client, _) = Client::open(port).map_err(told)?;
+        let (mut client, _) = Connection::open(port).map_err(told)?;
         for request in session.requests() {
             client.request(request).map_err(told)?;
         }

@@ -1,0 +1,84 @@
+//! What the host sends while a session runs: setpoints, lists, changes of model level,
+//! measurements.
+
+use super::{RunError, Stepper};
+use crate::link::{Port, stamp};
+use crate::session::{Course, Setpoint};
+use firmware::link::Request;
+use std::iter;
+
+/// Forces at the hand are sent so long before they are valid, that none is late for its
+/// recruitment, µs.
+const AHEAD_US: u64 = 10_000;
+
+/// Wanted forces at the hand whose answers may be on their way.
+const WISHES: usize = 64;
+
+/// From measurement to measurement of an arm's nine angles, µs.
+const POSTURE_US: u64 = 20_000;
+
+impl<P: Port> Stepper<'_, P> {
+    /// What is sent before `Start`.
+    pub(super) fn first_orders(&mut self) -> Vec<Request> {
+        let now_us = self.time_us();
+        let first = self.session.setpoints.at(now_us);
+        let all = iter::once(first).chain(self.session.counted_from_start());
+        let all = all.map(|setpoint| self.at_intensity(setpoint).request(None));
+        all.collect()
+    }
+
+    /// Sends what is due `due` µs after the start, and changes of model level since
+    /// `before`.
+    pub(super) fn post(&mut self, before: u64, due: u64) -> Result<(), RunError> {
+        if self.is_paused() {
+            return Ok(());
+        }
+        if self.measures()
+            && let Some(deg) = self.connection.port().glove_deg()
+        {
+            let at = stamp(self.now());
+            let (joint, centideg) = (0, (deg * 100.0).round() as i16); // saturates
+            let measured = Request::Measurement {
+                joint,
+                centideg,
+                at,
+            };
+            self.connection.post(measured)?;
+        }
+        if self.measures_posture() && before / POSTURE_US != due / POSTURE_US {
+            for request in self.posture() {
+                self.connection.post(request)?;
+            }
+        }
+        for request in self.joint_angles(due) {
+            self.connection.post(request)?;
+        }
+        for request in self.session.rungs(before, due) {
+            self.connection.post(request)?;
+        }
+        for request in self.session.setpoints.lists(before, due) {
+            self.connection.post(request)?;
+        }
+        let now = self.epoch + due;
+        let setpoints = &self.session.setpoints;
+        let ahead_us = match &setpoints.course {
+            Course::Wrench(_) => AHEAD_US,
+            _ => 0,
+        };
+        let driven = setpoints.at(due + ahead_us);
+        for setpoint in iter::once(driven).chain(setpoints.with(due)) {
+            let at = match setpoint {
+                Setpoint::Wrench(_) => Some(stamp(now + ahead_us)),
+                Setpoint::Angle { .. } | Setpoint::Force { .. } => Some(stamp(now)),
+                Setpoint::Amplitudes(_) | Setpoint::Held(_) | Setpoint::KeepAlive => None,
+            };
+            let request = self.at_intensity(setpoint.clone()).request(at);
+            let seq = self.connection.post(request)?;
+            if let Setpoint::Wrench(force_mn) = setpoint {
+                self.wishes.truncate(WISHES - 1);
+                self.wishes.push_front((seq, force_mn));
+            }
+        }
+        Ok(())
+    }
+}
