@@ -36,6 +36,6 @@ pub use profile::{Booted, ProfileError, Profiled, Stopwatch, profile};
 pub use recorded::{BeginError, Recorded, TrialPlace, record, record_on};
 pub use runner::{Outcome, acknowledge, greet, run, run_taken};
 pub use stages::{check_supply, stages_told};
-pub use stepper::{Attached, Control, INTENSITY_STEP, Keys, Stepped, Stepper, Until};
+pub use stepper::{Attached, Control, INTENSITY_STEP, Keys, Stepped, Stepper, Until, repeating};
 pub use trial::{begin_trial, edges_between, event, sample};
 pub use wearer::{BodyError, body_of, fit, rest, worn_alike};

@@ -23,7 +23,7 @@ use std::collections::VecDeque;
 use std::ops::DerefMut;
 
 use controls::Paused;
-pub use controls::{Control, INTENSITY_STEP, Keys};
+pub use controls::{Control, INTENSITY_STEP, Keys, repeating};
 
 /// A device that says nothing for so long is lost, µs. It owes telemetry every
 /// 100 ms at least.

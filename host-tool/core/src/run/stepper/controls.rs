@@ -1,12 +1,13 @@
 //! Hands on the controls: pause and resume, intensity by steps, markers, a stop. Each is
 //! recorded with device time and host time, and repeated from there.
 
-use super::{RunError, Seen, Stepper};
-use crate::link::{Error, Port};
+use super::{Observer, RunError, Seen, Stepper, Wish};
+use crate::link::{Error, Interruption, Port};
 use crate::record::{Marker, MarkerKind};
 use crate::session::Setpoint;
 use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
+use std::collections::VecDeque;
 
 /// A step of a channel's intensity, percent of the session's own amplitudes.
 pub const INTENSITY_STEP: u16 = 5;
@@ -278,10 +279,11 @@ fn scaled(stimulus: Stimulus, percent: u16) -> Stimulus {
     }
 }
 
-/// Does again what a person did, from a record.
+/// What a person did at the controls in a record, to be done again.
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
-    left: std::collections::VecDeque<(u64, Control)>,
+    /// Each with host time since the start of the trains, µs.
+    left: VecDeque<(u64, Control)>,
 }
 
 impl Keys {
@@ -296,8 +298,38 @@ impl Keys {
     }
 
     /// The next one, if it was pressed by `now_us`, host time since the start of the trains.
-    pub fn due(&mut self, now_us: u64) -> Option<Control> {
+    fn due(&mut self, now_us: u64) -> Option<Control> {
         let (_, control) = self.left.pop_front_if(|(at_us, _)| *at_us <= now_us)?;
         Some(control)
+    }
+}
+
+/// An observer at whose run `keys` are pressed again.
+pub fn repeating<O: Observer>(keys: Keys, observer: O) -> impl Observer {
+    Repeating { keys, observer }
+}
+
+struct Repeating<O> {
+    keys: Keys,
+    observer: O,
+}
+
+impl<O: Observer> Observer for Repeating<O> {
+    fn see(&mut self, seen: Seen<'_>) {
+        self.observer.see(seen);
+    }
+
+    fn wish(&mut self) -> Wish {
+        self.observer.wish()
+    }
+
+    fn control(&mut self, now_us: u64) -> Option<Control> {
+        self.keys
+            .due(now_us)
+            .or_else(|| self.observer.control(now_us))
+    }
+
+    fn interruption(&self) -> Option<Interruption> {
+        self.observer.interruption()
     }
 }
