@@ -334,6 +334,7 @@ pub fn amplitudes() -> impl Strategy<Value = Request> {
         }
         let values: Vec<Amplitude> = values.into_iter().map(Amplitude::new).collect();
         Request::Amplitudes {
+            at: None,
             mask,
             values: heapless::Vec::from_slice(&values).unwrap(),
             widths: heapless::Vec::from_slice(&widths).unwrap(),

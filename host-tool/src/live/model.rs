@@ -218,6 +218,7 @@ impl Model {
             Event::Stopping(_) => self.state = State::Stopping,
             Event::Stopped(_) | Event::Recovered => self.state = State::Idle,
             Event::Electrode { .. } | Event::LimitCycle { .. } | Event::HoldOver => {}
+            Event::TriggerEdge | Event::SyncEdge => return, // too many for notes
             Event::Faulted(record) => {
                 self.state = State::Fault;
                 self.fault = Some(*record);

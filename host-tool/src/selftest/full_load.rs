@@ -187,6 +187,7 @@ impl Load {
         let mut draw = || 5_000 + self.random.below(10_000) as u32;
         let values: [u32; CHANNELS] = std::array::from_fn(|_| draw());
         let request = Request::Amplitudes {
+            at: None,
             mask: (1 << CHANNELS) - 1,
             values: values.into_iter().map(Amplitude::new).collect(),
             widths: Default::default(),
@@ -213,7 +214,13 @@ impl Load {
                     self.found.sample_gaps += u64::from(!is_due);
                     self.sampled = Some(at_us);
                 }
-                Incoming::Event(_, Event::Electrode { .. } | Event::Recovered) => {}
+                Incoming::Event(
+                    _,
+                    Event::Electrode { .. }
+                    | Event::Recovered
+                    | Event::TriggerEdge
+                    | Event::SyncEdge,
+                ) => {}
                 Incoming::Event(_, Event::Faulted(record)) => {
                     let is_ours = self.tripped && record.fault == Fault::OverCurrent;
                     self.tripped &= !is_ours;

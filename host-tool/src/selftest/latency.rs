@@ -224,6 +224,7 @@ fn setpoint(path: Path, index: u32) -> Request {
         Path::Direct => {
             let value = Amplitude::new(if high { 15_000 } else { 10_000 });
             Request::Amplitudes {
+                at: None,
                 mask: 0x3FF,
                 values: [value; CHANNELS].into_iter().collect(),
                 widths: Default::default(),

@@ -94,6 +94,7 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
             .map(|_| Amplitude::new(5_000 + random.below(10_000) as u32))
             .collect();
         let request = Request::Amplitudes {
+            at: None,
             mask: 0x3FF,
             values: values.iter().copied().collect(),
             widths: Default::default(),

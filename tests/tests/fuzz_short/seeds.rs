@@ -129,6 +129,7 @@ fn arm_and_start() -> [Step; 4] {
 fn amplitudes(mask: u16, ua: u32) -> Step {
     let values = (0..mask.count_ones()).map(|_| Amplitude::new(ua)).collect();
     Ask(Request::Amplitudes {
+        at: None,
         mask,
         values,
         widths: Default::default(),

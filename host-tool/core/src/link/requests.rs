@@ -127,6 +127,7 @@ impl<P: Port> Connection<P> {
             mask | 1u16.checked_shl((*channel).into()).unwrap_or(0)
         });
         let request = Request::Amplitudes {
+            at: None,
             mask,
             values: sorted.iter().map(|(_, amplitude, _)| *amplitude).collect(),
             widths: sorted

@@ -159,6 +159,7 @@ impl Setpoint {
             &Self::Wrench(force_mn) => Request::Wrench { at, force_mn },
             &Self::Held(held) => Request::Held { held },
             Self::Amplitudes(values) => Request::Amplitudes {
+                at: None,
                 mask: values
                     .iter()
                     .fold(0, |mask, (channel, _)| mask | 1 << channel),
@@ -402,6 +403,7 @@ mod tests {
         let values = vec![(1, own(26_000)), (4, own(0))];
         match Setpoint::Amplitudes(values).request(None) {
             Request::Amplitudes {
+                at: None,
                 mask,
                 values,
                 widths,

@@ -196,6 +196,7 @@ impl Bench {
     pub fn go_on(&mut self) -> Result<(), Error> {
         if let (Some(pattern), true) = (self.pattern, self.is_on) {
             let asked = firmware::link::Request::Amplitudes {
+                at: None,
                 mask: 1 << pattern.index(),
                 values: [pattern.amplitude()].into_iter().collect(),
                 widths: Default::default(),

@@ -131,6 +131,7 @@ impl<'a> Playing<'a> {
         }
         let amplitude = Amplitude::new((1e3 * self.amplitude_ma).round() as u32);
         vec![Request::Amplitudes {
+            at: None,
             mask: (1 << count.min(CHANNELS)) - 1,
             values: std::iter::repeat_n(amplitude, count).collect(),
             widths: Default::default(), // the trains' own

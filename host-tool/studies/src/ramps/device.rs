@@ -83,6 +83,7 @@ impl Stimulation {
             _ => Default::default(), // the train's own
         };
         Request::Amplitudes {
+            at: None,
             mask: 1 << self.pair(),
             values: [Amplitude::new(milli)].into_iter().collect(),
             widths,

@@ -55,6 +55,7 @@ fn session(rate_hz: u32, is_triggered: bool) -> String {
 /// This current, mA.
 fn wanted(ma: u32) -> Request {
     Request::Amplitudes {
+        at: None,
         mask: 1,
         values: [Amplitude::new(1_000 * ma)].into_iter().collect(),
         widths: Default::default(), // the train's own

@@ -159,6 +159,8 @@ impl<P: Port> Stepper<'_, P> {
                     self.trial.samples.push(sample);
                 }
             }
+            // Too many for a list of what happened.
+            Incoming::Event(_, Event::TriggerEdge | Event::SyncEdge) => {}
             Incoming::Event(at_us, event) => {
                 if self.file_electrode(&event)? {
                     return Ok(());
