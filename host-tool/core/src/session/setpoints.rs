@@ -132,8 +132,8 @@ pub enum Setpoint {
 }
 
 impl Setpoint {
-    /// The request that carries it; an angle or a force is valid from `at`, or
-    /// from its arrival.
+    /// The request that carries it; amplitudes, an angle or a force are valid from `at`, or
+    /// from their arrival.
     #[must_use]
     pub fn request(&self, at: Option<Micros>) -> Request {
         match self {
@@ -159,7 +159,7 @@ impl Setpoint {
             &Self::Wrench(force_mn) => Request::Wrench { at, force_mn },
             &Self::Held(held) => Request::Held { held },
             Self::Amplitudes(values) => Request::Amplitudes {
-                at: None,
+                at,
                 mask: values
                     .iter()
                     .fold(0, |mask, (channel, _)| mask | 1 << channel),

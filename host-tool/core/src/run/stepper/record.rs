@@ -2,6 +2,7 @@
 
 use super::{Paused, RunError, Stepper, TAKE_US};
 use crate::link::{Incoming, Port, Refused};
+use crate::record::MarkerKind;
 use crate::run::{Seen, identity, pulses, trial};
 use crate::session::{nearest, newtons};
 use firmware::link::{Code, Event};
@@ -159,8 +160,10 @@ impl<P: Port> Stepper<'_, P> {
                     self.trial.samples.push(sample);
                 }
             }
-            // Too many for a list of what happened.
-            Incoming::Event(_, Event::TriggerEdge | Event::SyncEdge) => {}
+            Incoming::Event(at_us, Event::TriggerEdge) => {
+                self.file_line(MarkerKind::Trigger, at_us)?;
+            }
+            Incoming::Event(at_us, Event::SyncEdge) => self.file_line(MarkerKind::Sync, at_us)?,
             Incoming::Event(at_us, event) => {
                 if self.file_electrode(&event)? {
                     return Ok(());
