@@ -2,6 +2,7 @@
 
 mod calibration;
 mod choice;
+mod controls;
 mod identify;
 mod limb_activation;
 mod limb_geometry;
@@ -27,5 +28,6 @@ mod session_wearer;
 mod statistics;
 mod statistics_normality;
 mod statistics_refused;
+mod stepping;
 mod wearer_files;
 mod wearers_shipped;

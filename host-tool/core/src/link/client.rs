@@ -163,6 +163,12 @@ impl Client {
         self.incoming.pop_front()
     }
 
+    /// Whether [`Self::next`] has one.
+    #[must_use]
+    pub fn has_message(&self) -> bool {
+        !self.incoming.is_empty()
+    }
+
     /// The answer to the request with this number, ahead of other messages.
     pub fn answer(&mut self, seq: u16) -> Option<Incoming> {
         let is_answer = |it: &Incoming| it.answers() == Some(seq) || it.turns_away();

@@ -169,6 +169,11 @@ impl<P: Port> Connection<P> {
         }
     }
 
+    /// Whether a message waits, so that [`Self::poll`] does not look at the port.
+    pub fn has_message(&self) -> bool {
+        self.client.has_message()
+    }
+
     /// One step of [`Self::next`]: looks at the port once where no message waits, for 2 ms
     /// of its time at most.
     ///

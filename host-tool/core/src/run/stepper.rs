@@ -93,18 +93,18 @@ enum Listened {
 /// use host_core::run::{Attached, DeviceName, SessionFile, Stepped, Stepper, Until};
 ///
 /// let file = SessionFile::parse("one.toml", r#"
-///     title = "one channel"
-///     duration_s = 0.5
-///     [wearer]
-///     rise_ms = 100
-///     [[channel]]
-///     number = 1
-///     frequency_hz = 50
-///     width_us = 300
-///     stage = { unit = "mA", full_scale = 65.535 }
-///     limit = 8.0
-///     [setpoints]
-///     amplitudes = [[1, 5.0]]
+/// title = "one channel"
+/// duration_s = 0.5
+/// [[channel]]
+/// number = 1
+/// name = "flexor"
+/// stage = { kind = "current", full_scale_ma = 100.0 }
+/// limit = 15.0
+/// train = { shape = "biphasic-cathodic-first", width_us = 200, frequency_hz = 50.0 }
+/// [setpoints]
+/// kind = "amplitudes"
+/// values = [{ channel = 1, value = 8.0 }]
+/// rate_hz = 50
 /// "#)?;
 /// let port = DeviceName::Native.open(&file.session, 1)?;
 /// let mut stepper = Stepper::open(&file, port, Attached::default())?;
@@ -419,6 +419,15 @@ impl<'a, P: Port> Stepper<'a, P> {
         let until_us = until_us.max(self.connection.port().now_us());
         let mut late = 0;
         while late < MOST_AT_ONCE {
+            if !self.connection.has_message() {
+                self.take_controls()?;
+                if self.is_stopped {
+                    return Ok(Listened::Due);
+                }
+                if self.connection.port().now_us() >= pause_us {
+                    return Ok(Listened::Paused);
+                }
+            }
             match self.connection.poll(until_us)? {
                 Polled::Message(incoming) => {
                     self.hear();
@@ -435,19 +444,10 @@ impl<'a, P: Port> Stepper<'a, P> {
                         return Ok(Listened::Paused);
                     }
                 }
-                Polled::Waiting => {
-                    self.take_controls()?;
-                    if self.is_stopped {
-                        return Ok(Listened::Due);
-                    }
-                    if self.connection.port().now_us() >= pause_us {
-                        return Ok(Listened::Paused);
-                    }
-                }
+                Polled::Waiting => {}
                 Polled::Over => break,
             }
         }
-        self.take_controls()?;
         self.check_silence()?;
         self.poll_observer()?;
         Ok(Listened::Due)

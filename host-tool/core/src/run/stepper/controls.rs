@@ -162,7 +162,10 @@ impl<P: Port> Stepper<'_, P> {
             return Ok(());
         }
         self.controlled_us = now_us;
-        while let Some(control) = self.attached.observer.control(now_us) {
+        // After one that took time the next waits for its own moment.
+        while self.time_us() == now_us
+            && let Some(control) = self.attached.observer.control(now_us)
+        {
             self.control(&control)?;
         }
         Ok(())
