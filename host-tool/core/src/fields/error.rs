@@ -187,6 +187,33 @@ problems! {
     482 CurrentIntoHand { channel: u8 }
         "`{field}` names channel {channel}, whose stage drives a current: the simulated hand knows voltages alone"
         "give the channel a voltage stage"
+    483 Programmed { channel: u8 }
+        "`{field}` names channel {channel}, which a `[[program]]` plays"
+        "leave it out of one of them: a channel has one program, and nothing beside it"
+    484 NotEndless { channel: u8, why: &'static str }
+        "`{field}` names channel {channel}, whose train {why}: a program plays endless trains from the common start"
+        "leave that out of the train, or drive the channel by `[setpoints]`"
+    485 RampTooShort { channel: u8, from: String, to: String, least: String }
+        "`{field}` is {given}, and channel {channel} goes from {from} to {to} in {least} s at least, `wearer.rise_ms` and `rise_bursts`"
+        "give it that time; a shorter rise is the wearer's to accept"
+    486 NoSmoothRamp { channel: u8, from: String, to: String }
+        "`{field}` is {given}, and channel {channel} cannot go smoothly from {from} to {to} in any time: a µs of width is more than a burst may rise"
+        "change the amplitude alone, or lower it"
+    487 RateBelowTrain { least_hz: String }
+        "`{field}` is {given}, and each burst of a `[[program]]` gets its own order: {least_hz} at least"
+        "raise it, or leave `[setpoints]` out"
+    488 SilenceTooShort { channel: u8, least: String }
+        "`{field}` is {given}, which leaves channel {channel} less than {least} s of silence before it rises again: not one of its bursts might be left out"
+        "leave that time at least, a period of its train"
+    489 OnTooShort { channel: u8, on: String, up: String, down: String, least: String }
+        "`{field}` is {given}: channel {channel} is on for {on} s, and its ramps take {up} s up and {down} s down: {least} s at least"
+        "leave it on for longer, or shorten its ramps"
+    490 StepTooShort { channel: u8, least: String }
+        "`{field}` is {given}, less than a period of channel {channel}'s train after the step before: {least} at least"
+        "hold each step for a burst at least"
+    491 BeginsAfterEnd { channel: u8, begins: String }
+        "`{field}` is {given}: channel {channel} would begin at {begins} s, when the session is over"
+        "begin earlier, or lengthen `duration_s`"
     630 ChargeAtWidth { value: String, width_us: u16, most: String, max_uc: String }
         "{value} for {width_us} µs is more than the {max_uc} µC of one phase that the wearer's limits and the channel's allow, `wearer.max_charge_uc`: at this width {most} at most (`{field}`)"
         "lower the amplitude or the width, there or on the way to the next point"

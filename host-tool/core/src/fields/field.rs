@@ -72,6 +72,8 @@ pub(crate) struct Number {
 #[derive(Debug)]
 pub(crate) enum Need {
     Required,
+    /// Unless another field of the table is there.
+    RequiredWithout(&'static str),
     /// Without a wearer file that says it: the reader knows.
     OrFile,
     /// There is nothing without it.

@@ -97,6 +97,7 @@ fn grouped(number: &str) -> String {
 fn need(field: &Field) -> String {
     let need = match &field.need {
         Need::Required => "required".into(),
+        Need::RequiredWithout(other) => format!("required without `{other}`"),
         Need::OrFile => "the wearer file's".into(),
         Need::Optional => "none".into(),
         Need::Or(value) => grouped(&in_units(*value, field.places())),

@@ -33,6 +33,11 @@ fn table(section: &Section) -> Value {
         let never = json!({ "properties": { field.name: false } });
         match field.when {
             None if matches!(field.need, Need::Required) => required.push(field.name),
+            None if let Need::RequiredWithout(other) = field.need => {
+                rules.push(
+                    json!({ "anyOf": [{ "required": [field.name] }, { "required": [other] }] }),
+                );
+            }
             None => {}
             Some(When::Without(other)) => {
                 let given = json!({ "required": [other] });

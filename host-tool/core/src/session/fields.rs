@@ -18,7 +18,8 @@ use super::arm::arm_fields;
 use super::control_fields::{amplitude, hold, joint, wall};
 use super::hand_fields::{hand_fields, point_channels};
 use super::modulation_fields::{held_points, modulation};
-use crate::fields::field::Need::{Optional, Or, OrFile, OrTold, OrWord, Required};
+use super::program::program;
+use crate::fields::field::Need::{Optional, Or, OrFile, OrTold, OrWord, Required, RequiredWithout};
 use crate::fields::field::{CHANNEL, Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
 use crate::fields::field::{LONGEST, LONGEST_NOTES};
 use crate::wearer::{fatigue, limits};
@@ -92,7 +93,8 @@ fn file() -> Section {
         f("joint", Kind::Table(joint()), Optional, "closed loop on the device"),
         f("wall", Kind::Table(wall()), Optional, "virtual wall on the device; not beside a `[joint]` (E480)"),
         f("modulation", list(modulation(rising()), 0, Some(JOINTS), "joints"), Optional, "joints of a person who handles an object, whose stimulation [follows their angles](lift.md); not beside a `[joint]`, a `[wall]` or forces at the hand (E751)"),
-        f("setpoints", Kind::Table(setpoints()), Required, "what the host streams"),
+        f("program", list(program(time, rising), 0, Some(CHANNELS), "programs"), Optional, "[amplitudes over time](#program) of channels that nothing else drives"),
+        f("setpoints", Kind::Table(setpoints()), RequiredWithout("program"), "what the host streams"),
         f("measure", Kind::Table(measure()), Optional, "window in which errors are scored"),
         f("body", Kind::Table(body()), Optional, "the simulated wearer, dummy loads without it; a board ignores it"),
         f("simulated_trigger", Kind::Table(trigger()), Optional, "edges of a simulated trigger input; a board ignores them and `flexor run` says so"),

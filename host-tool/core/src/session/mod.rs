@@ -26,6 +26,7 @@ mod manual;
 mod modulation;
 mod modulation_fields;
 mod muscle;
+mod program;
 mod schema;
 mod setpoints;
 mod setup;
@@ -64,6 +65,8 @@ pub use limb::SessionLimb;
 pub use manual::manual;
 pub use modulation::{SessionJoint, joint_name, quartic_through};
 pub use muscle::{Model, Muscle, rung_name};
+pub use program::Programs;
+use program::{read_programs, tell_beside};
 pub use schema::schema;
 use setpoints::read_setpoints;
 pub use setpoints::{
@@ -194,6 +197,14 @@ impl Session {
         let setpoints = t.part("setpoints", |s| {
             read_setpoints(s, &setup, has_joint, duration_us)
         });
+        let programs = read_programs(t, &setup, duration_us);
+        if let Some(setpoints) = t.table("setpoints") {
+            tell_beside(setpoints, &programs);
+        }
+        let setpoints = setpoints.map(|own| match own {
+            Some(own) => Setpoints { programs, ..own },
+            None => Setpoints::of_programs(programs, setup.wearer.host_timeout_ms),
+        });
         let study = t.part("study", |s| study::read_study(s, &setup.channels));
         let trigger = t.part("simulated_trigger", |s| {
             trigger::read_trigger(s, &setup.channels, duration_us)
@@ -213,7 +224,7 @@ impl Session {
             wall: setup.wall,
             limb: setup.limb,
             modulations: setup.modulations,
-            setpoints: setpoints??,
+            setpoints: setpoints?,
             measure: measure?,
             body: body?,
             trigger: trigger?,

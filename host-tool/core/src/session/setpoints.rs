@@ -8,15 +8,20 @@ mod wrench;
 
 use std::f64::consts::TAU;
 
+use super::program::Programs;
 use firmware::control::setpoint::ESTIMATED_RATE_MAX;
 use firmware::link::Request;
 use firmware::safety::{PulseList, Stimulus};
 use firmware::units::{Amplitude, Micros};
 
+pub(super) use pairs::{check_stimulus, is_free, read_stimulus};
 pub(super) use read::read_setpoints;
 pub use stimulus::StimulusCourse;
 pub(super) use times::read_time;
 pub use wrench::{WrenchCourse, nearest, newtons};
+
+/// In the host silence that a wearer bears, at least.
+const SIGNS_OF_LIFE: f64 = 3.0;
 
 /// What the host streams, and how often.
 #[derive(Clone, PartialEq, Debug)]
@@ -38,6 +43,8 @@ pub struct Setpoints {
     pub bounds: Vec<Bounds>,
     /// Lists of pulses, each at its time, µs after the start.
     pub lists: Vec<(u64, PulseList)>,
+    /// Amplitudes over time of channels that nothing else drives.
+    pub programs: Programs,
 }
 
 /// Within what a live client's setpoints of a channel stay.
@@ -175,6 +182,24 @@ impl Setpoint {
 }
 
 impl Setpoints {
+    /// Nothing but `programs`, and a sign of life for a wearer whose device stops after
+    /// `timeout_ms` of silence: as often as the fastest of their trains has a burst, and
+    /// three times in that silence at least.
+    pub(super) fn of_programs(programs: Programs, timeout_ms: u16) -> Self {
+        let period_us = programs.shortest_period_us().unwrap_or(u64::MAX) as f64;
+        let alive_us = f64::from(timeout_ms) * 1e3 / SIGNS_OF_LIFE;
+        Self {
+            rate_hz: 1e6 / period_us.min(alive_us),
+            course: Course::KeepAlive,
+            forces: Vec::new(),
+            beside: Vec::new(),
+            swings: Vec::new(),
+            bounds: Vec::new(),
+            lists: Vec::new(),
+            programs,
+        }
+    }
+
     /// What is wanted `t_us` after the start.
     #[must_use]
     pub fn at(&self, t_us: u64) -> Setpoint {
@@ -244,6 +269,10 @@ impl Setpoints {
     /// of a force, else thousandths of its unit.
     pub(super) fn extremes(&self, channel: u8) -> Option<(u32, u32)> {
         let milli = |newton: f64| (newton * 1e3).round() as u32; // saturates
+        let programmed = self.programs.extremes(channel);
+        if programmed.is_some() {
+            return programmed;
+        }
         if let Course::Stimulus(driven, course) = &self.course
             && *driven == channel
         {
@@ -369,6 +398,7 @@ mod tests {
             swings: Vec::new(),
             bounds: Vec::new(),
             lists: Vec::new(),
+            programs: Programs::default(),
         };
         // 2π · 0.2 Hz · 40° = 50.27 °/s.
         assert_eq!(angle(&sine, 0), (4500, 5027));
@@ -390,6 +420,7 @@ mod tests {
             swings: Vec::new(),
             bounds: Vec::new(),
             lists: Vec::new(),
+            programs: Programs::default(),
         };
         assert_eq!(angle(&steps, 0), (1000, 0));
         assert_eq!(angle(&steps, 499_999), (1000, 0));

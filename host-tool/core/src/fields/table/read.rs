@@ -55,7 +55,14 @@ impl<'a> Table<'a> {
             }
         }
         // A slip of the pen leaves nothing out.
-        let required = |f: &&Field| matches!(f.need, Need::Required) && !meant.contains(&f.name);
+        let required = |f: &&Field| {
+            let is_needed = match f.need {
+                Need::Required => true,
+                Need::RequiredWithout(other) => !file.contains_key(other),
+                _ => false,
+            };
+            is_needed && !meant.contains(&f.name)
+        };
         for field in section.iter().filter(required) {
             if !file.contains_key(field.name) && table.may_have(field, file) == Some(true) {
                 let place = table.place(field.name, table.span.clone());

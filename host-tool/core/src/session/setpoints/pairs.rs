@@ -49,19 +49,29 @@ pub(super) fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u
 /// The channel that a setpoint of the host's may drive.
 fn find_free<'s>(item: &Table<'_>, setup: &'s SetupSpec) -> Option<&'s Channel> {
     let found = setup.channels.find(item, "channel")?;
+    is_free(item, "channel", found, setup).then_some(found)
+}
+
+/// Whether the host may drive a channel that a field names; tells if the device does.
+pub(in crate::session) fn is_free(
+    t: &Table<'_>,
+    field: &str,
+    found: &Channel,
+    setup: &SetupSpec,
+) -> bool {
     let channel = found.number;
     if found.force.is_some() {
-        item.say("channel", Problem::ForceControlled { channel });
+        t.say(field, Problem::ForceControlled { channel });
     } else if setup.controlled & 1 << found.index() != 0 {
-        item.say("channel", Problem::Controlled { channel });
+        t.say(field, Problem::Controlled { channel });
     } else {
-        return Some(found);
+        return true;
     }
-    None
+    false
 }
 
 /// Reads `value` and `width_us`, the train's own if it says none.
-fn read_stimulus(item: &Table<'_>, found: &Channel) -> Option<Stimulus> {
+pub(in crate::session) fn read_stimulus(item: &Table<'_>, found: &Channel) -> Option<Stimulus> {
     let train = &found.spec.train;
     let amplitude = Amplitude::new(item.whole("value"));
     let width_us = match item.has("width_us") {
@@ -86,7 +96,12 @@ fn read_stimulus(item: &Table<'_>, found: &Channel) -> Option<Stimulus> {
 }
 
 /// Asks the firmware's channel whether it would take this amplitude at this width.
-fn check_stimulus(item: &Table<'_>, found: &Channel, setup: &SetupSpec, stimulus: Stimulus) {
+pub(in crate::session) fn check_stimulus(
+    item: &Table<'_>,
+    found: &Channel,
+    setup: &SetupSpec,
+    stimulus: Stimulus,
+) {
     let Some((channel, wearer)) = armed(found, setup) else {
         return; // told
     };

@@ -5,6 +5,7 @@ use firmware::units::{Angle, Micros};
 
 use super::super::channel::Channel;
 use super::super::channels::Channels;
+use super::super::program::Programs;
 use super::super::setup::SetupSpec;
 use super::pairs::{read_amplitudes, read_lists, read_stimuli};
 use super::times::read_time;
@@ -44,6 +45,7 @@ pub(in super::super) fn read_setpoints(
         swings: Vec::new(),
         bounds: bounds?,
         lists: lists?,
+        programs: Programs::default(),
     };
     for bounds in &setpoints.bounds {
         check_own(t, bounds, &setpoints);

@@ -1,0 +1,124 @@
+//! One pass of a program on one channel: what each burst has, and what is ordered for it.
+
+use firmware::safety::Stimulus;
+use firmware::units::Amplitude;
+
+use super::rise::Rise;
+
+/// Amplitude and width from the begin of a pass on.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) enum Course {
+    /// A stimulus for a time.
+    OnOff {
+        stimulus: Stimulus,
+        /// From the first burst of the rise to the first that is left out, µs.
+        on_us: f64,
+        /// From the first burst to the first of the whole amplitude, µs.
+        up_us: u64,
+        /// Before the end, µs.
+        down_us: u64,
+    },
+    /// Stimuli at µs after the begin, the first at 0; the last one stays.
+    Points {
+        points: Vec<(u64, Stimulus)>,
+        /// Whether each holds until the next; else all goes straight from one to the next.
+        is_held: bool,
+    },
+}
+
+impl Course {
+    /// What to order for the burst at `at_us` in a pass that began at `begun_us`.
+    pub(super) fn order(&self, rise: &Rise, begun_us: u64, at_us: u64) -> Stimulus {
+        match self {
+            Self::OnOff {
+                stimulus,
+                on_us,
+                up_us,
+                down_us,
+            } => {
+                let since_us = at_us - rise.burst_from(begun_us);
+                let left_us = on_us - (at_us - begun_us) as f64;
+                let up = share(since_us, *up_us, rise);
+                let down = match down_us {
+                    0 => f64::from(u8::from(left_us > 0.0)),
+                    _ => (left_us / *down_us as f64).max(0.0),
+                };
+                let amplitude = f64::from(stimulus.amplitude.get()) * up.min(down).min(1.0);
+                let width_us = stimulus.width_us;
+                let order = rise.order(amplitude, width_us, since_us);
+                ordered(order.min(stimulus.amplitude.get()), width_us)
+            }
+            Self::Points { points, is_held } => {
+                let local_us = at_us - begun_us; // the pass had begun
+                let next = points.partition_point(|&(point_us, _)| point_us <= local_us);
+                let Some(&from) = points.get(next.saturating_sub(1)) else {
+                    return Stimulus::default(); // there is a first point: checked
+                };
+                match points.get(next) {
+                    Some(&to) if !is_held => on_the_way(rise, begun_us, at_us, from, to),
+                    _ => from.1,
+                }
+            }
+        }
+    }
+
+    /// Every stimulus that it is made of.
+    pub(super) fn stimuli(&self) -> impl Iterator<Item = Stimulus> + '_ {
+        let (own, points) = match self {
+            Self::OnOff { stimulus, .. } => (Some(*stimulus), None),
+            Self::Points { points, .. } => (None, Some(points)),
+        };
+        let points = points.into_iter().flatten().map(|&(_, stimulus)| stimulus);
+        own.into_iter().chain(points)
+    }
+
+    /// How long a pass lasts, µs.
+    pub(super) fn lasts_us(&self) -> f64 {
+        match self {
+            Self::OnOff { on_us, .. } => *on_us,
+            Self::Points { points, .. } => points.last().map_or(0.0, |&(at_us, _)| at_us as f64),
+        }
+    }
+}
+
+/// What to order for the burst at `at_us`, between two points of a pass that began at
+/// `begun_us`.
+fn on_the_way(
+    rise: &Rise,
+    begun_us: u64,
+    at_us: u64,
+    (from_us, from): (u64, Stimulus),
+    (to_us, to): (u64, Stimulus),
+) -> Stimulus {
+    let (from_us, to_us) = (begun_us + from_us, begun_us + to_us);
+    let part = (at_us - from_us) as f64 / (to_us - from_us) as f64;
+    let between = |from: f64, to: f64, part: f64| from + (to - from) * part;
+    let width = between(from.width_us.into(), to.width_us.into(), part);
+    let width_us = (width + 1e-6).floor() as u16; // at most 500
+    let [a, b] = [from, to].map(|it| f64::from(it.amplitude.get()));
+    let (amplitude, since_us) = match from.amplitude {
+        // A rise begins with its first burst, which has its share already.
+        Amplitude::ZERO => {
+            let first_us = rise.burst_from(from_us);
+            let since_us = at_us - first_us;
+            let up = share(since_us, to_us.saturating_sub(first_us), rise);
+            (b * up.min(1.0), since_us)
+        }
+        _ => (between(a, b, part), u64::MAX),
+    };
+    let order = rise.order(amplitude, width_us, since_us);
+    ordered(order.min(from.amplitude.max(to.amplitude).get()), width_us)
+}
+
+/// The part of a rise of `up_us` that the burst has which comes `since_us` after the first.
+fn share(since_us: u64, up_us: u64, rise: &Rise) -> f64 {
+    let period_us = rise.period_us;
+    (since_us + period_us) as f64 / (up_us + period_us) as f64
+}
+
+const fn ordered(amplitude: u32, width_us: u16) -> Stimulus {
+    Stimulus {
+        amplitude: Amplitude::new(amplitude),
+        width_us,
+    }
+}

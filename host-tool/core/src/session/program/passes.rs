@@ -1,0 +1,78 @@
+//! When a course begins, again and again.
+
+/// The times at which a course begins.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Passes {
+    /// The first, µs after the start of the trains.
+    pub(super) first_us: f64,
+    /// From one to the next, µs; none for a course that is played once.
+    pub(super) every_us: Option<f64>,
+    /// How many; none: until the session ends.
+    pub(super) count: Option<u64>,
+}
+
+impl Passes {
+    /// When the latest pass up to `t_us` began, µs; nothing before the first.
+    pub(super) fn begun(&self, t_us: u64) -> Option<u64> {
+        let since_us = t_us as f64 - self.first_us.round();
+        if since_us < 0.0 {
+            return None;
+        }
+        let Some(every_us) = self.every_us else {
+            return Some(self.begin(0));
+        };
+        let last = self.count.map_or(u64::MAX, |count| count.saturating_sub(1));
+        let mut pass = (since_us / every_us) as u64; // saturates
+        // Begins are whole microseconds: the quotient may be one off.
+        if self.begin(pass + 1) <= t_us {
+            pass += 1;
+        } else if self.begin(pass) > t_us {
+            pass = pass.saturating_sub(1);
+        }
+        Some(self.begin(pass.min(last)))
+    }
+
+    /// When pass `nth`, from 0, begins, µs.
+    pub(super) fn begin(&self, nth: u64) -> u64 {
+        let since_us = self.every_us.map_or(0.0, |every_us| every_us * nth as f64);
+        (self.first_us + since_us).round() as u64 // not negative
+    }
+
+    /// How many passes of which each lasts `lasts_us` end within `duration_us`.
+    pub(super) fn within(&self, lasts_us: f64, duration_us: u64) -> u64 {
+        let left_us = duration_us as f64 - self.first_us - lasts_us;
+        match self.every_us {
+            _ if left_us < 0.0 => 0,
+            None => 1,
+            Some(every_us) => (left_us / every_us) as u64 + 1,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_begin_on_whole_microseconds_and_end_with_their_count() {
+        let passes = Passes {
+            first_us: 10.0,
+            every_us: Some(10.0 / 3.0),
+            count: Some(3),
+        };
+        // 10, 13.33, 16.67: the last goes on.
+        let begun = [9, 10, 12, 13, 16, 17, 1_000].map(|t_us| passes.begun(t_us));
+        let expected = [
+            None,
+            Some(10),
+            Some(10),
+            Some(13),
+            Some(13),
+            Some(17),
+            Some(17),
+        ];
+        assert_eq!(begun, expected);
+        assert_eq!(passes.within(3.0, 20), 3);
+        assert_eq!(passes.within(3.0, 12), 0);
+    }
+}

@@ -1,0 +1,101 @@
+//! The programs of a session: what each channel is ordered, burst by burst.
+
+use firmware::safety::Stimulus;
+use firmware::units::Amplitude;
+
+use super::course::Course;
+use super::passes::Passes;
+use super::rise::Rise;
+
+/// The programs of a session, a channel in one of them.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Programs {
+    /// By rising channel.
+    played: Vec<Played>,
+    /// Whether any channel's width may change: then the device is told every width.
+    has_widths: bool,
+}
+
+/// The program of one channel.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Played {
+    /// On the link, 0–9.
+    pub(super) channel: u8,
+    pub(super) rise: Rise,
+    pub(super) passes: Passes,
+    pub(super) course: Course,
+    /// Of its train, µs.
+    pub(super) own_us: u16,
+    pub(super) has_live_width: bool,
+}
+
+impl Programs {
+    pub(super) fn new(mut played: Vec<Played>) -> Self {
+        played.sort_unstable_by_key(|it| it.channel);
+        Self {
+            has_widths: played.iter().any(|it| it.has_live_width),
+            played,
+        }
+    }
+
+    /// Whether the session has none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.played.is_empty()
+    }
+
+    /// Its channels on the link (0–9), rising.
+    pub fn channels(&self) -> impl Iterator<Item = u8> + '_ {
+        self.played.iter().map(|it| it.channel)
+    }
+
+    /// What to order for the first burst of each channel at or after `t_us` microseconds
+    /// after the start of the trains, by rising channel on the link (0–9). Widths of all of
+    /// them, or of none: 0.
+    ///
+    /// A burst then has what its program wants, to a thousandth or a step of its DAC, if
+    /// every burst is ordered so and the device begins its rises where the program does.
+    #[must_use]
+    pub fn at(&self, t_us: u64) -> Vec<(u8, Stimulus)> {
+        let order = |it: &Played| {
+            let order = it.order(it.rise.burst_from(t_us));
+            let width_us = match (self.has_widths, order.width_us) {
+                (false, _) => 0,
+                (true, 0) => it.own_us,
+                (true, width_us) => width_us,
+            };
+            let order = Stimulus { width_us, ..order };
+            (it.channel, order)
+        };
+        self.played.iter().map(order).collect()
+    }
+
+    /// The shortest period of its channels' trains, µs; nothing without channels.
+    #[must_use]
+    pub fn shortest_period_us(&self) -> Option<u64> {
+        self.played.iter().map(|it| it.rise.period_us).min()
+    }
+
+    /// The least and the most that a channel on the link (0–9) is ordered, thousandths of its
+    /// unit.
+    #[must_use]
+    pub fn extremes(&self, channel: u8) -> Option<(u32, u32)> {
+        let own = self.played.iter().find(|it| it.channel == channel)?;
+        let values = own.course.stimuli().map(|it| it.amplitude.get());
+        Some((0, values.max()?))
+    }
+}
+
+impl Played {
+    /// What to order for the burst at `at_us`, µs after the start of the trains.
+    fn order(&self, at_us: u64) -> Stimulus {
+        let off = Stimulus {
+            amplitude: Amplitude::ZERO,
+            width_us: self.own_us,
+        };
+        let begun = self.passes.begun(at_us);
+        begun.map_or(off, |begun_us| {
+            self.course.order(&self.rise, begun_us, at_us)
+        })
+    }
+}

@@ -1,0 +1,303 @@
+//! Reads `[[program]]` and asks of each channel whether the device would play it so.
+
+use firmware::safety::Stimulus;
+use firmware::units::Amplitude;
+
+use super::super::channel::Channel;
+use super::super::setpoints::{check_stimulus, is_free, read_stimulus, read_time};
+use super::super::setup::SetupSpec;
+use super::course::Course;
+use super::fields::{FORMS, Form, TURN_MDEG};
+use super::gaps::{check_ramp, check_steps};
+use super::passes::Passes;
+use super::played::{Played, Programs};
+use super::rise::Rise;
+use super::told::{seconds, tell_short};
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
+
+/// Reads all programs of the file `root`, and tells what is wrong with them.
+pub(in crate::session) fn read_programs(
+    root: &Table<'_>,
+    setup: &SetupSpec,
+    duration_us: u64,
+) -> Programs {
+    let mut reader = Reader {
+        setup,
+        duration_us,
+        played: Vec::new(),
+        named: 0,
+    };
+    for t in root.tables("program").iter().filter(|t| t.is_sound()) {
+        let earlier = reader.named;
+        match t.named("kind", &FORMS) {
+            Some(Form::Cycle) => reader.read_cycle(t, earlier),
+            Some(form) => reader.read_listed(t, form, earlier),
+            None => {}
+        }
+    }
+    Programs::new(reader.played)
+}
+
+struct Reader<'a> {
+    setup: &'a SetupSpec,
+    duration_us: u64,
+    played: Vec<Played>,
+    /// Bit i: a program plays channel i on the link, right or wrong.
+    named: u16,
+}
+
+/// A channel that a program may play.
+struct Player<'a> {
+    found: &'a Channel,
+    rise: Rise,
+}
+
+impl<'a> Reader<'a> {
+    /// The channel with this number, which a field names, if a program may play it.
+    fn player(
+        &mut self,
+        t: &Table<'_>,
+        field: &str,
+        number: u8,
+        earlier: u16,
+    ) -> Option<Player<'a>> {
+        let setup = self.setup;
+        let found = setup.channels.numbered(t, field, number)?;
+        let (channel, bit) = (found.number, 1u16 << found.index());
+        let problem = match () {
+            () if earlier & bit != 0 => Some(Problem::Programmed { channel }),
+            () if self.named & bit != 0 => Some(Problem::ChannelTwice { channel }),
+            () => not_endless(found).map(|why| Problem::NotEndless { channel, why }),
+        };
+        self.named |= bit;
+        if let Some(problem) = problem {
+            t.say(field, problem);
+            return None;
+        }
+        if !is_free(t, field, found, setup) {
+            return None;
+        }
+        let rise = Rise::of(found, setup)?;
+        Some(Player { found, rise })
+    }
+
+    /// Reads a program of `channels`.
+    fn read_listed(&mut self, t: &Table<'_>, form: Form, earlier: u16) {
+        let numbers: Vec<u8> = t.wholes("channels").iter().map(|it| it.0 as u8).collect(); // 1–10
+        if numbers.is_empty() {
+            t.out_of_range("channels", "1 to 10 channels".into());
+        }
+        let times = ["delay_s", "stagger_s"].map(|name| t.time(name, 0, self.duration_us));
+        let times = times[0].zip(times[1]);
+        for (place, number) in (0_u64..).zip(numbers) {
+            let Some(player) = self.player(t, "channels", number, earlier) else {
+                continue;
+            };
+            let (course, every_us) = match form {
+                Form::OnOff => (self.read_on_off(t, &player), read_every(t, "on_s", "off_s")),
+                _ => (
+                    self.read_points(t, &player, form == Form::Steps),
+                    t.has("every_s").then(|| t.whole::<u64>("every_s") as f64),
+                ),
+            };
+            let (Some(course), Some((delay_us, stagger_us))) = (course, times) else {
+                continue;
+            };
+            let first_us = (delay_us + stagger_us * place) as f64;
+            let latest = match place {
+                0 => "delay_s",
+                _ => "stagger_s",
+            };
+            self.play(t, &player, course, (first_us, latest), every_us);
+        }
+    }
+
+    fn read_on_off(&self, t: &Table<'_>, player: &Player<'_>) -> Option<Course> {
+        let stimulus = self.stimulus(t, player)?;
+        let on_us = t.time("on_s", 1, self.duration_us)? as f64;
+        let off_us = match t.has("off_s") {
+            true => Some(t.time("off_s", 1, self.duration_us)? as f64),
+            false => None,
+        };
+        check_off(t, "off_s", player, off_us);
+        self.on_off(t, player, stimulus, (on_us, "on_s"))
+    }
+
+    /// A stimulus for a time, which a field says, with the ramps of `t`.
+    fn on_off(
+        &self,
+        t: &Table<'_>,
+        player: &Player<'_>,
+        stimulus: Stimulus,
+        (on_us, field): (f64, &str),
+    ) -> Option<Course> {
+        let Player { found, rise } = player;
+        let off = Stimulus {
+            amplitude: Amplitude::ZERO,
+            ..stimulus
+        };
+        let shortest_us = match rise.is_at_once(stimulus) {
+            true => Some(0),
+            false => rise.shortest_us(off, stimulus),
+        };
+        let up_us = match t.has("ramp_up_s") {
+            true => t.time("ramp_up_s", 0, self.duration_us)?,
+            false => shortest_us.unwrap_or(0),
+        };
+        if shortest_us.is_none_or(|shortest_us| up_us < shortest_us) {
+            tell_short(t, "ramp_up_s", found, (off, stimulus), shortest_us);
+            return None;
+        }
+        let down_us = t.time("ramp_down_s", 0, self.duration_us)?;
+        let least_us = (up_us + down_us).max(rise.period_us);
+        if on_us < least_us as f64 {
+            let (up, down, channel) = (seconds(up_us), seconds(down_us), found.number);
+            let least = seconds(least_us);
+            let problem = Problem::OnTooShort {
+                channel,
+                on: seconds(on_us.floor() as u64),
+                up,
+                down,
+                least,
+            };
+            t.say(field, problem);
+            return None;
+        }
+        Some(Course::OnOff {
+            stimulus,
+            on_us,
+            up_us,
+            down_us,
+        })
+    }
+
+    fn read_points(&self, t: &Table<'_>, player: &Player<'_>, is_held: bool) -> Option<Course> {
+        let mut points: Vec<(u64, Stimulus)> = Vec::new();
+        // Of what comes behind a wrong one nothing can be said.
+        let items = t.tables("points").iter().take_while(|it| it.is_sound());
+        let items: Vec<&Table<'_>> = items.collect();
+        for item in &items {
+            let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
+            item.time("at_s", 0, self.duration_us)?;
+            points.push((at_us, self.stimulus(item, player)?));
+        }
+        if items.len() < t.tables("points").len() {
+            return None; // told
+        }
+        let every_us = match t.has("every_s") {
+            true => Some(t.time("every_s", 1, self.duration_us)?),
+            false => None,
+        };
+        let Player { found, rise } = player;
+        match is_held {
+            true => check_steps((t, &items), found, rise, &points, every_us),
+            false => check_ramp((t, &items), found, rise, &points, every_us),
+        }
+        Some(Course::Points { points, is_held })
+    }
+
+    /// Reads a program of `phases`.
+    fn read_cycle(&mut self, t: &Table<'_>, earlier: u16) {
+        let delay_us = t.time("delay_s", 0, self.duration_us);
+        let start_mdeg: i64 = t.whole("start_deg");
+        // At least one a minute: checked.
+        let turn_us = t.real("cadence_rpm").map(|rpm| 60e6 / rpm);
+        for item in t.tables("phases").iter().filter(|it| it.is_sound()) {
+            let Some(player) = self.player(item, "channel", item.whole("channel"), earlier) else {
+                continue;
+            };
+            let [from, to]: [i64; 2] = ["from_deg", "to_deg"].map(|name| item.whole(name));
+            let turn = |mdeg: i64| mdeg.rem_euclid(TURN_MDEG) as f64 / TURN_MDEG as f64;
+            if turn(from) == turn(to) {
+                let allowed = "another angle than `from_deg`".into();
+                item.out_of_range("to_deg", allowed);
+                continue;
+            }
+            let (Some(stimulus), Some(turn_us)) = (self.stimulus(item, &player), turn_us) else {
+                continue;
+            };
+            let on_us = turn(to - from) * turn_us;
+            check_off(item, "to_deg", &player, Some(turn_us - on_us));
+            let course = self.on_off(t, &player, stimulus, (on_us, "cadence_rpm"));
+            let (Some(course), Some(delay_us)) = (course, delay_us) else {
+                continue;
+            };
+            let first_us = delay_us as f64 + turn(from - start_mdeg) * turn_us;
+            self.play(t, &player, course, (first_us, "delay_s"), Some(turn_us));
+        }
+    }
+
+    /// Reads an amplitude and a width, and tells if the device would not take them.
+    fn stimulus(&self, item: &Table<'_>, player: &Player<'_>) -> Option<Stimulus> {
+        let stimulus = read_stimulus(item, player.found)?;
+        check_stimulus(item, player.found, self.setup, stimulus);
+        Some(stimulus)
+    }
+
+    /// Takes a course, and tells if it is not within the session.
+    fn play(
+        &mut self,
+        t: &Table<'_>,
+        player: &Player<'_>,
+        course: Course,
+        (first_us, latest): (f64, &str),
+        every_us: Option<f64>,
+    ) {
+        let (found, rise) = (player.found, player.rise);
+        if first_us >= self.duration_us as f64 {
+            let (channel, begins) = (found.number, seconds(first_us.round() as u64));
+            t.say(latest, Problem::BeginsAfterEnd { channel, begins });
+            return;
+        }
+        let count = t.has("repeats").then(|| t.whole::<u64>("repeats"));
+        let passes = Passes {
+            first_us,
+            every_us,
+            count,
+        };
+        let most = passes.within(course.lasts_us(), self.duration_us);
+        if count.is_some_and(|count| count > most) {
+            let allowed = match (most, every_us) {
+                (0, _) => "none: not one pass ends within the session".into(),
+                (_, None) => "1: nothing says when the next begins".into(),
+                _ => format!("1 to {most}, within the session"),
+            };
+            t.out_of_range("repeats", allowed);
+        }
+        self.played.push(Played {
+            channel: found.index(),
+            rise,
+            passes,
+            course,
+            own_us: found.spec.train.width_us,
+            has_live_width: found.has_live_width(),
+        });
+    }
+}
+
+/// Both times together, µs, if the second is said.
+fn read_every(t: &Table<'_>, on: &str, off: &str) -> Option<f64> {
+    let [on_us, off_us] = [on, off].map(|name| t.whole::<u64>(name));
+    t.has(off).then_some(on_us.saturating_add(off_us) as f64)
+}
+
+/// Tells of a silence in which not every burst grid has a burst: it might be left out.
+fn check_off(t: &Table<'_>, field: &str, player: &Player<'_>, off_us: Option<f64>) {
+    let period_us = player.rise.period_us;
+    if off_us.is_some_and(|off_us| off_us < period_us as f64) {
+        let (channel, least) = (player.found.number, seconds(period_us));
+        t.say(field, Problem::SilenceTooShort { channel, least });
+    }
+}
+
+/// What a train does that is not endless from the common start.
+fn not_endless(found: &Channel) -> Option<&'static str> {
+    let train = &found.spec.train;
+    match () {
+        () if train.trigger.is_some() => Some("waits for the trigger input"),
+        () if train.repeats > 0 => Some("has `repeats`, a fixed number of bursts"),
+        () if train.lists => Some("takes lists of pulses"),
+        () => None,
+    }
+}

@@ -1,0 +1,147 @@
+//! The order with which a burst has the amplitude that a program wants, although the device
+//! rises (docs/protocol.md, "Rise").
+
+use firmware::device::channel_of;
+use firmware::safety::{Stage, Stimulus};
+use firmware::units::{Amplitude, DacCode};
+
+use super::super::channel::Channel;
+use super::super::setup::SetupSpec;
+
+/// How a channel of a device rises.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Rise {
+    /// Of its train, µs.
+    pub(super) period_us: u64,
+    /// First burst after the start of the trains, µs.
+    offset_us: u64,
+    rise_us: u64,
+    rise_bursts: u64,
+    /// By how much a burst may be above the one before, thousandths.
+    slope: f64,
+    /// Largest amplitude that is reached at once, thousandths.
+    start: f64,
+    /// Width of the train's own pulses, µs.
+    own_us: f64,
+    /// Smallest amplitude that its DAC has a code for, thousandths.
+    least: u32,
+}
+
+impl Rise {
+    /// Of a channel that the device would arm.
+    pub(super) fn of(channel: &Channel, setup: &SetupSpec) -> Option<Self> {
+        let wearer = setup.wearer.validate().ok()?;
+        let armed = channel_of(&channel.spec, channel.force.as_ref(), &wearer).ok()?;
+        let train = &channel.spec.train;
+        let (rise_us, rise_bursts) = wearer.rise();
+        Some(Self {
+            period_us: train.period_us.into(),
+            offset_us: train.offset_us.into(),
+            rise_us: rise_us.into(),
+            rise_bursts: rise_bursts.into(),
+            slope: armed.slope(&wearer).get().into(),
+            start: armed.start.get().into(),
+            own_us: train.width_us.into(),
+            least: least(armed.stage),
+        })
+    }
+
+    /// The first burst at or after `t_us`, µs after the start of the trains.
+    pub(super) fn burst_from(&self, t_us: u64) -> u64 {
+        let periods = t_us.saturating_sub(self.offset_us).div_ceil(self.period_us);
+        self.offset_us + periods * self.period_us
+    }
+
+    /// How long a rise from 0 lasts at least, µs, by time and by bursts.
+    pub(super) fn lasts_us(&self) -> u64 {
+        self.rise_us.max(self.rise_bursts * self.period_us)
+    }
+
+    /// What to order for a burst that is to have `amplitude` thousandths, `since_us` after
+    /// the first burst of its rise: the device plays
+    /// `order` · min(k / (`rise_bursts` + 1), (t + T) / (`rise_ms` + T)) with burst k at t,
+    /// and at once what is not above `start`. The burst then differs from `amplitude` by a
+    /// thousandth, or a step of its DAC, at most.
+    pub(super) fn order(&self, amplitude: f64, width_us: u16, since_us: u64) -> u32 {
+        if amplitude <= 0.0 {
+            return 0;
+        }
+        let whole = match self.reached(since_us) {
+            part if part < 1.0 && amplitude > self.at_once(width_us) => {
+                (amplitude / part - EXACT).ceil()
+            }
+            _ => (amplitude + EXACT).floor(),
+        };
+        // Less than a step of its DAC would end the rise.
+        (whole as u32).max(self.least)
+    }
+
+    /// The part of an order that a rise has reached.
+    fn reached(&self, since_us: u64) -> f64 {
+        let part = |part: u64, whole: u64| (part + 1) as f64 / (whole + 1) as f64;
+        let period = self.period_us as f64;
+        let played = (since_us / self.period_us).min(self.rise_bursts);
+        let elapsed_us = since_us.min(self.rise_us) as f64;
+        let by_time = (elapsed_us + period) / (self.rise_us as f64 + period);
+        by_time.min(part(played, self.rise_bursts))
+    }
+
+    /// Largest amplitude of this width that is reached at once, thousandths.
+    fn at_once(&self, width_us: u16) -> f64 {
+        let by_charge = (self.start * self.own_us / f64::from(width_us.max(1))).floor();
+        self.start.min(by_charge)
+    }
+
+    /// Whether `stimulus` is reached at once.
+    pub(super) fn is_at_once(&self, stimulus: Stimulus) -> bool {
+        f64::from(stimulus.amplitude.get()) <= self.at_once(stimulus.width_us)
+    }
+
+    /// How long a straight way between two stimuli lasts at least, µs: a rise from 0 as long
+    /// as the wearer's, whatever `start` allows, and no burst further above the one before
+    /// than the device allows. Nothing if no time is long enough.
+    pub(super) fn shortest_us(&self, from: Stimulus, to: Stimulus) -> Option<u64> {
+        let is_lower = to.amplitude <= from.amplitude && to.width_us <= from.width_us;
+        let is_rise = from.amplitude == Amplitude::ZERO;
+        if to.amplitude == Amplitude::ZERO || is_lower || (self.is_at_once(to) && !is_rise) {
+            return Some(0);
+        }
+        let number = |it: Stimulus| (f64::from(it.amplitude.get()), f64::from(it.width_us));
+        let ((a, w), (b, v)) = (number(from), number(to));
+        let period = self.period_us as f64;
+        let by_amplitude = (b - a).max(0.0) * period / self.slope;
+        // The first burst of a rise has its share already.
+        let (least_us, by_amplitude) = match is_rise {
+            true => (self.lasts_us() as f64, by_amplitude - period),
+            false => (0.0, by_amplitude),
+        };
+        let is_own = w == self.own_us && v == self.own_us;
+        let by_charge = match is_own {
+            true => 0.0,
+            false => {
+                let steepest = |at: f64, wide: f64| ((b - a) * wide + at * (v - w)) / self.own_us;
+                let steepest = steepest(a, w).max(steepest(b, v)).max(0.0);
+                // What rounding to whole thousandths and microseconds takes of it.
+                let by_width = if v == w { 0.0 } else { a.max(b) / self.own_us };
+                let left = self.slope - 1.0 - w.max(v) / self.own_us - by_width;
+                if left <= 0.0 {
+                    return None;
+                }
+                steepest * period / left
+            }
+        };
+        let shortest_us = least_us.max(by_amplitude).max(by_charge);
+        Some((shortest_us - EXACT).ceil() as u64) // not negative
+    }
+}
+
+/// What binary fractions of a whole number may be off by.
+const EXACT: f64 = 1e-6;
+
+/// The smallest amplitude whose DAC code is not 0.
+fn least(stage: Stage) -> u32 {
+    let near = stage.amplitude(DacCode::new(1)).get();
+    let all = near..=near + 2;
+    let has_code = |it: &u32| stage.code(Amplitude::new(*it)) > DacCode::new(0);
+    all.into_iter().find(has_code).unwrap_or(near).max(1)
+}

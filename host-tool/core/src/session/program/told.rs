@@ -1,0 +1,66 @@
+//! What is told of programs in more than one place.
+
+use firmware::safety::Stimulus;
+
+use super::super::channel::Channel;
+use super::played::Programs;
+use crate::fields::decimal::in_units;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
+
+/// Tells of a rise that takes longer than a field says.
+pub(super) fn tell_short(
+    t: &Table<'_>,
+    field: &str,
+    found: &Channel,
+    (from, to): (Stimulus, Stimulus),
+    least_us: Option<u64>,
+) {
+    let channel = found.number;
+    let [from, to] = [from, to].map(|it| match found.has_live_width() {
+        true => format!("{} for {} µs", found.display(it.amplitude), it.width_us),
+        false => found.display(it.amplitude),
+    });
+    let problem = match least_us.map(seconds) {
+        Some(least) => Problem::RampTooShort {
+            channel,
+            from,
+            to,
+            least,
+        },
+        None => Problem::NoSmoothRamp { channel, from, to },
+    };
+    t.say(field, problem);
+}
+
+/// A time in s.
+pub(super) fn seconds(us: u64) -> String {
+    in_units(us.cast_signed(), 6)
+}
+
+/// Tells of setpoints that name a channel of a program, and of ones that are streamed less
+/// often than bursts come.
+pub(in crate::session) fn tell_beside(setpoints: &Table<'_>, programs: &Programs) {
+    let is_played = |t: &Table<'_>| {
+        let number: u8 = t.whole("channel");
+        programs.channels().any(|channel| channel + 1 == number) // at most 10
+    };
+    let lists = ["values", "list", "bounds", "forces"];
+    let lists = lists.into_iter().flat_map(|name| setpoints.tables(name));
+    for t in lists
+        .chain([setpoints])
+        .filter(|t| t.is_sound() && t.has("channel"))
+    {
+        if is_played(t) {
+            let channel = t.whole("channel");
+            t.say("channel", Problem::Programmed { channel });
+        }
+    }
+    let (rate_hz, period_us) = (setpoints.real("rate_hz"), programs.shortest_period_us());
+    if let Some((rate_hz, period_us)) = rate_hz.zip(period_us)
+        && rate_hz * (period_us as f64) < 1e6 * (1.0 - 1e-9)
+    {
+        let least_hz = format!("{}", (1e10 / period_us as f64).ceil() / 1e4);
+        setpoints.say("rate_hz", Problem::RateBelowTrain { least_hz });
+    }
+}
