@@ -7,13 +7,14 @@
 mod close;
 mod controls;
 mod ended;
+mod listen;
 mod measured;
 mod post;
 mod record;
 
 use super::stages::{check_opposition, check_stages};
 use super::{Observer, Outcome, Outputs, RunError, Seen, SessionFile, Stopped, Wish, trial};
-use crate::link::{Connection, Error, Polled, Port, Refused};
+use crate::link::{Connection, Error, Port, Refused};
 use crate::record::{Recorder, Trial};
 use crate::session::Session;
 use firmware::link::{Counters, Event, HelloInfo};
@@ -24,6 +25,8 @@ use std::ops::DerefMut;
 
 use controls::Paused;
 pub use controls::{Control, INTENSITY_STEP, Keys, repeating};
+use listen::Listened;
+use post::Programmed;
 
 /// A device that says nothing for so long is lost, µs. It owes telemetry every
 /// 100 ms at least.
@@ -31,10 +34,6 @@ const SILENCE_US: u64 = 1_000_000;
 
 /// From one time that a simulated device's outputs are taken to the next, µs.
 const TAKE_US: u64 = 1_000_000;
-
-/// So many messages are filed at once when a setpoint is due, and the rest after it: a
-/// device that sends without end delays neither setpoints nor the session's end.
-const MOST_AT_ONCE: usize = 1000;
 
 /// What goes with a session while it runs. By default nothing does.
 pub struct Attached<'a> {
@@ -76,15 +75,6 @@ pub enum Stepped {
     /// The session's length is over, or every train of a fixed number of pulses has played:
     /// what is left is to close.
     Over,
-}
-
-/// Why listening is over.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Listened {
-    /// Time to post what is due.
-    Due,
-    /// The step is over.
-    Paused,
 }
 
 /// A session on a device.
@@ -153,6 +143,7 @@ pub struct Stepper<'a, P> {
     is_finished: bool,
     /// The latest forces at the hand that were asked for, with their numbers.
     wishes: VecDeque<(u16, [i32; 3])>,
+    programmed: Programmed,
     /// By channel on the link (0–9), percent of the session's own amplitudes.
     intensity: [u16; CHANNELS],
     /// Whether stimulation is interrupted by hand.
@@ -233,6 +224,7 @@ impl<'a, P: Port> Stepper<'a, P> {
             left_out: 0,
             is_finished: false,
             wishes: VecDeque::new(),
+            programmed: Programmed::default(),
             intensity: [100; CHANNELS],
             paused: Paused::No,
             is_stopped: false,
@@ -328,7 +320,7 @@ impl<'a, P: Port> Stepper<'a, P> {
         };
         // The epoch is at most a few milliseconds from now.
         self.started_us = Some((now_us + self.epoch).saturating_sub(now));
-        Ok(())
+        self.post_programs(0)
     }
 
     /// Starts the armed trains: the device time then, µs.
@@ -406,50 +398,5 @@ impl<'a, P: Port> Stepper<'a, P> {
     /// Seconds from the start of the trains to the device time `at_us`.
     fn since_start_s(&self, at_us: u64) -> f64 {
         trial::since_s(at_us, self.epoch)
-    }
-
-    /// Files what arrives by `until_us`, or has arrived by now if that is over; pauses at the
-    /// first look at the port from `pause_us` on, or with an event.
-    fn listen(
-        &mut self,
-        until_us: u64,
-        pause_us: u64,
-        ends_at_event: bool,
-    ) -> Result<Listened, RunError> {
-        let until_us = until_us.max(self.connection.port().now_us());
-        let mut late = 0;
-        while late < MOST_AT_ONCE {
-            if !self.connection.has_message() {
-                self.take_controls()?;
-                if self.is_stopped {
-                    return Ok(Listened::Due);
-                }
-                if self.connection.port().now_us() >= pause_us {
-                    return Ok(Listened::Paused);
-                }
-            }
-            match self.connection.poll(until_us)? {
-                Polled::Message(incoming) => {
-                    self.hear();
-                    late += usize::from(self.heard_us > until_us);
-                    self.file(incoming)?;
-                    if let Some(ended) = self.ended.take() {
-                        return Err(ended);
-                    }
-                    if self.is_finished {
-                        return Ok(Listened::Due);
-                    }
-                    self.poll_observer()?;
-                    if ends_at_event && self.event.is_some() {
-                        return Ok(Listened::Paused);
-                    }
-                }
-                Polled::Waiting => {}
-                Polled::Over => break,
-            }
-        }
-        self.check_silence()?;
-        self.poll_observer()?;
-        Ok(Listened::Due)
     }
 }

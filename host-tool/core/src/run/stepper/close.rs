@@ -1,5 +1,6 @@
 //! The end of a session: a stop, whatever happened, and what is left to record.
 
+use super::listen::MOST_AT_ONCE;
 use super::{Outcome, RunError, Seen, Stepper, Stopped, signalled, trial};
 use crate::link::{Error, Incoming, Port};
 use firmware::link::Event;
@@ -65,7 +66,7 @@ impl<P: Port> Stepper<'_, P> {
     fn finish(&mut self) -> Result<(), RunError> {
         let wait_us = if self.is_finished { 0 } else { STOP_US };
         let until = self.connection.port().now_us() + wait_us;
-        for _ in 0..super::MOST_AT_ONCE {
+        for _ in 0..MOST_AT_ONCE {
             let Some(incoming) = self.connection.next(until)? else {
                 break;
             };

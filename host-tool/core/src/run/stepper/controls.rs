@@ -257,29 +257,27 @@ impl<P: Port> Stepper<'_, P> {
         let Setpoint::Amplitudes(values) = setpoint else {
             return setpoint;
         };
-        let scaled = values.into_iter().map(|(channel, stimulus)| {
-            let percent = self.intensity.get(usize::from(channel)).copied();
-            (channel, scaled(stimulus, percent.unwrap_or(0)))
-        });
+        let scaled = values.into_iter().map(|it| self.scaled(it));
         Setpoint::Amplitudes(scaled.collect())
+    }
+
+    /// An amplitude of a channel on the link (0–9) at its intensity, rounded down to a whole
+    /// thousandth, so that no rounding raises.
+    pub(super) fn scaled(&self, (channel, stimulus): (u8, Stimulus)) -> (u8, Stimulus) {
+        let percent = self.intensity.get(usize::from(channel)).copied();
+        let percent = u64::from(percent.unwrap_or(0));
+        let amplitude = u64::from(stimulus.amplitude.get()) * percent / 100;
+        let amplitude = Amplitude::new(u32::try_from(amplitude).unwrap_or(u32::MAX));
+        let scaled = Stimulus {
+            amplitude,
+            ..stimulus
+        };
+        (channel, scaled)
     }
 }
 
 fn not_driven(channel: u8) -> String {
     format!("channel {channel} has no intensity: a control law drives it, or nothing does")
-}
-
-/// Rounded down to a whole thousandth, so that no rounding raises.
-fn scaled(stimulus: Stimulus, percent: u16) -> Stimulus {
-    if percent == 100 {
-        return stimulus;
-    }
-    let amplitude = u64::from(stimulus.amplitude.get()) * u64::from(percent) / 100;
-    let amplitude = Amplitude::new(u32::try_from(amplitude).unwrap_or(u32::MAX));
-    Stimulus {
-        amplitude,
-        ..stimulus
-    }
 }
 
 /// What a person did at the controls in a record, to be done again.

@@ -1,5 +1,6 @@
 //! The programs of a session: what each channel is ordered, burst by burst.
 
+use firmware::pulse::WINDOW_US;
 use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 
@@ -74,6 +75,16 @@ impl Programs {
     #[must_use]
     pub fn shortest_period_us(&self) -> Option<u64> {
         self.played.iter().map(|it| it.rise.period_us).min()
+    }
+
+    /// From one time at which orders may change to the next, µs: whole windows of the device,
+    /// and at most the shortest period, so that no channel has two bursts in between. Nothing
+    /// without channels.
+    #[must_use]
+    pub fn tick_us(&self) -> Option<u64> {
+        let window_us = u64::from(WINDOW_US);
+        let windows = self.shortest_period_us()? / window_us;
+        Some(windows.max(1) * window_us)
     }
 
     /// The least and the most that a channel on the link (0–9) is ordered, thousandths of its
