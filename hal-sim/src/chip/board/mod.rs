@@ -339,7 +339,11 @@ const SAME_CLOCK: Cycle = 3_360;
 /// Core cycles per microsecond of device time: the board's clock is 168 MHz.
 pub const CYCLES_PER_US: u64 = 168;
 
-impl<O: Observer + Send> Device for Board<O> {
+impl<O: Observer + Clone + Send + 'static> Device for Board<O> {
+    fn fork(&self) -> Option<Box<dyn Device>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn receive(
         &mut self,
         at: Micros,

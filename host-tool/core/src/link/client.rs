@@ -188,6 +188,21 @@ impl Client {
         self.clock.fit()
     }
 
+    /// A host's end of the same session as it is now, which goes on alone.
+    #[must_use]
+    pub fn snapshot(&self) -> Self {
+        Self {
+            decoder: self.decoder.clone(),
+            session: self.session,
+            numbers: self.numbers.apart(),
+            clock: self.clock,
+            opening: self.opening,
+            awaited: self.awaited.clone(),
+            incoming: self.incoming.clone(),
+            setup: self.setup.clone(),
+        }
+    }
+
     /// Frames of keep-alives in this session, for a thread that sends them by itself. Frames
     /// must leave in the order of their numbers: whoever makes one sends it before the next is
     /// made.

@@ -2,7 +2,7 @@
 
 use super::clock::Fit;
 use super::stall::Stalls;
-use super::{Client, Error, Incoming, Interruption, Keeper, Port};
+use super::{Client, Error, Incoming, Interruption, Keeper, Port, SimulatedPort};
 use firmware::link::{HelloInfo, Request, Status};
 use std::io::Write;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -83,6 +83,21 @@ impl<P: Port> Connection<P> {
             Incoming::Hello(info) => Ok(*info),
             _ => Err(no_answer("Hello")),
         }
+    }
+
+    /// The same session with a copy of the simulated device, which goes on alone; nothing
+    /// where that cannot be copied.
+    #[must_use]
+    pub fn snapshot(&self) -> Option<Connection<SimulatedPort>> {
+        Some(Connection {
+            port: self.port.snapshot()?,
+            client: self.client.snapshot(),
+            keeper: None,
+            interruption: self.interruption.clone(),
+            asked_us: self.asked_us,
+            stalls: self.stalls,
+            line: Arc::default(),
+        })
     }
 
     /// From now on waits last as long as they must: for the answer to a stop.

@@ -13,6 +13,11 @@ impl Numbers {
     pub(super) fn next(&self) -> u16 {
         self.0.fetch_add(1, Ordering::Relaxed) // wraps
     }
+
+    /// Numbers that go on from these, by themselves.
+    pub(super) fn apart(&self) -> Self {
+        Self(Arc::new(AtomicU16::new(self.0.load(Ordering::Relaxed))))
+    }
 }
 
 /// A request as it is sent.

@@ -36,6 +36,11 @@ pub trait Port: Send {
     fn image(&self) -> Option<&Path> {
         None
     }
+    /// A copy of the simulated world behind this port, as it is now, which goes on alone;
+    /// none of a device that cannot be copied: only the chip simulator can.
+    fn snapshot(&self) -> Option<SimulatedPort> {
+        None
+    }
     /// True joint angle of a simulated wearer, degrees.
     fn true_deg(&mut self) -> Option<f64> {
         self.world().map(|world| world.body.angle_deg())
@@ -79,6 +84,10 @@ impl<P: Port + ?Sized> Port for Box<P> {
     fn image(&self) -> Option<&Path> {
         (**self).image()
     }
+
+    fn snapshot(&self) -> Option<SimulatedPort> {
+        (**self).snapshot()
+    }
 }
 
 /// A simulated world, driven by whoever waits for it.
@@ -99,6 +108,13 @@ impl SimulatedPort {
 }
 
 impl Port for SimulatedPort {
+    fn snapshot(&self) -> Option<SimulatedPort> {
+        Some(SimulatedPort {
+            world: self.world.snapshot()?,
+            image: self.image.clone(),
+        })
+    }
+
     fn image(&self) -> Option<&Path> {
         self.image.as_deref()
     }

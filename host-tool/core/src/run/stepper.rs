@@ -11,6 +11,7 @@ mod listen;
 mod measured;
 mod post;
 mod record;
+mod snapshot;
 
 use super::stages::{check_opposition, check_stages};
 use super::{Observer, Outcome, Outputs, RunError, Seen, SessionFile, Stopped, Wish, trial};
