@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-SCHEMA = 0x3FD888AC9974C49B  # docs/protocol.md, "Schema hash"
+SCHEMA = 0xB7D7C3E4F547784B  # docs/protocol.md, "Schema hash"
 ANSWER_S = 2.0  # a device answers within milliseconds, a busy computer hears it later
 # A device ends stimulation when its host is silent for so long. A program like this one, on
 # a computer that does other things too, is at times kept waiting for 0.1 s and more; half a

@@ -1,7 +1,7 @@
 //! Amplitudes that wait for a device time, at the pins.
 
 use crate::device_desk::*;
-use firmware::link::{Code, Event, Request};
+use firmware::link::{Code, Decoder, Event, Request, Response};
 use firmware::pulse::{TrainSpec, WINDOW_US};
 use firmware::safety::{MAX_TIMED, State, StopCause, WearerSpec, limits};
 use firmware::units::{Amplitude, Micros, us};
@@ -79,6 +79,20 @@ fn refusals(desk: &mut Desk) -> Vec<(Option<u16>, Code)> {
         _ => None,
     };
     desk.heard().into_iter().filter_map(refusal).collect()
+}
+
+/// The range that the latest refusal tells.
+fn told_range(desk: &Desk) -> (i32, i32) {
+    let (mut decoder, mut range) = (Decoder::default(), None);
+    for &byte in &desk.record.bytes {
+        if let Some(message) = decoder.push(byte) {
+            if let Ok(Response::Refused { refusal, .. }) = postcard::from_bytes(message.unwrap()) {
+                range = Some((refusal.min, refusal.max));
+            }
+            decoder.clear();
+        }
+    }
+    range.expect("a refusal")
 }
 
 /// An order holds from the window that contains its time: a burst in that window has it,
@@ -212,6 +226,15 @@ fn times_never_go_back() {
             desk.refused(timed(at, 9_000)),
             refusal(Code::TimeGoesBack, "at")
         );
+        // It tells how long after the window that judged it, up to half a millisecond
+        // after its arrival, the soonest time is.
+        let (least, most) = told_range(&desk);
+        let soonest = (latest + us(WINDOW_US) - desk.now()).us();
+        assert!(
+            (0..=2_000).contains(&(least - soonest)),
+            "{least} {soonest}"
+        );
+        assert_eq!(most, 1_000_000);
     }
     desk.must(timed(latest + us(250), 9_000));
     let from = desk.time();

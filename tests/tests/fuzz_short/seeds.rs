@@ -190,6 +190,7 @@ fn timed() -> Vec<Step> {
     steps.extend([
         Wait(60),
         ahead(900_000, 1_000),
+        Wait(20),
         Ask(Request::Stop),
         Wait(100),
     ]);

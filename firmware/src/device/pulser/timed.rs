@@ -18,24 +18,23 @@ impl Pulser {
         start: Micros,
         mail: &mut PulserMail<'_>,
     ) -> Result<(), Denied> {
-        let mut late = 0;
-        match at {
-            Some(at) if at.has_reached(start + us(WINDOW_US)) => {
-                let timed = Timed {
-                    seq: order.seq,
-                    at,
-                    stimuli: *stimuli,
-                };
-                self.guard.wait_for_time(&timed, start)?;
-            }
-            Some(at) => {
+        if let Some(at) = at
+            && at.has_reached(start + us(WINDOW_US))
+        {
+            let timed = Timed {
+                seq: order.seq,
+                at,
+                stimuli: *stimuli,
+            };
+            self.guard.wait_for_time(&timed, start)?;
+        } else {
+            if let Some(at) = at {
                 self.carry_out_due(at, start, mail);
-                self.guard.set_amplitudes(stimuli.channels(), start)?;
-                late = at.is_before(start).into();
             }
-            None => self.guard.set_amplitudes(stimuli.channels(), start)?,
+            self.set_amplitudes(stimuli, start)?;
+            let is_late = at.is_some_and(|at| at.is_before(start));
+            self.late_setpoints = self.late_setpoints.saturating_add(is_late.into());
         }
-        self.late_setpoints = self.late_setpoints.saturating_add(late);
         self.guard.keep_alive(order.at);
         Ok(())
     }
@@ -53,9 +52,14 @@ impl Pulser {
         let Some(order) = self.guard.take_due(until, start) else {
             return;
         };
-        let stimuli = order.stimuli.channels();
-        if let denied @ Err(_) = self.guard.set_amplitudes(stimuli, start) {
+        if let denied @ Err(_) = self.set_amplitudes(&order.stimuli, start) {
             self.verdict(order.seq, start, denied, Answered::Setpoint, mail);
         }
+    }
+
+    /// Once in the image: it is long.
+    #[inline(never)]
+    fn set_amplitudes(&mut self, stimuli: &Stimuli, start: Micros) -> Result<(), Denied> {
+        self.guard.set_amplitudes(stimuli.channels(), start)
     }
 }
