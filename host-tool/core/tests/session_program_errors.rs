@@ -70,7 +70,12 @@ const BAD_PROGRAMS: &[&str] = &[
     "every_s = 4.0 → every_s = 2.9",
     "at_s = 3.0, value = 0 → at_s = 3.0, value = 1.0",
     "at_s = 0.0, value = 0 → at_s = 0.0, value = 1.0",
-    "at_s = 2.0, value = 9.0 → at_s = 1.5, value = 5.0, width_us = 300",
+    "at_s = 2.0, value = 9.0 → at_s = 1.05, value = 5.0, width_us = 300",
+    "rise_ms = 400 → rise_ms = 5000; width_us = 200, max_width_us = 300 → width_us = 10, max_width_us = 300; value = 9.0 → value = 5.0, width_us = 300",
+    // A wearer who limits steps.
+    "rise_ms = 400 → rise_ms = 400 ⏎ max_step_ma = 0.1",
+    "rise_ms = 400 → rise_ms = 400 ⏎ max_step_ma_per_s = 3",
+    "rise_ms = 400 → rise_ms = 400 ⏎ max_step_ma = 2.0; kind = \"ramp\" → kind = \"steps\"",
     "at_s = 3.0, value = 0 → at_s = 33.0, value = 0",
     "kind = \"ramp\" → kind = \"steps\"; at_s = 2.0 → at_s = 1.049; every_s = 4.0 → every_s = 3.01",
     "to_deg = 200 → to_deg = 10",
@@ -79,9 +84,9 @@ const BAD_PROGRAMS: &[&str] = &[
     "to_deg = 200 → to_deg = 361",
     "cadence_rpm = 40 → cadence_rpm = 120",
     // Other channels than those of endless trains that nothing else drives.
-    "frequency_hz = 35.0 } → frequency_hz = 35.0, repeats = 7 }",
-    "frequency_hz = 35.0 } → frequency_hz = 35.0, triggered = true }",
-    "frequency_hz = 35.0 } → frequency_hz = 35.0, lists = true }",
+    "frequency_hz = 40.0 } → frequency_hz = 40.0, repeats = 7 }",
+    "frequency_hz = 40.0 } → frequency_hz = 40.0, triggered = true }",
+    "frequency_hz = 40.0 } → frequency_hz = 40.0, lists = true }",
     "[body] → [setpoints] ⏎ kind = \"amplitudes\" ⏎ rate_hz = 50 ⏎ values = [{ channel = 1, value = 2.0 }] ⏎ [body]",
     "[body] → [setpoints] ⏎ kind = \"keep-alive\" ⏎ rate_hz = 35 ⏎ [body]",
     "[[program]] ⏎ kind = \"on-off\" → [wall] ⏎ at_deg = 90 ⏎ channel = 1 ⏎ max = 8 ⏎ stiffness_per_deg = 1 ⏎ sensor = \"adc\" ⏎ [[program]] ⏎ kind = \"on-off\"",
@@ -101,7 +106,7 @@ fn every_mistake_of_a_program_is_named_with_its_line() {
         }
     }
     insta::assert_snapshot!(all);
-    let expected: Vec<u16> = (483..=491).collect();
+    let expected: Vec<u16> = (483..=492).collect();
     let missing: Vec<_> = expected.iter().filter(|it| !numbers.contains(it)).collect();
     assert_eq!(missing, [&0; 0], "told are {numbers:?}");
 }

@@ -66,7 +66,10 @@ impl Points<'_, '_> {
         }
         self.check_begin(last);
         let mut silent_us = match self.every_us {
-            Some(every_us) => self.silence() + every_us - last_us,
+            Some(every_us) if last.amplitude == Amplitude::ZERO => {
+                self.silence() + every_us - last_us
+            }
+            Some(_) => 0,
             None => u64::MAX,
         };
         for (nth, pair) in self.points.windows(2).enumerate() {

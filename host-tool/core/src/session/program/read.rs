@@ -106,7 +106,7 @@ impl<'a> Reader<'a> {
                 continue;
             };
             let first_us = (delay_us + stagger_us * place) as f64;
-            let latest = match place {
+            let latest = match stagger_us * place {
                 0 => "delay_s",
                 _ => "stagger_s",
             };
