@@ -376,7 +376,7 @@ pub(super) fn spoil(good: &str, edits: &str) -> String {
     text
 }
 
-fn render(e: &SessionError) -> String {
+pub(super) fn render(e: &SessionError) -> String {
     let mut text = String::new();
     GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor())
         .with_width(100)

@@ -106,6 +106,10 @@ fn play(session: &Session) -> usize {
         for setpoint in session.setpoints.with(due_us) {
             client.request(setpoint.request(None)).unwrap();
         }
+        if !session.setpoints.programs.is_empty() {
+            let programs = Setpoint::Amplitudes(session.setpoints.programs.at(due_us));
+            client.request(programs.request(None)).unwrap();
+        }
         listen(&mut client, TURN_US);
     }
     assert_eq!(client.status().unwrap().state, State::Stimulating);

@@ -21,6 +21,8 @@ mod session_errors;
 mod session_files;
 mod session_hand;
 mod session_lift;
+mod session_program_errors;
+mod session_programs;
 mod session_schema;
 mod session_silent;
 mod session_values;

@@ -69,7 +69,11 @@ impl Good {
     /// What it is, in a line, and what is noted of it.
     fn people(&self) -> (String, Vec<String>) {
         match self {
-            Self::Session(session) => (visible(&session.title), session_notes(session)),
+            Self::Session(session) => {
+                let mut lines = session_notes(session);
+                lines.extend(drawn_programs(session));
+                (visible(&session.title), lines)
+            }
             Self::Wearer(wearer) => {
                 let count = wearer.electrodes.len();
                 let s = if count == 1 { "" } else { "s" };
@@ -98,6 +102,25 @@ impl Good {
 fn session_notes(session: &Session) -> Vec<String> {
     let read = session.notes.iter().cloned();
     read.chain(session.rise_notes()).collect()
+}
+
+/// So many blocks a line has that draws a program.
+const COLUMNS: u64 = 64;
+
+/// The amplitudes of a session's programs over time, a line for each channel.
+fn drawn_programs(session: &Session) -> Vec<String> {
+    let programs = &session.setpoints.programs;
+    if programs.is_empty() {
+        return Vec::new();
+    }
+    let length_us = programs.two_passes_us().min(session.duration_us);
+    let head = format!(
+        "amplitudes of programs from 0 to {} s:",
+        length_us as f64 / 1e6
+    );
+    let lines = programs.drawn(length_us, COLUMNS).into_iter();
+    let lines = lines.map(|(channel, blocks)| format!("channel {:>2} {blocks}", channel + 1));
+    std::iter::once(head).chain(lines).collect()
 }
 
 /// # Errors

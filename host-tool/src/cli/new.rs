@@ -1,6 +1,7 @@
 //! `flexor new`: a first session file, from a few questions or from options, or of a
 //! wearer file.
 
+mod played;
 mod worn;
 
 use super::{Output, WrongUse};
@@ -42,6 +43,10 @@ pub struct New {
     /// Pulses per second
     #[arg(long)]
     frequency: Option<String>,
+    /// What channels play: constant amplitudes, or the first of a program, on-off, ramp or
+    /// cycle
+    #[arg(long)]
+    program: Option<String>,
     /// The wearer file of whoever is stimulated: a channel for each of its electrodes, at
     /// the motor threshold unless --amplitude says otherwise; nothing is asked
     #[arg(long, value_name = "FILE", conflicts_with_all = ["channels", "stage", "limit", "width", "frequency"])]
@@ -60,7 +65,7 @@ type Question = (
 );
 
 #[rustfmt::skip]
-const QUESTIONS: [Question; 8] = [
+const QUESTIONS: [Question; 9] = [
     ("title", "Name in reports", "A first session", |new| &new.title),
     ("seconds", "How long does it stimulate, s", "10", |new| &new.seconds),
     ("channels", "How many channels, 1 to 10", "1", |new| &new.channels),
@@ -69,6 +74,7 @@ const QUESTIONS: [Question; 8] = [
     ("amplitude", "Amplitude of each channel, mA or V", "5", |new| &new.amplitude),
     ("width", "Width of one phase, µs", "200", |new| &new.width),
     ("frequency", "Pulses per second", "30", |new| &new.frequency),
+    ("program", "What channels play: constant, on-off, ramp or cycle", "constant", |new| &new.program),
 ];
 
 /// The answers by name.
@@ -107,8 +113,9 @@ fn on_wearer(args: &New, wearer: &Path) -> anyhow::Result<String> {
         &*usual["title"],
         &*usual["seconds"],
         args.amplitude.as_deref(),
+        &*usual["program"],
     );
-    let session = worn::compose(&read, &file, said);
+    let session = worn::compose(&read, &file, said).map_err(WrongUse)?;
     Session::parse_beside("session", &session, &|_| Ok(text.clone()))
         .map_err(|e| WrongUse(told(&e)))?;
     Ok(session)
@@ -229,12 +236,8 @@ fn compose(answers: &Answers) -> Result<String, String> {
             offset_us.floor()
         ));
     }
-    let each =
-        (1..=count).map(|number| format!("    {{ channel = {number}, value = {amplitude} }},\n"));
-    let each: String = each.collect();
-    text.push_str(&format!(
-        "\n[setpoints]\nkind = \"amplitudes\"\nvalues = [\n{each}]\nrate_hz = 50\n"
-    ));
+    let each: Vec<_> = (1..=count).map(|it| (it, amplitude.clone())).collect();
+    text += &played::compose(&answers["program"], &each, seconds, 50)?;
     Ok(text)
 }
 

@@ -193,9 +193,9 @@ problems! {
     484 NotEndless { channel: u8, why: &'static str }
         "`{field}` names channel {channel}, whose train {why}: a program plays endless trains from the common start"
         "leave that out of the train, or drive the channel by `[setpoints]`"
-    485 RampTooShort { channel: u8, from: String, to: String, least: String }
-        "`{field}` is {given}, and channel {channel} goes from {from} to {to} in {least} s at least, `wearer.rise_ms` and `rise_bursts`"
-        "give it that time; a shorter rise is the wearer's to accept"
+    485 RampTooShort { channel: u8, from: String, to: String, least: String, nearest: String }
+        "`{field}` is {given}, and channel {channel} goes from {from} to {to} in {least} s at least, by the wearer's rise and steps: {nearest}"
+        "give it that time; a shorter `rise_ms` is the wearer's to accept"
     486 NoSmoothRamp { channel: u8, from: String, to: String }
         "`{field}` is {given}, and channel {channel} cannot go smoothly from {from} to {to} in any time: a µs of width is more than a burst may rise"
         "change the amplitude alone, or lower it"
@@ -214,6 +214,9 @@ problems! {
     491 BeginsAfterEnd { channel: u8, begins: String }
         "`{field}` is {given}: channel {channel} would begin at {begins} s, when the session is over"
         "begin earlier, or lengthen `duration_s`"
+    492 StepTooLarge { channel: u8, from: String, to: String, most: String }
+        "`{field}` is {given}: channel {channel} is ordered from {from} to {to} at once, and the wearer's `max_step_ma` and `max_step_ma_per_s` allow {most} more"
+        "go there in smaller steps, or through 0; on the way of a ramp, leave the channel's `start` out"
     630 ChargeAtWidth { value: String, width_us: u16, most: String, max_uc: String }
         "{value} for {width_us} µs is more than the {max_uc} µC of one phase that the wearer's limits and the channel's allow, `wearer.max_charge_uc`: at this width {most} at most (`{field}`)"
         "lower the amplitude or the width, there or on the way to the next point"

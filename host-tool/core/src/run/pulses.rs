@@ -60,6 +60,9 @@ pub(super) fn why_silent(session: &Session, length_us: u64, idle_triggers: u64) 
         Course::Amplitudes(values) if is_zero(values) && is_zero(&setpoints.beside) => {
             "all amplitudes that it asks for are 0"
         }
+        Course::KeepAlive if !setpoints.programs.is_empty() => {
+            "its programs ask for no amplitude above 0 before its end"
+        }
         Course::KeepAlive if session.wall.is_none() => {
             "nothing asks for an amplitude: the session has neither amplitudes nor a wall"
         }

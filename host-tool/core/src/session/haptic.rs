@@ -6,6 +6,7 @@ use firmware::units::Amplitude;
 use super::channels::Channels;
 use super::worn::Person;
 use crate::fields::table::Table;
+use crate::wearer::Electrode;
 
 /// Tells every amplitude of the file `root` that is neither 0 nor in the haptic range of
 /// its channel. A wall's amplitude rises from 0 with penetration: there the most alone
@@ -53,6 +54,9 @@ pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
             tell(point, point, "max");
         }
     }
+    for program in root.tables("program") {
+        tell_program(program, person, channels);
+    }
     for joint in root.tables("modulation") {
         for muscle in ["flexor", "extensor"]
             .map(|it| joint.table(it))
@@ -84,6 +88,43 @@ pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
                 let threshold = Amplitude::new(muscle.whole("motor_threshold"));
                 person.tell_outside(muscle, "motor_threshold", electrode, threshold);
             }
+        }
+    }
+}
+
+/// Tells of amplitudes of a program outside their channel's range, and of ramps that leave it
+/// on the way: only the wearer's own rise may.
+fn tell_program(program: &Table<'_>, person: &Person, channels: &Channels) {
+    let numbers = program.wholes("channels").iter().map(|it| it.0);
+    let listed: Vec<_> = numbers
+        .filter_map(|it| channels.electrode(it as u8))
+        .collect(); // 1–10
+    let tell = |t: &Table<'_>, field: &str, electrode: &Electrode, value: Amplitude| {
+        if t.has(field) && t.is_sound() {
+            person.tell_outside(t, field, electrode, value);
+        }
+    };
+    let of = |t: &Table<'_>| Amplitude::new(t.whole("value"));
+    for electrode in &listed {
+        tell(program, "value", electrode, of(program));
+        for point in program.tables("points") {
+            tell(point, "value", electrode, of(point));
+        }
+        if program.word("kind") == "ramp" {
+            // Just above nothing.
+            tell(program, "points", electrode, Amplitude::new(1));
+        }
+    }
+    let phases = program.tables("phases").iter();
+    let of_phases = phases.filter_map(|it| Some((it, channels.electrode(it.whole("channel"))?)));
+    let of_phases: Vec<_> = of_phases.collect();
+    for (phase, electrode) in &of_phases {
+        tell(phase, "value", electrode, of(phase));
+    }
+    let any = listed.first().or(of_phases.first().map(|(_, it)| it));
+    for field in ["ramp_up_s", "ramp_down_s"] {
+        if let Some(electrode) = any.filter(|_| program.whole::<u64>(field) > 0) {
+            tell(program, field, electrode, Amplitude::new(1));
         }
     }
 }

@@ -6,12 +6,16 @@ use host_core::wearer::{Electrode, Wearer};
 use std::path::{Path, PathBuf};
 
 /// The text of a session called `title` of so many `seconds` on the wearer whose file the
-/// session names `file`; every channel at `amplitude`, or at its motor threshold.
+/// session names `file`; every channel plays `program` at `amplitude`, or at its motor
+/// threshold.
+///
+/// # Errors
+/// There is no such program.
 pub(super) fn compose(
     wearer: &Wearer,
     file: &str,
-    (title, seconds, amplitude): (&str, &str, Option<&str>),
-) -> String {
+    (title, seconds, amplitude, program): (&str, &str, Option<&str>, &str),
+) -> Result<String, String> {
     let mut text = format!(
         "title = {}\nduration_s = {seconds}\n\n[wearer]\nfile = {}\nname = {}\n",
         toml_text(title),
@@ -28,17 +32,12 @@ pub(super) fn compose(
     let each = wearer.electrodes.iter().map(|electrode| {
         let threshold = f64::from(electrode.motor_threshold.get()) / 1e3;
         let value = amplitude.map_or_else(|| threshold.to_string(), str::to_owned);
-        format!(
-            "    {{ channel = {}, value = {value} }},\n",
-            electrode.channel
-        )
+        (electrode.channel.into(), value)
     });
-    let each: String = each.collect();
+    let each: Vec<(u32, String)> = each.collect();
     // Twice as often as silence would end it.
     let rate_hz = (2_000 / u32::from(wearer.limits.host_timeout_ms).max(1)).max(50);
-    text + &format!(
-        "\n[setpoints]\nkind = \"amplitudes\"\nvalues = [\n{each}]\nrate_hz = {rate_hz}\n"
-    )
+    Ok(text + &super::played::compose(program, &each, seconds, rate_hz)?)
 }
 
 fn channel(electrode: &Electrode, offset_us: f64) -> String {

@@ -26,9 +26,34 @@ pub(super) enum Course {
     },
 }
 
+/// What a burst is to have.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Wanted {
+    /// Thousandths.
+    pub(super) amplitude: f64,
+    width_us: u16,
+    /// The largest that may be ordered for it.
+    most: Amplitude,
+    /// Since the first burst of a rise that the program leads, µs; else the device rises by
+    /// itself, or has risen.
+    since_us: Option<u64>,
+}
+
+impl Wanted {
+    /// What to order for it.
+    pub(super) fn order(self, rise: &Rise) -> Stimulus {
+        let since_us = self.since_us.unwrap_or(u64::MAX);
+        let order = rise.order(self.amplitude, self.width_us, since_us);
+        Stimulus {
+            amplitude: self.most.min(Amplitude::new(order)),
+            width_us: self.width_us,
+        }
+    }
+}
+
 impl Course {
-    /// What to order for the burst at `at_us` in a pass that began at `begun_us`.
-    pub(super) fn order(&self, rise: &Rise, begun_us: u64, at_us: u64) -> Stimulus {
+    /// What the burst at `at_us` is to have in a pass that began at `begun_us`.
+    pub(super) fn wanted(&self, rise: &Rise, begun_us: u64, at_us: u64) -> Wanted {
         match self {
             Self::OnOff {
                 stimulus,
@@ -43,20 +68,27 @@ impl Course {
                     0 => f64::from(u8::from(left_us > 0.0)),
                     _ => (left_us / *down_us as f64).max(0.0),
                 };
-                let amplitude = f64::from(stimulus.amplitude.get()) * up.min(down).min(1.0);
-                let width_us = stimulus.width_us;
-                let order = rise.order(amplitude, width_us, since_us);
-                ordered(order.min(stimulus.amplitude.get()), width_us)
+                Wanted {
+                    amplitude: f64::from(stimulus.amplitude.get()) * up.min(down).min(1.0),
+                    width_us: stimulus.width_us,
+                    most: stimulus.amplitude,
+                    since_us: Some(since_us),
+                }
             }
             Self::Points { points, is_held } => {
                 let local_us = at_us - begun_us; // the pass had begun
                 let next = points.partition_point(|&(point_us, _)| point_us <= local_us);
-                let Some(&from) = points.get(next.saturating_sub(1)) else {
-                    return Stimulus::default(); // there is a first point: checked
-                };
+                // There is a first point: checked.
+                let from = points.get(next.saturating_sub(1)).copied();
+                let from = from.unwrap_or_default();
                 match points.get(next) {
                     Some(&to) if !is_held => on_the_way(rise, begun_us, at_us, from, to),
-                    _ => from.1,
+                    _ => Wanted {
+                        amplitude: from.1.amplitude.get().into(),
+                        width_us: from.1.width_us,
+                        most: from.1.amplitude,
+                        since_us: None,
+                    },
                 }
             }
         }
@@ -81,7 +113,7 @@ impl Course {
     }
 }
 
-/// What to order for the burst at `at_us`, between two points of a pass that began at
+/// What the burst at `at_us` is to have between two points of a pass that began at
 /// `begun_us`.
 fn on_the_way(
     rise: &Rise,
@@ -89,12 +121,11 @@ fn on_the_way(
     at_us: u64,
     (from_us, from): (u64, Stimulus),
     (to_us, to): (u64, Stimulus),
-) -> Stimulus {
+) -> Wanted {
     let (from_us, to_us) = (begun_us + from_us, begun_us + to_us);
     let part = (at_us - from_us) as f64 / (to_us - from_us) as f64;
-    let between = |from: f64, to: f64, part: f64| from + (to - from) * part;
-    let width = between(from.width_us.into(), to.width_us.into(), part);
-    let width_us = (width + 1e-6).floor() as u16; // at most 500
+    let between = |from: f64, to: f64| from + (to - from) * part;
+    let width = between(from.width_us.into(), to.width_us.into());
     let [a, b] = [from, to].map(|it| f64::from(it.amplitude.get()));
     let (amplitude, since_us) = match from.amplitude {
         // A rise begins with its first burst, which has its share already.
@@ -102,23 +133,20 @@ fn on_the_way(
             let first_us = rise.burst_from(from_us);
             let since_us = at_us - first_us;
             let up = share(since_us, to_us.saturating_sub(first_us), rise);
-            (b * up.min(1.0), since_us)
+            (b * up.min(1.0), Some(since_us))
         }
-        _ => (between(a, b, part), u64::MAX),
+        _ => (between(a, b), None),
     };
-    let order = rise.order(amplitude, width_us, since_us);
-    ordered(order.min(from.amplitude.max(to.amplitude).get()), width_us)
+    Wanted {
+        amplitude,
+        width_us: (width + 1e-6).floor() as u16, // at most 500
+        most: from.amplitude.max(to.amplitude),
+        since_us,
+    }
 }
 
 /// The part of a rise of `up_us` that the burst has which comes `since_us` after the first.
 fn share(since_us: u64, up_us: u64, rise: &Rise) -> f64 {
     let period_us = rise.period_us;
     (since_us + period_us) as f64 / (up_us + period_us) as f64
-}
-
-const fn ordered(amplitude: u32, width_us: u16) -> Stimulus {
-    Stimulus {
-        amplitude: Amplitude::new(amplitude),
-        width_us,
-    }
 }

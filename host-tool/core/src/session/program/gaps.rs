@@ -5,115 +5,149 @@ use firmware::units::Amplitude;
 
 use super::super::channel::Channel;
 use super::rise::Rise;
+use super::steps::Steps;
 use super::told::{seconds, tell_short};
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// A program's table and those of its points.
-type Tables<'a, 't> = (&'a Table<'t>, &'a [&'a Table<'t>]);
-
-/// Tells of steps that are shorter than a period.
-pub(super) fn check_steps(
-    (t, items): Tables<'_, '_>,
-    found: &Channel,
-    rise: &Rise,
-    points: &[(u64, Stimulus)],
-    every_us: Option<u64>,
-) {
-    let (channel, period_us) = (found.number, rise.period_us);
-    let tell = |t: &Table<'_>, field: &str, before_us: u64| {
-        let least = seconds(before_us + period_us);
-        t.say(field, Problem::StepTooShort { channel, least });
-    };
-    for (pair, item) in points.windows(2).zip(items.iter().skip(1)) {
-        if let [(before_us, _), (at_us, _)] = pair
-            && at_us - before_us < period_us
-        {
-            tell(item, "at_s", *before_us);
-        }
-    }
-    let last = points.last().map(|&(at_us, _)| at_us);
-    if let Some((last_us, every_us)) = last.zip(every_us)
-        && every_us < last_us + period_us
-    {
-        tell(t, "every_s", last_us);
-    }
+/// The points of a program on one of its channels.
+pub(super) struct Points<'a, 't> {
+    /// The program.
+    pub(super) t: &'a Table<'t>,
+    /// The tables of its points.
+    pub(super) items: &'a [&'a Table<'t>],
+    pub(super) found: &'a Channel,
+    pub(super) rise: &'a Rise,
+    /// Of a wearer who limits them.
+    pub(super) steps: Option<Steps>,
+    /// At µs after the begin of a pass, one at least, the first at 0.
+    pub(super) points: &'a [(u64, Stimulus)],
+    /// From pass to pass, µs.
+    pub(super) every_us: Option<u64>,
 }
 
-/// Tells of ways up that are shorter than the channel needs, and of silences before a rise
-/// in which it may have no burst.
-pub(super) fn check_ramp(
-    (t, items): Tables<'_, '_>,
-    found: &Channel,
-    rise: &Rise,
-    points: &[(u64, Stimulus)],
-    every_us: Option<u64>,
-) {
-    let (Some(&first), Some(&last)) = (points.first(), points.last()) else {
-        return; // there is one: checked
-    };
-    let all_at_once = points.iter().all(|&(_, it)| rise.is_at_once(it));
-    let off = Stimulus {
-        amplitude: Amplitude::ZERO,
-        ..first.1
-    };
-    // A period more, for a rise begins with its first burst and ends with its point.
-    let shortest = |from: Stimulus, to: Stimulus| match from.amplitude == Amplitude::ZERO {
-        true if all_at_once => Some(0),
-        true => {
-            let whole = rise.shortest_us(from, to);
-            whole.map(|us| if us > 0 { us + rise.period_us } else { us })
-        }
-        false => rise.shortest_us(from, to),
-    };
-    if let Some(item) = items.first() {
-        let needed = shortest(off, first.1);
-        if needed != Some(0) {
-            tell_short(item, "value", found, (off, first.1), needed);
-        } else if every_us.is_some() && shortest(last.1, first.1) != Some(0) {
-            let needed = shortest(last.1, first.1);
-            tell_short(t, "every_s", found, (last.1, first.1), needed);
-        }
-    }
-    if every_us.is_some_and(|every_us| every_us < last.0) {
-        t.not_after(
-            "every_s",
-            format!("the last point at {} s", seconds(last.0)),
-        );
-        return;
-    }
-    let mut silent_us = every_us.map_or(rise.period_us, |every_us| {
-        silence(points) + every_us - last.0
-    });
-    for (nth, pair) in points.windows(2).enumerate() {
-        let ([from, to], Some(item)) = (pair, items.get(nth + 1)) else {
-            continue;
+impl Points<'_, '_> {
+    /// Tells of steps that are shorter than a period, or higher than the wearer allows.
+    pub(super) fn check_steps(&self) {
+        let (channel, period_us) = (self.found.number, self.rise.period_us);
+        let tell = |t: &Table<'_>, field: &str, before_us: u64| {
+            let least = seconds(before_us + period_us);
+            t.say(field, Problem::StepTooShort { channel, least });
         };
-        let (over_us, needed) = (to.0 - from.0, shortest(from.1, to.1));
-        let is_silent = [from, to].map(|it| it.1.amplitude == Amplitude::ZERO);
-        if needed.is_none_or(|needed| over_us < needed) {
-            tell_short(item, "at_s", found, (from.1, to.1), needed);
-        }
-        if is_silent == [true, false] && silent_us < rise.period_us && !all_at_once {
-            let (channel, least) = (found.number, seconds(rise.period_us));
-            let (place, field) = match (nth, items.get(nth)) {
-                (0, _) | (_, None) => (t, "every_s"),
-                (_, Some(before)) => (*before, "at_s"),
+        for (pair, item) in self.points.windows(2).zip(self.items.iter().skip(1)) {
+            let [(before_us, from), (at_us, to)] = *pair else {
+                continue;
             };
-            place.say(field, Problem::SilenceTooShort { channel, least });
+            if at_us - before_us < period_us {
+                tell(item, "at_s", before_us);
+            }
+            if let Some(steps) = &self.steps {
+                steps.check((item, "value"), self.found, from, to);
+            }
         }
-        silent_us = match is_silent {
-            [true, true] => silent_us + over_us,
-            _ => 0,
-        };
+        let last = self.points.last().map(|&(at_us, _)| at_us);
+        if let Some((last_us, every_us)) = last.zip(self.every_us)
+            && every_us < last_us + period_us
+        {
+            tell(self.t, "every_s", last_us);
+        }
     }
-}
 
-/// How long the last points are 0, and stay so until the last, µs.
-fn silence(points: &[(u64, Stimulus)]) -> u64 {
-    let is_silent = |it: &&(u64, Stimulus)| it.1.amplitude == Amplitude::ZERO;
-    let first = points.iter().rev().take_while(is_silent).last();
-    first
-        .zip(points.last())
-        .map_or(0, |(from, to)| to.0 - from.0)
+    /// Tells of ways up that are shorter than the channel needs, and of silences before a
+    /// rise in which it may have no burst.
+    pub(super) fn check_ramp(&self) {
+        let Some(&(last_us, last)) = self.points.last() else {
+            return; // there is one: checked
+        };
+        if self.every_us.is_some_and(|every_us| every_us < last_us) {
+            let after = format!("the last point at {} s", seconds(last_us));
+            self.t.not_after("every_s", after);
+            return;
+        }
+        self.check_begin(last);
+        let mut silent_us = match self.every_us {
+            Some(every_us) if last.amplitude == Amplitude::ZERO => {
+                self.silence() + every_us - last_us
+            }
+            Some(_) => 0,
+            None => u64::MAX,
+        };
+        for (nth, pair) in self.points.windows(2).enumerate() {
+            let ([from, to], Some(item)) = (pair, self.items.get(nth + 1)) else {
+                continue;
+            };
+            let over_us = to.0 - from.0;
+            let needed = self.shortest(from.1, to.1);
+            if needed.is_none_or(|needed| over_us < needed) {
+                tell_short(item, "at_s", self.found, (from.1, to.1), needed, from.0);
+            }
+            let is_silent = [from, to].map(|it| it.1.amplitude == Amplitude::ZERO);
+            if is_silent == [true, false] {
+                self.check_silence(nth, silent_us);
+            }
+            silent_us = match is_silent {
+                [true, true] => silent_us.saturating_add(over_us),
+                _ => 0,
+            };
+        }
+    }
+
+    /// Tells of a first point to which there is no way from 0, or from the last.
+    fn check_begin(&self, last: Stimulus) {
+        let (Some(&(_, first)), Some(item)) = (self.points.first(), self.items.first()) else {
+            return;
+        };
+        let off = Stimulus {
+            amplitude: Amplitude::ZERO,
+            ..first
+        };
+        let needed = self.shortest(off, first);
+        if needed != Some(0) {
+            tell_short(item, "value", self.found, (off, first), needed, 0);
+        } else if self.every_us.is_some() && self.shortest(last, first) != Some(0) {
+            let needed = self.shortest(last, first);
+            tell_short(item, "value", self.found, (last, first), needed, 0);
+        }
+    }
+
+    /// How long a way lasts at least, µs; a rise a period more, for it begins with its first
+    /// burst and ends with its point.
+    fn shortest(&self, from: Stimulus, to: Stimulus) -> Option<u64> {
+        let rise = self.rise;
+        let is_rise = from.amplitude == Amplitude::ZERO;
+        let shortest_us = match is_rise {
+            true if self.points.iter().all(|it| rise.is_at_once(it.1)) => 0,
+            true => match rise.shortest_us(from, to)? {
+                0 => 0,
+                shortest_us => shortest_us + rise.period_us,
+            },
+            false => rise.shortest_us(from, to)?,
+        };
+        let steps = self.steps.as_ref();
+        let by_steps = steps.map_or(0, |steps| steps.shortest_us(from, to));
+        Some(shortest_us.max(by_steps))
+    }
+
+    /// Tells if the silence before the rise from point `nth` may have no burst.
+    fn check_silence(&self, nth: usize, silent_us: u64) {
+        let period_us = self.rise.period_us;
+        if silent_us >= period_us {
+            return;
+        }
+        let (place, field) = match (nth, self.items.get(nth)) {
+            (0, _) | (_, None) => (self.t, "every_s"),
+            (_, Some(before)) => (*before, "at_s"),
+        };
+        let (channel, least) = (self.found.number, seconds(period_us));
+        place.say(field, Problem::SilenceTooShort { channel, least });
+    }
+
+    /// How long the last points are 0, until the last of them, µs.
+    fn silence(&self) -> u64 {
+        let is_silent = |it: &&(u64, Stimulus)| it.1.amplitude == Amplitude::ZERO;
+        let first = self.points.iter().rev().take_while(is_silent).last();
+        first
+            .zip(self.points.last())
+            .map_or(0, |(from, to)| to.0 - from.0)
+    }
 }

@@ -11,6 +11,7 @@ mod passes;
 mod played;
 mod read;
 mod rise;
+mod steps;
 mod told;
 
 pub(super) use fields::program;

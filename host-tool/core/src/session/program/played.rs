@@ -4,9 +4,12 @@ use firmware::pulse::WINDOW_US;
 use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 
-use super::course::Course;
+use super::course::{Course, Wanted};
 use super::passes::Passes;
 use super::rise::Rise;
+
+/// Eighths of a block, from none to a whole one.
+const BLOCKS: [char; 9] = ['·', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 /// The programs of a session, a channel in one of them.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -59,7 +62,7 @@ impl Programs {
     #[must_use]
     pub fn at(&self, t_us: u64) -> Vec<(u8, Stimulus)> {
         let order = |it: &Played| {
-            let order = it.order(it.rise.burst_from(t_us));
+            let order = it.order(t_us);
             let width_us = match (self.has_widths, order.width_us) {
                 (false, _) => 0,
                 (true, 0) => it.own_us,
@@ -87,6 +90,37 @@ impl Programs {
         Some(windows.max(1) * window_us)
     }
 
+    /// The longest time, µs, in which a channel has begun and played two passes, or its only
+    /// one.
+    #[must_use]
+    pub fn two_passes_us(&self) -> u64 {
+        let ends = self.played.iter().map(|it| {
+            let passes_us = it.passes.every_us.map(|every_us| 2.0 * every_us);
+            it.passes.first_us + passes_us.unwrap_or(it.course.lasts_us())
+        });
+        ends.fold(0.0, f64::max).ceil() as u64
+    }
+
+    /// Amplitudes over time for people: a line of `columns` blocks for each channel on the
+    /// link (0–9), over `length_us` from the start on; a whole block is the channel's
+    /// largest amplitude.
+    #[must_use]
+    pub fn drawn(&self, length_us: u64, columns: u64) -> Vec<(u8, String)> {
+        let line = |it: &Played| {
+            let most = it.course.stimuli().map(|it| it.amplitude.get()).max();
+            let block = |column: u64| {
+                // The middle of the column.
+                let t_us = length_us * (2 * column + 1) / (2 * columns.max(1));
+                let amplitude = it.wanted(t_us).map_or(0.0, |it| it.amplitude);
+                let part = amplitude / f64::from(most.unwrap_or(0)).max(1.0);
+                let blocks = BLOCKS.len() as f64 - 1.0;
+                BLOCKS.get((part * blocks).ceil() as usize).copied()
+            };
+            (it.channel, (0..columns).filter_map(block).collect())
+        };
+        self.played.iter().map(line).collect()
+    }
+
     /// The least and the most that a channel on the link (0–9) is ordered, thousandths of its
     /// unit.
     #[must_use]
@@ -98,15 +132,20 @@ impl Programs {
 }
 
 impl Played {
-    /// What to order for the burst at `at_us`, µs after the start of the trains.
-    fn order(&self, at_us: u64) -> Stimulus {
+    /// What the first burst at or after `t_us` is to have; nothing before the first pass.
+    fn wanted(&self, t_us: u64) -> Option<Wanted> {
+        let at_us = self.rise.burst_from(t_us);
+        let begun_us = self.passes.begun(at_us)?;
+        Some(self.course.wanted(&self.rise, begun_us, at_us))
+    }
+
+    /// What to order for it.
+    fn order(&self, t_us: u64) -> Stimulus {
         let off = Stimulus {
             amplitude: Amplitude::ZERO,
             width_us: self.own_us,
         };
-        let begun = self.passes.begun(at_us);
-        begun.map_or(off, |begun_us| {
-            self.course.order(&self.rise, begun_us, at_us)
-        })
+        let wanted = self.wanted(t_us);
+        wanted.map_or(off, |wanted| wanted.order(&self.rise))
     }
 }

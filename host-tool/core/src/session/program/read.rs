@@ -8,10 +8,11 @@ use super::super::setpoints::{check_stimulus, is_free, read_stimulus, read_time}
 use super::super::setup::SetupSpec;
 use super::course::Course;
 use super::fields::{FORMS, Form, TURN_MDEG};
-use super::gaps::{check_ramp, check_steps};
+use super::gaps::Points;
 use super::passes::Passes;
 use super::played::{Played, Programs};
 use super::rise::Rise;
+use super::steps::Steps;
 use super::told::{seconds, tell_short};
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
@@ -105,7 +106,7 @@ impl<'a> Reader<'a> {
                 continue;
             };
             let first_us = (delay_us + stagger_us * place) as f64;
-            let latest = match place {
+            let latest = match stagger_us * place {
                 0 => "delay_s",
                 _ => "stagger_s",
             };
@@ -146,8 +147,15 @@ impl<'a> Reader<'a> {
             false => shortest_us.unwrap_or(0),
         };
         if shortest_us.is_none_or(|shortest_us| up_us < shortest_us) {
-            tell_short(t, "ramp_up_s", found, (off, stimulus), shortest_us);
+            tell_short(t, "ramp_up_s", found, (off, stimulus), shortest_us, 0);
             return None;
+        }
+        if let Some(steps) = Steps::of(found, self.setup, std::iter::once(stimulus)) {
+            let least_us = steps.shortest_us(off, stimulus);
+            if Some(up_us) != shortest_us && up_us < least_us {
+                tell_short(t, "ramp_up_s", found, (off, stimulus), Some(least_us), 0);
+            }
+            steps.check_start((t, "ramp_up_s"), found, rise, stimulus, up_us);
         }
         let down_us = t.time("ramp_down_s", 0, self.duration_us)?;
         let least_us = (up_us + down_us).max(rise.period_us);
@@ -190,10 +198,21 @@ impl<'a> Reader<'a> {
             false => None,
         };
         let Player { found, rise } = player;
+        let steps = Steps::of(found, self.setup, points.iter().map(|it| it.1));
+        let points = Points {
+            t,
+            items: &items,
+            found,
+            rise,
+            steps,
+            points: &points,
+            every_us,
+        };
         match is_held {
-            true => check_steps((t, &items), found, rise, &points, every_us),
-            false => check_ramp((t, &items), found, rise, &points, every_us),
+            true => points.check_steps(),
+            false => points.check_ramp(),
         }
+        let points = points.points.to_vec();
         Some(Course::Points { points, is_held })
     }
 

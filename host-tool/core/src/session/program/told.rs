@@ -8,25 +8,30 @@ use crate::fields::decimal::in_units;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Tells of a rise that takes longer than a field says.
+/// Tells of a way that takes longer than a field says, which counts from `before_us` on.
 pub(super) fn tell_short(
     t: &Table<'_>,
     field: &str,
     found: &Channel,
     (from, to): (Stimulus, Stimulus),
     least_us: Option<u64>,
+    before_us: u64,
 ) {
     let channel = found.number;
     let [from, to] = [from, to].map(|it| match found.has_live_width() {
         true => format!("{} for {} µs", found.display(it.amplitude), it.width_us),
         false => found.display(it.amplitude),
     });
-    let problem = match least_us.map(seconds) {
-        Some(least) => Problem::RampTooShort {
+    let problem = match least_us {
+        Some(least_us) => Problem::RampTooShort {
             channel,
             from,
             to,
-            least,
+            least: seconds(least_us),
+            nearest: match field {
+                "value" => "begin with less".into(),
+                _ => format!("{} at least", seconds(before_us + least_us)),
+            },
         },
         None => Problem::NoSmoothRamp { channel, from, to },
     };

@@ -1,0 +1,120 @@
+//! What a wearer who limits steps leaves of the orders of a program (refusal 237).
+
+use firmware::safety::{Stimulus, WearerSpec};
+use firmware::units::{Amplitude, MicroAmps};
+
+use super::super::channel::Channel;
+use super::super::setup::SetupSpec;
+use super::rise::Rise;
+use crate::fields::error::Problem;
+use crate::fields::table::Table;
+
+/// The steps of an order that is not 0 that a wearer allows on a channel, thousandths.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Steps {
+    burst: f64,
+    second: f64,
+    /// Largest order of the program, as [`Self::measure`] has it.
+    peak: f64,
+    period_us: f64,
+    own_us: f64,
+}
+
+/// The device looks back on the present second and the one before it, µs.
+const LOOKED_BACK_US: f64 = 2e6;
+
+/// Thousandths that rounding adds to a step from burst to burst.
+const ROUNDING: f64 = 2.0;
+
+impl Steps {
+    /// Of a wearer who limits them; `stimuli` are all of the program.
+    pub(super) fn of(
+        found: &Channel,
+        setup: &SetupSpec,
+        stimuli: impl Iterator<Item = Stimulus>,
+    ) -> Option<Self> {
+        let wearer = &setup.wearer;
+        let [burst, second] = [WearerSpec::MAX_STEP_UA, WearerSpec::MAX_STEP_UA_PER_S]
+            .map(|range| range.max.cast_unsigned());
+        if wearer.max_step_ua >= burst && wearer.max_step_ua_per_s >= second {
+            return None;
+        }
+        let stage = found.spec.stage.validate().ok()?;
+        let of = |ua: u32| f64::from(stage.amplitude_of(MicroAmps::new(ua)).get());
+        let mut steps = Self {
+            burst: of(wearer.max_step_ua),
+            second: of(wearer.max_step_ua_per_s),
+            peak: 0.0,
+            period_us: found.spec.train.period_us.into(),
+            own_us: found.spec.train.width_us.into(),
+        };
+        steps.peak = stimuli.map(|it| steps.measure(it)).fold(0.0, f64::max);
+        Some(steps)
+    }
+
+    /// How long a way between two stimuli lasts at least, µs.
+    pub(super) fn shortest_us(&self, from: Stimulus, to: Stimulus) -> u64 {
+        let by = (self.measure(to) - self.measure(from)).max(0.0);
+        let by_burst = by * self.period_us / (self.burst - ROUNDING).max(1.0);
+        let by_second = match self.peak <= self.second {
+            true => 0.0,
+            false => by * LOOKED_BACK_US / self.second.max(1.0),
+        };
+        by_burst.max(by_second).ceil() as u64
+    }
+
+    /// Tells of an order that goes further up from another at once than the wearer allows,
+    /// neither being 0.
+    pub(super) fn check(
+        &self,
+        (t, field): (&Table<'_>, &str),
+        found: &Channel,
+        from: Stimulus,
+        to: Stimulus,
+    ) {
+        let most = self.burst.min(self.second);
+        let is_free = [from, to].iter().any(|it| it.amplitude == Amplitude::ZERO);
+        if !is_free && self.measure(to) - self.measure(from) > most {
+            let [from, to] = [from, to].map(|it| found.display(it.amplitude));
+            let (channel, most) = (found.number, found.display(Amplitude::new(most as u32)));
+            let problem = Problem::StepTooLarge {
+                channel,
+                from,
+                to,
+                most,
+            };
+            t.say(field, problem);
+        }
+    }
+
+    /// The same of a rise of `up_us` from 0: above `start` the order goes on at once to what
+    /// the rise has at its end.
+    pub(super) fn check_start(
+        &self,
+        at: (&Table<'_>, &str),
+        found: &Channel,
+        rise: &Rise,
+        to: Stimulus,
+        up_us: u64,
+    ) {
+        let start = Stimulus {
+            amplitude: found.spec.start,
+            ..to
+        };
+        let part = (rise.lasts_us() as f64 + self.period_us) / (up_us as f64 + self.period_us);
+        let order = f64::from(to.amplitude.get()) * part.min(1.0);
+        let first = Stimulus {
+            amplitude: Amplitude::new(order as u32),
+            ..to
+        };
+        if !rise.is_at_once(to) {
+            self.check(at, found, start, first);
+        }
+    }
+
+    /// Of an order: its amplitude, or what has its charge at the train's own width.
+    fn measure(&self, stimulus: Stimulus) -> f64 {
+        let wider = f64::from(stimulus.width_us) / self.own_us.max(1.0);
+        f64::from(stimulus.amplitude.get()) * wider.max(1.0)
+    }
+}
