@@ -10,6 +10,9 @@ use crate::chip::soc::flash::{BASE, SECTORS, SIZE};
 /// sectors, as `load` needs.
 pub const MAP: &str = include_str!("memory-map.xml");
 
+/// Where clocks are enabled.
+const RCC: u32 = 0x4002_3800;
+
 const NOWHERE: Refused = Refused::Address("nothing answers at this address");
 const FLASH_WRITE: Refused = Refused::Address("flash is written by load, not by storing to it");
 const NO_FLASH: Refused = Refused::Address("this is not in the flash");
@@ -29,8 +32,7 @@ impl Board<Points> {
             match self.peek_memory(at) {
                 Some(byte) => bytes.push(byte),
                 None => {
-                    // Reading may change it.
-                    let copy = registers.get_or_insert_with(|| self.clone());
+                    let copy = registers.get_or_insert_with(|| self.fork());
                     let left = count - bytes.len();
                     match peek_register(copy, at, left) {
                         Some(own) => bytes.extend(own),
@@ -43,6 +45,13 @@ impl Board<Points> {
             true => Err(NOWHERE),
             false => Ok(bytes),
         }
+    }
+
+    /// A copy of the chip, which reading may change.
+    fn fork(&self) -> Self {
+        let mut copy = self.clone();
+        copy.around.soc.rcc.settle();
+        copy
     }
 
     fn peek_memory(&self, at: u32) -> Option<u8> {
@@ -87,6 +96,9 @@ impl Board<Points> {
             _ if is_private(at) => self.cpu.system.write(at, size, value, cycle).ok(),
             _ => self.around.write(at, size, value, cycle).map(drop).ok(),
         };
+        if at >> 10 == RCC >> 10 {
+            self.around.soc.rcc.settle();
+        }
         written.ok_or(Refused::Address("nothing takes a write of this size at this address"))
     }
 

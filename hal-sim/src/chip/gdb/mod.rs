@@ -34,12 +34,13 @@ use std::io;
 use std::time::Duration;
 
 /// What becomes of the board when its debugger has gone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Outlives {
     /// It is served to others: a core that was halted waits for the next debugger, unless the
     /// last one detached; a killed program waits at its first instruction.
     Debugger,
     /// It has a session to go through: the core goes on alone; killing it ends the run.
+    #[default]
     Nothing,
 }
 
@@ -140,10 +141,13 @@ impl Debugger {
     /// Serves the port until the core may run.
     fn serve(&mut self, limit: Cycle) -> Result<(), BoardError> {
         loop {
-            self.listen()?;
+            let has_heard = self.listen()?;
             if self.core == Core::Halted {
-                let idle = !self.is_attached();
-                std::thread::sleep(if idle { LOOK_IDLY } else { LOOK });
+                match self.is_attached() {
+                    _ if has_heard => {}
+                    true => std::thread::sleep(LOOK),
+                    false => std::thread::sleep(LOOK_IDLY),
+                }
             } else if limit > 0 && self.board.cpu.cycle >= limit {
                 return Ok(());
             } else if self.board.observer.leaves {
@@ -166,11 +170,13 @@ impl Debugger {
         }
     }
 
-    /// Lets clients in, and does what they ask.
-    fn listen(&mut self) -> Result<(), BoardError> {
+    /// Lets clients in, and does what they ask. Whether anything came.
+    fn listen(&mut self) -> Result<bool, BoardError> {
+        let mut has_heard = false;
         match self.port.accept() {
             Ok(None) => {}
             Ok(Some(line)) => {
+                has_heard = true;
                 if self.others.len() == MOST_OTHERS {
                     self.others.remove(0);
                 }
@@ -187,8 +193,9 @@ impl Debugger {
                 Ok(Some(heard)) => self.obey(heard)?,
                 Err(_) => self.lose_client(),
             }
+            has_heard = true;
         }
-        Ok(())
+        Ok(has_heard)
     }
 
     /// Who has said nothing that the protocol knows only looks whether the port is open. The

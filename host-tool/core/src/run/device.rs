@@ -245,8 +245,8 @@ pub struct ChipOptions {
     pub image: Option<PathBuf>,
     /// Port on this machine at which gdb is waited for, the core halted.
     pub gdb: Option<u16>,
-    /// The board is served to more than one debugger, rather than has a session to go through.
-    pub is_served: bool,
+    /// What becomes of the board when its debugger has gone.
+    pub outlives: Outlives,
     /// File for the image's log; `-` is standard error.
     pub log: Option<PathBuf>,
 }
@@ -270,11 +270,7 @@ pub fn on_chip(
         let listener = TcpListener::bind(("127.0.0.1", port)).map_err(outside)?;
         let at = listener.local_addr().map_err(outside)?;
         eprintln!("the core is halted at reset; gdb: target remote {at}");
-        let outlives = match options.is_served {
-            true => Outlives::Debugger,
-            false => Outlives::Nothing,
-        };
-        let mut debugger = Debugger::new(listener, board, outlives);
+        let mut debugger = Debugger::new(listener, board, options.outlives);
         debugger.boot(&sensors).map_err(ChipError::Board)?;
         let boot = debugger.board().now_us();
         (with_log(debugger, log), boot)

@@ -105,6 +105,21 @@ fn a_session_goes_on_alone_when_its_debugger_hangs_up() {
     assert!(served.device.join().unwrap().is_ok());
 }
 
+/// A debugger's image needs no USB port, however long it runs.
+#[test]
+fn an_image_that_opens_no_usb_port_is_left_running() {
+    // WFI; B to it.
+    let image = program(&[0xBF30, 0xE7FD], &[("Reset", CODE, 4)]);
+    let outputs = [None; CHANNELS];
+    let mut board = Board::power_on(image, outputs, Pace::Lazy, Points::default()).unwrap();
+    let sensors = Sensors::default();
+    while board.cpu.cycle < 10 * 168_000_000 {
+        assert!(matches!(board.boot_on(&sensors, None), Ok(false)));
+    }
+    let limited = board.boot_on(&sensors, Some(3));
+    assert!(matches!(limited, Err(BoardError::NoPort { .. })));
+}
+
 #[test]
 fn monitor_commands_reset_halt_and_let_run() {
     let served = Served::for_ever(&LOOP);
@@ -170,11 +185,13 @@ fn flash_is_erased_and_written_as_load_does() {
         ("qCRC:2001fff0,20", "E0e"),
         ("qCRC:0,ffffffff", "E0e"),
     ]);
-    // No vector table any more: the reset says so, and the server goes on.
+    // Nothing to start from any more: the server goes on, and a start locks the core up.
     gdb.exchanges(&[("vFlashErase:8000000,100000", "OK")]);
-    let (said, answer) = gdb.monitor("reset halt");
-    assert!(said.contains("no vector table") && answer == "OK", "{said}");
-    gdb.exchanges(&[("m8000000,4", "ffffffff")]);
+    assert_eq!(gdb.monitor("reset halt").1, "OK");
+    assert_eq!(gdb.register(15), u32::MAX - 1);
+    gdb.send("c");
+    assert!(gdb.receive().starts_with('O'));
+    assert_eq!(gdb.receive(), "T0bthread:1;", "SIGSEGV");
 }
 
 #[test]

@@ -1,5 +1,8 @@
 //! The remote protocol over a socket, as debuggers and their launchers speak it.
 
+mod client;
+mod launchers;
+
 use super::*;
 use crate::chip::image::tests::{CODE, program};
 use crate::chip::soc::Pace;
@@ -394,5 +397,3 @@ fn a_debugger_that_vanished_is_noticed() {
     gdb.send("D");
     served.device.join().unwrap().unwrap();
 }
-
-mod launchers;
