@@ -116,7 +116,15 @@ fn an_image_that_never_opens_its_port_is_told_after_its_time() {
 fn a_debugger_s_port_is_served_until_the_program_ends() {
     let path = image("debugged.elf", &elf(ARM, 0x0800_0000, &code()));
     let path = path.to_str().unwrap();
-    let words = ["serve", "--device", "chip", "--tcp", "127.0.0.1:0", "--gdb", "0"];
+    let words = [
+        "serve",
+        "--device",
+        "chip",
+        "--tcp",
+        "127.0.0.1:0",
+        "--gdb",
+        "0",
+    ];
     let mut serve = flexor(Path::new("."), &[&words[..], &["--image", path]].concat());
     let mut serve = serve.stderr(Stdio::piped()).spawn().unwrap();
     let mut line = String::new();

@@ -68,15 +68,13 @@ pub fn perform(
         eprintln!("note: {}", visible(note));
     }
     let seed = record.seed.unwrap_or(SEED); // a port has its own
-    let mut port = order
-        .chip
-        .open(
-            order.device,
-            &session.session,
-            seed,
-            order.replaces,
-            Outlives::Nothing,
-        )?;
+    let mut port = order.chip.open(
+        order.device,
+        &session.session,
+        seed,
+        order.replaces,
+        Outlives::Nothing,
+    )?;
     let image = port.image().map(Path::to_owned);
     // Read at once: it may lie in the record that is about to be replaced.
     let mut own_image = None;

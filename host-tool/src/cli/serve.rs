@@ -124,15 +124,13 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         Some(path) => SessionFile::load(path)?,
         None => SessionFile::parse("hamana_exp4_two_point_finger.toml", text)?,
     };
-    let mut port = args
-        .chip
-        .open(
-            &args.device,
-            &session.session,
-            args.seed,
-            false,
-            Outlives::Debugger,
-        )?;
+    let mut port = args.chip.open(
+        &args.device,
+        &session.session,
+        args.seed,
+        false,
+        Outlives::Debugger,
+    )?;
     let image = port.image().map(std::path::Path::to_owned);
     // Before anyone learns that there is something to end.
     let interruption = interrupt::heed()?;

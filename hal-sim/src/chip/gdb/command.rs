@@ -116,14 +116,18 @@ pub fn understand(board: &mut Board<Points>, packet: &[u8]) -> Understood {
             if !rest.is_empty() {
                 jump(board, rest)?;
             }
-            Ok(Go { steps: first == b's' })
+            Ok(Go {
+                steps: first == b's',
+            })
         }
         // No signal reaches a program without a system.
         b'C' | b'S' => {
             let (signal, to) = split(rest, b';').map_or((rest, None), |(s, to)| (s, Some(to)));
             number(signal).ok_or(Refused::Malformed)?;
             to.map_or(Ok(()), |to| jump(board, to))?;
-            Ok(Go { steps: first == b'S' })
+            Ok(Go {
+                steps: first == b'S',
+            })
         }
         b'H' => match rest.split_first() {
             Some((b'c' | b'g', thread)) if is_own(thread) => ok(),
@@ -138,6 +142,14 @@ pub fn understand(board: &mut Board<Points>, packet: &[u8]) -> Understood {
         b'q' | b'Q' => query(board, packet),
         _ => text(""),
     }
+}
+
+/// Whether `packet` does something to a program that is debugged.
+pub fn needs_core(packet: &[u8]) -> bool {
+    let first = packet.first();
+    first.is_some_and(|first| b"cCsSZGPMX".contains(first))
+        || packet.starts_with(b"vCont;")
+        || packet.starts_with(b"vFlash")
 }
 
 const NO_REGISTER: Refused = Refused::Address("there is no register with this number");
@@ -182,7 +194,11 @@ fn point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> Understood {
     let (address, length) = pair(place)?;
     let what = match kind {
         b"0" | b"1" => {
-            let by = if kind == b"0" { By::Software } else { By::Hardware };
+            let by = if kind == b"0" {
+                By::Software
+            } else {
+                By::Hardware
+            };
             match sets {
                 true => board.observer.add(address, by)?,
                 false => board.observer.remove(address, by),
@@ -318,7 +334,9 @@ fn sum(board: &Board<Points>, place: &[u8]) -> Understood {
     }
     let bytes = board.peek(address, count as usize)?;
     if bytes.len() < count as usize {
-        return Err(Refused::Address("nothing answers at some of these addresses"));
+        return Err(Refused::Address(
+            "nothing answers at some of these addresses",
+        ));
     }
     let sum = Crc::<u32>::new(&CRC_32_MPEG_2).checksum(&bytes);
     text(format!("C{sum:x}"))

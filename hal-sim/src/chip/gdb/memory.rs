@@ -99,7 +99,9 @@ impl Board<Points> {
         if at >> 10 == RCC >> 10 {
             self.around.soc.rcc.settle();
         }
-        written.ok_or(Refused::Address("nothing takes a write of this size at this address"))
+        written.ok_or(Refused::Address(
+            "nothing takes a write of this size at this address",
+        ))
     }
 
     /// Erases the sectors that hold `count` bytes from `from` on.
@@ -172,6 +174,10 @@ fn load(board: &mut Board<Points>, at: u32, size: Size) -> Option<u32> {
     let cycle = board.cpu.cycle;
     match is_private(at) {
         true => board.cpu.system.read(at, size, cycle).ok(),
-        false => board.around.read(at, size, cycle).ok().map(|read| read.value),
+        false => board
+            .around
+            .read(at, size, cycle)
+            .ok()
+            .map(|read| read.value),
     }
 }

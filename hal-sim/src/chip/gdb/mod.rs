@@ -224,12 +224,18 @@ impl Debugger {
     /// A debugger halts the core as it comes.
     fn attach(&mut self) {
         self.board.cpu.system.set_debugger(true);
-        self.clear_points();
+        self.forget_debugger();
         self.core = Core::Halted;
         self.status = SIGTRAP.to_owned();
         if let Some(client) = &mut self.client {
             client.has_left = false;
         }
+    }
+
+    /// What one debugger wanted is not the next one's.
+    fn forget_debugger(&mut self) {
+        self.clear_points();
+        self.board.cpu.system.semihosting = None;
     }
 
     fn clear_points(&mut self) {
@@ -239,8 +245,7 @@ impl Debugger {
 
     /// Nobody debugs the chip any more, and it goes on alone.
     fn let_go(&mut self) {
-        self.clear_points();
-        self.board.cpu.system.semihosting = None;
+        self.forget_debugger();
         self.board.cpu.system.set_debugger(false);
         self.pass_breakpoint_instruction();
         self.core = Core::Runs;
@@ -254,7 +259,7 @@ impl Debugger {
             return;
         }
         match (self.outlives, self.core) {
-            (Outlives::Debugger, Core::Halted) => self.clear_points(),
+            (Outlives::Debugger, Core::Halted) => self.forget_debugger(),
             _ => self.let_go(),
         }
     }
@@ -281,7 +286,10 @@ impl Debugger {
     }
 
     fn at_breakpoint(&self, pc: u32) -> String {
-        let knows = self.client.as_ref().map_or([false; 2], |client| client.knows_breaks);
+        let knows = self
+            .client
+            .as_ref()
+            .map_or([false; 2], |client| client.knows_breaks);
         match (self.board.observer.at(pc), knows) {
             (Some(By::Software), [true, _]) => format!("{SIGTRAP}swbreak:;"),
             (Some(By::Hardware), [_, true]) => format!("{SIGTRAP}hwbreak:;"),

@@ -56,21 +56,36 @@ pub fn understand(line: &str) -> (Order, String) {
         }
         ["version"] => (
             Order::Nothing,
-            concat!("Flexor's chip simulator ", env!("CARGO_PKG_VERSION"), ", STM32F405RG\n"),
+            concat!(
+                "Flexor's chip simulator ",
+                env!("CARGO_PKG_VERSION"),
+                ", STM32F405RG\n"
+            ),
         ),
         [] | ["help"] => (Order::Nothing, HELP),
         ["swo" | "tpiu" | "itm" | "etm" | "SWO", ..] | [_, "swo" | "tpiu" | "itm", ..] => {
             (Order::Nothing, NO_TRACE)
         }
         [
-            "speed" | "adapter" | "adapter_khz" | "interface" | "transport" | "endian"
-            | "gdb_breakpoint_override" | "wait_halt" | "sleep" | "poll" | "gdb_sync" | "select"
+            "speed"
+            | "adapter"
+            | "adapter_khz"
+            | "interface"
+            | "transport"
+            | "endian"
+            | "gdb_breakpoint_override"
+            | "wait_halt"
+            | "sleep"
+            | "poll"
+            | "gdb_sync"
+            | "select"
             | "device",
             ..,
         ]
         | ["flash", "breakpoints" | "device" | "download", ..] => (Order::Nothing, NO_PROBE),
         _ => {
-            let text = format!("unknown command: {line}; `monitor help` lists those that are there\n");
+            let text =
+                format!("unknown command: {line}; `monitor help` lists those that are there\n");
             return (Order::Nothing, text);
         }
     };
@@ -116,7 +131,10 @@ mod tests {
         ] {
             let (order, text) = understand(line);
             assert_eq!(order, Order::Nothing, "{line}");
-            assert!(text.contains(words) && text.ends_with('\n'), "{line}: {text}");
+            assert!(
+                text.contains(words) && text.ends_with('\n'),
+                "{line}: {text}"
+            );
         }
     }
 }

@@ -15,12 +15,16 @@ impl Debugger {
     /// # Errors
     /// It ended the run.
     pub(super) fn obey(&mut self, heard: Heard) -> Result<(), BoardError> {
+        let is_attached = self.is_attached();
         let meaning = match &heard {
+            Heard::Packet(packet) if !is_attached && command::needs_core(packet) => {
+                Err(Refused::Address("nothing is debugged: attach or run first"))
+            }
             Heard::Packet(packet) => command::understand(&mut self.board, packet),
             Heard::TooLong => Err(Refused::TooLong),
             Heard::Damaged | Heard::Again => Err(Refused::Malformed),
             Heard::Interrupt => {
-                if self.core != Core::Halted {
+                if is_attached && self.core != Core::Halted {
                     self.halt("T02thread:1;".to_owned());
                 }
                 return Ok(());
@@ -33,10 +37,12 @@ impl Debugger {
                 self.agree(agreed);
             }
             Ok(Meaning::Status) => {
-                if !self.is_attached() || self.core != Core::Halted {
-                    self.attach();
-                }
                 self.owe_nothing();
+                if !is_attached {
+                    self.attach();
+                } else if self.core != Core::Halted {
+                    self.halt(SIGTRAP.to_owned());
+                }
                 self.send_status();
             }
             Ok(Meaning::Go { steps }) => self.go(steps),
@@ -53,14 +59,14 @@ impl Debugger {
                 if self.outlives == Outlives::Nothing {
                     return Err(BoardError::Killed);
                 }
-                self.clear_points();
+                self.forget_debugger();
                 self.reset();
             }
             Ok(Meaning::Restart { is_answered }) => {
-                if !self.is_attached() {
+                self.owe_nothing();
+                if !is_attached {
                     self.attach();
                 }
-                self.owe_nothing();
                 self.reset();
                 if is_answered {
                     self.send_status();
@@ -68,7 +74,10 @@ impl Debugger {
             }
             Ok(Meaning::Monitor(order, said)) => self.order(order, &said),
             Err(refused) => {
-                let in_words = self.client.as_ref().is_some_and(|client| client.reads_words);
+                let in_words = self
+                    .client
+                    .as_ref()
+                    .is_some_and(|client| client.reads_words);
                 self.send(refused.answer(in_words).as_bytes());
             }
         }
@@ -121,8 +130,7 @@ impl Debugger {
     /// The chip is reset and its core halts at the first instruction.
     fn reset(&mut self) {
         self.stopped_by = None;
-        self.core = Core::Halted;
-        self.status = SIGTRAP.to_owned();
+        self.halt(SIGTRAP.to_owned());
         if let Err(error) = self.board.be_reset(ResetCause::Software) {
             self.print(&format!("{error}\n"));
         }

@@ -138,7 +138,10 @@ mod tests {
     #[test]
     fn packets_are_found_between_whatever_stands_there() {
         let packet = |text: &str| Heard::Packet(text.into());
-        assert_eq!(heard(b"+$g#67\x03$?#3f"), [packet("g"), Heard::Interrupt, packet("?")]);
+        assert_eq!(
+            heard(b"+$g#67\x03$?#3f"),
+            [packet("g"), Heard::Interrupt, packet("?")]
+        );
         assert_eq!(heard(b"no packet }*#00"), []);
         assert_eq!(heard(b"$g#68$g#6"), [Heard::Damaged]);
         assert_eq!(heard(b"$g#zz-"), [Heard::Damaged, Heard::Again]);
@@ -172,7 +175,10 @@ mod tests {
             assert_eq!(number(wrong.as_bytes()), None, "{wrong}");
         }
         assert_eq!(unhex(b"00fF"), Some(vec![0, 255]));
-        assert_eq!((unhex(b"0"), unhex(b"0x"), unhex(b"")), (None, None, Some(vec![])));
+        assert_eq!(
+            (unhex(b"0"), unhex(b"0x"), unhex(b"")),
+            (None, None, Some(vec![]))
+        );
         assert_eq!(hex(&[1, 0xAB]), "01ab");
     }
 }

@@ -88,7 +88,9 @@ impl Points {
 pub fn watch(system: &mut System, address: u32, bytes: u32, what: Compared) -> Result<(), Refused> {
     match system.compare(&parts(address, bytes)?, what) {
         true => Ok(()),
-        false => Err(Refused::Full("not enough of the four DWT comparators are free")),
+        false => Err(Refused::Full(
+            "not enough of the four DWT comparators are free",
+        )),
     }
 }
 
@@ -136,9 +138,17 @@ mod tests {
             (0x2000_0000, 4, vec![(0x2000_0000, 2)]),
             (0x2000_0003, 1, vec![(0x2000_0003, 0)]),
             (0x2000_0004, 8, vec![(0x2000_0004, 2), (0x2000_0008, 2)]),
-            (0x2000_0001, 4, vec![(0x2000_0001, 0), (0x2000_0002, 1), (0x2000_0004, 0)]),
+            (
+                0x2000_0001,
+                4,
+                vec![(0x2000_0001, 0), (0x2000_0002, 1), (0x2000_0004, 0)],
+            ),
             (0x2000_0000, 0x8000, vec![(0x2000_0000, 15)]),
-            (0x2000_0000, 0x1_0000, vec![(0x2000_0000, 15), (0x2000_8000, 15)]),
+            (
+                0x2000_0000,
+                0x1_0000,
+                vec![(0x2000_0000, 15), (0x2000_8000, 15)],
+            ),
             (u32::MAX, 1, vec![(u32::MAX, 0)]),
         ] {
             assert_eq!(parts(address, bytes), Ok(wanted), "{address:#x} {bytes}");
@@ -155,8 +165,14 @@ mod tests {
             points.add(0x0800_0000 + 2 * n, By::Hardware).unwrap();
         }
         points.add(0x0800_0001, By::Hardware).unwrap(); // is set already
-        assert!(matches!(points.add(0x0800_0100, By::Hardware), Err(Refused::Full(_))));
-        assert!(matches!(points.add(0x2000_0000, By::Hardware), Err(Refused::Address(_))));
+        assert!(matches!(
+            points.add(0x0800_0100, By::Hardware),
+            Err(Refused::Full(_))
+        ));
+        assert!(matches!(
+            points.add(0x2000_0000, By::Hardware),
+            Err(Refused::Address(_))
+        ));
         for n in 0..100 {
             points.add(0x0800_1000 + 2 * n, By::Software).unwrap();
         }
@@ -164,7 +180,10 @@ mod tests {
         points.remove(0x0800_0002, By::Hardware);
         points.add(0x0800_0100, By::Hardware).unwrap();
         assert_eq!(points.at(0x0800_0100), Some(By::Hardware));
-        assert_eq!((points.at(0x0800_1000), points.at(0x0800_0002)), (Some(By::Software), None));
+        assert_eq!(
+            (points.at(0x0800_1000), points.at(0x0800_0002)),
+            (Some(By::Software), None)
+        );
         assert!(points.stops_before(0x0800_1000) && !points.stops_before(0x0800_0002));
     }
 }

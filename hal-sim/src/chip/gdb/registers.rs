@@ -101,7 +101,12 @@ pub fn write(cpu: &mut Cpu, number: usize, bytes: &[u8]) -> Option<()> {
             let mut masks = masks(cpu);
             masks[n] = bytes[0];
             let [primask, basepri, faultmask, control] = masks;
-            cpu.upset_special(primask & 1 != 0, faultmask & 1 != 0, basepri, control.into());
+            cpu.upset_special(
+                primask & 1 != 0,
+                faultmask & 1 != 0,
+                basepri,
+                control.into(),
+            );
         }
         Register::Double(n) => {
             (registers.s[2 * n], registers.s[2 * n + 1]) = (word(0), word(4));
@@ -147,7 +152,9 @@ mod tests {
     fn the_description_has_the_registers_that_are_sent() {
         let widths = DESCRIPTION.split("bitsize=\"").skip(1);
         let widths = widths.filter_map(|rest| rest.split('"').next()?.parse::<usize>().ok());
-        let own = (0..).map_while(Register::of).map(|register| 8 * register.bytes());
+        let own = (0..)
+            .map_while(Register::of)
+            .map(|register| 8 * register.bytes());
         assert_eq!(widths.collect::<Vec<_>>(), own.collect::<Vec<_>>());
         assert_eq!((0..).map_while(Register::of).count(), COUNT);
     }
@@ -165,9 +172,15 @@ mod tests {
         let shown = |number| u32::from_le_bytes(read(&cpu, number).unwrap().try_into().unwrap());
         assert_eq!((shown(0), shown(15)), (0x4040_4040, 0x7C7C_7C7C));
         assert_eq!(shown(16), 0x8000_8000 | 1 << 24);
-        assert_eq!([19, 20, 21, 22].map(|n| read(&cpu, n).unwrap()[0]), [0, 0x90, 0, 0]);
+        assert_eq!(
+            [19, 20, 21, 22].map(|n| read(&cpu, n).unwrap()[0]),
+            [0, 0x90, 0, 0]
+        );
         assert_eq!(read(&cpu, 38), Some(vec![0xD8; 8]));
-        assert_eq!((read(&cpu, COUNT), write(&mut cpu, COUNT, &[0; 4])), (None, None));
+        assert_eq!(
+            (read(&cpu, COUNT), write(&mut cpu, COUNT, &[0; 4])),
+            (None, None)
+        );
         let all = read_all(&cpu);
         let mut other = Cpu::default();
         write_all(&mut other, &all).unwrap();
@@ -183,10 +196,19 @@ mod tests {
         let read = |cpu: &Cpu, n| u32::from_le_bytes(read(cpu, n).unwrap().try_into().unwrap());
         write(&mut cpu, 17, &word(0x2000_1000)).unwrap();
         write(&mut cpu, 18, &word(0x2000_2000)).unwrap();
-        assert_eq!([13, 17, 18].map(|n| read(&cpu, n)), [0x2000_1000, 0x2000_1000, 0x2000_2000]);
+        assert_eq!(
+            [13, 17, 18].map(|n| read(&cpu, n)),
+            [0x2000_1000, 0x2000_1000, 0x2000_2000]
+        );
         write(&mut cpu, 22, &[2]).unwrap();
-        assert_eq!([13, 17, 18].map(|n| read(&cpu, n)), [0x2000_2000, 0x2000_1000, 0x2000_2000]);
+        assert_eq!(
+            [13, 17, 18].map(|n| read(&cpu, n)),
+            [0x2000_2000, 0x2000_1000, 0x2000_2000]
+        );
         write(&mut cpu, 13, &word(0x2000_3000)).unwrap();
-        assert_eq!([13, 17, 18].map(|n| read(&cpu, n)), [0x2000_3000, 0x2000_1000, 0x2000_3000]);
+        assert_eq!(
+            [13, 17, 18].map(|n| read(&cpu, n)),
+            [0x2000_3000, 0x2000_1000, 0x2000_3000]
+        );
     }
 }

@@ -208,7 +208,10 @@ mod tests {
         assert!(all.look(u32::MAX - 3, Size::Word, false));
         assert!(all.look(0x2001_FFFF, Size::Byte, false));
         assert!(!all.look(0x2002_0000, Size::Byte, false));
-        let first = Hit { address: u32::MAX, what: Compared::Reads };
+        let first = Hit {
+            address: u32::MAX,
+            what: Compared::Reads,
+        };
         assert_eq!((all.take(), all.take()), (Some(first), None));
     }
 
@@ -218,7 +221,10 @@ mod tests {
         let parts = [0, 4, 8, 12].map(|offset| (0x2000_0000 + offset, 2));
         assert!(all.add(&parts[..3], Compared::Accesses));
         assert!(!all.add(&[parts[3], (0x2000_0010, 2)], Compared::Accesses));
-        assert!(all.add(&parts, Compared::Accesses), "three are watched already");
+        assert!(
+            all.add(&parts, Compared::Accesses),
+            "three are watched already"
+        );
         assert!(!all.add(&parts[..1], Compared::Reads));
         all.remove(&parts[1..2], Compared::Writes);
         assert!(!all.add(&parts[..1], Compared::Reads));
@@ -232,7 +238,10 @@ mod tests {
     fn the_registers_show_and_set_them() {
         let mut all = Comparators::default();
         assert!(all.add(&[(0x2000_0000, 2)], Compared::Writes));
-        assert_eq!([0, 4, 8].map(|at| all.read(at)), [Some(0x2000_0000), Some(2), Some(6)]);
+        assert_eq!(
+            [0, 4, 8].map(|at| all.read(at)),
+            [Some(0x2000_0000), Some(2), Some(6)]
+        );
         assert!(all.look(0x2000_0000, Size::Word, true));
         assert_eq!([8, 8].map(|at| all.read(at)), [Some(6 | MATCHED), Some(6)]);
         for (offset, value) in [(0x30, 0x2000_0104), (0x34, 3), (0x38, 5)] {
@@ -242,6 +251,9 @@ mod tests {
         assert!(all.look(0x2000_0100, Size::Byte, false));
         assert_eq!(all.take().unwrap().address, 0x2000_0100);
         assert!(all.write(0x38, 4).unwrap().is_err());
-        assert_eq!((all.write(0x3C, 0), all.write(0x40, 0), all.read(0x3C)), (None, None, None));
+        assert_eq!(
+            (all.write(0x3C, 0), all.write(0x40, 0), all.read(0x3C)),
+            (None, None, None)
+        );
     }
 }

@@ -75,12 +75,14 @@ fn gdb_loads_steps_breaks_and_comes_again() {
             "p $r1",
             "info registers msp psp primask basepri faultmask control",
             "set $msp = 0x20001000",
+            "maintenance flush register-cache",
             "p/x $sp",
             "set $psp = 0x20001800",
             "set $basepri = 0x40",
             "set $primask = 1",
             "set $faultmask = 1",
             "set $control = 2",
+            "maintenance flush register-cache",
             "p/x $sp",
             "p/x $primask + $faultmask + $basepri",
             "set $s3 = 1.5",
@@ -98,18 +100,38 @@ fn gdb_loads_steps_breaks_and_comes_again() {
             "detach",
         ],
     );
-    says(&text, &["MIS-MATCHED!", "Loading section .text", "matched.", "= 0x8000040"]);
+    says(
+        &text,
+        &[
+            "MIS-MATCHED!",
+            "Loading section .text",
+            "matched.",
+            "= 0x8000040",
+        ],
+    );
     says(&text, &["0x08000000", "flash blocksize 0x4000"]);
-    says(&text, &["Breakpoint 1, 0x08000044 in Reset", "= 0x20000000", "= 1"]);
+    says(
+        &text,
+        &["Breakpoint 1, 0x08000044 in Reset", "= 0x20000000", "= 1"],
+    );
     says(&text, &["msp            0x20004000", "control        0x0"]);
     says(&text, &["= 0x20001000", "= 0x20001800", "= 0x42", "= 1.5"]);
     says(&text, &["0xe0042000:\t0x10076413", "0x1fff7a22:\t0x0400"]);
     says(&text, &["0x40010034:\t0x1234", "0x20000100:\t0x0000ab00"]);
-    says(&text, &["unknown command: frobnicate", "no trace port", "detached"]);
+    says(
+        &text,
+        &["unknown command: frobnicate", "no trace port", "detached"],
+    );
     // It runs meanwhile, and is halted where it is by who comes next.
-    let text = client.prints(served.at, &["target remote PORT", "p/x $r0", "p $r1 > 1", "kill"]);
+    let text = client.prints(
+        served.at,
+        &["target remote PORT", "p/x $r0", "p $r1 > 1", "kill"],
+    );
     says(&text, &["Reset", "= 0x20000000", "= 1", "killed"]);
-    let text = client.prints(served.at, &["target remote PORT", "p/x $pc", "p/x $r0", "disconnect"]);
+    let text = client.prints(
+        served.at,
+        &["target remote PORT", "p/x $pc", "p/x $r0", "disconnect"],
+    );
     says(&text, &["= 0x8000040", "= 0x0"]);
 }
 

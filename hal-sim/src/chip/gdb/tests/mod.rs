@@ -57,6 +57,13 @@ impl Served {
         stream.set_read_timeout(Some(wait)).unwrap();
         Gdb { stream }
     }
+
+    /// Attached, as soon as nobody else is.
+    fn attach(&self) -> Gdb {
+        let mut gdb = self.connect();
+        while gdb.exchange("?").starts_with("E.") {}
+        gdb
+    }
 }
 
 struct Gdb {
@@ -141,7 +148,10 @@ fn the_core_halts_at_reset_steps_and_stops_at_breakpoints() {
     }
     // A client that knows the words is told which kind it was.
     let own = gdb.exchange("qSupported:swbreak+;hwbreak+;xmlRegisters=i386");
-    assert!(own.contains("PacketSize=4000;") && own.contains("qXfer:memory-map:read+"), "{own}");
+    assert!(
+        own.contains("PacketSize=4000;") && own.contains("qXfer:memory-map:read+"),
+        "{own}"
+    );
     assert_eq!(gdb.exchange("c"), format!("{HALTED}hwbreak:;"));
     assert_eq!(gdb.exchange(&format!("z{there}")), "OK");
     assert_eq!(gdb.exchange(&format!("Z0,{:x},2", CODE + 4)), "OK");
@@ -153,7 +163,10 @@ fn the_core_halts_at_reset_steps_and_stops_at_breakpoints() {
     assert_eq!(gdb.register(15), CODE + 2);
     assert_eq!(gdb.exchange("D"), "OK");
     let debugger = served.device.join().unwrap().unwrap();
-    assert!(debugger.board().cpu.cycle >= 20 * 16_000, "it went on alone");
+    assert!(
+        debugger.board().cpu.cycle >= 20 * 16_000,
+        "it went on alone"
+    );
 }
 
 #[test]
@@ -161,11 +174,21 @@ fn the_comparators_of_the_fpb_have_an_end() {
     let served = Served::for_ever(&LOOP);
     let mut gdb = served.connect();
     for n in 0..6 {
-        assert_eq!(gdb.exchange(&format!("Z1,{:x},2", CODE + 0x100 + 2 * n)), "OK");
+        assert_eq!(
+            gdb.exchange(&format!("Z1,{:x},2", CODE + 0x100 + 2 * n)),
+            "OK"
+        );
     }
-    gdb.exchanges(&[("Z1,8000000,2", "E1c"), ("Z0,8000000,2", "OK"), ("Z0,20000000,2", "OK")]);
+    gdb.exchanges(&[
+        ("Z1,8000000,2", "E1c"),
+        ("Z0,8000000,2", "OK"),
+        ("Z0,20000000,2", "OK"),
+    ]);
     gdb.exchange("qSupported:error-message+");
-    assert_eq!(gdb.exchange("Z1,8000000,2"), "E.all six breakpoint comparators are in use");
+    assert_eq!(
+        gdb.exchange("Z1,8000000,2"),
+        "E.all six breakpoint comparators are in use"
+    );
     assert_eq!(gdb.exchange(&format!("z1,{:x},2", CODE + 0x100)), "OK");
     gdb.exchanges(&[("Z1,8000000,2", "OK")]);
 }
@@ -175,9 +198,9 @@ fn ctrl_c_stops_what_runs() {
     let served = Served::for_ever(&LOOP);
     let mut gdb = served.connect();
     gdb.send("c");
+    while gdb.register(15) == CODE {} // until it runs
     gdb.write(&[3]);
     assert_eq!(gdb.receive(), "T02thread:1;");
-    assert_ne!(gdb.register(15), CODE, "it ran");
     // One that comes when the core stands already means nothing.
     gdb.write(&[3]);
     gdb.exchanges(&[("?", "T02thread:1;"), ("s", HALTED)]);
@@ -223,10 +246,15 @@ fn memory_and_registers_are_read_and_written() {
         ("Mffffffff,2:0000", "E0e"),
     ]);
     let answer = gdb.exchange("m8000000,ffffffff");
-    assert_eq!(answer.len(), packet::LONGEST, "as much as fits into a packet");
+    assert_eq!(
+        answer.len(),
+        packet::LONGEST,
+        "as much as fits into a packet"
+    );
     let features = gdb.exchange("qXfer:features:read:target.xml:0,3000");
     assert!(features.starts_with("l<?xml") && features.contains("org.gnu.gdb.arm.m-system"));
-    let whole: String = (0..).map(|n| gdb.exchange(&format!("qXfer:memory-map:read::{:x},80", n * 128)))
+    let whole: String = (0..)
+        .map(|n| gdb.exchange(&format!("qXfer:memory-map:read::{:x},80", n * 128)))
         .scan(false, |ended, part| {
             let goes_on = !*ended;
             *ended = part.starts_with('l');
@@ -312,13 +340,19 @@ fn watched_data_stops_the_core_behind_the_instruction() {
     ] {
         // By steps from reset, the same cycle.
         gdb.monitor("reset halt");
-        gdb.exchanges(&[("Me000edfc,4:00000001", "OK"), ("Me0001000,4:01000000", "OK")]);
+        gdb.exchanges(&[
+            ("Me000edfc,4:00000001", "OK"),
+            ("Me0001000,4:01000000", "OK"),
+        ]);
         while gdb.register(15) != CODE + behind {
             gdb.exchanges(&[("s", HALTED)]);
         }
         let stepped = cycles(&mut gdb);
         gdb.monitor("reset halt");
-        gdb.exchanges(&[("Me000edfc,4:00000001", "OK"), ("Me0001000,4:01000000", "OK")]);
+        gdb.exchanges(&[
+            ("Me000edfc,4:00000001", "OK"),
+            ("Me0001000,4:01000000", "OK"),
+        ]);
         assert_eq!(gdb.exchange(&format!("Z{set}")), "OK");
         assert_eq!(gdb.exchange("c"), format!("{HALTED}{stop}"), "{set}");
         assert_eq!(gdb.register(15), CODE + behind, "{set}");
@@ -366,7 +400,11 @@ fn there_are_four_comparators_of_data() {
     gdb.exchanges(&[("D", "OK")]);
     drop(gdb);
     let mut gdb = served.connect();
-    gdb.exchanges(&[("?", HALTED), ("me0001028,4", "00000000"), ("Z2,20000204,8", "OK")]);
+    gdb.exchanges(&[
+        ("?", HALTED),
+        ("me0001028,4", "00000000"),
+        ("Z2,20000204,8", "OK"),
+    ]);
 }
 
 #[test]
@@ -376,7 +414,10 @@ fn what_nobody_models_is_told_in_words() {
     gdb.send("c");
     let said = unhex(&gdb.receive().as_bytes()[1..]).unwrap();
     let said = String::from_utf8(said).unwrap();
-    assert!(said.contains("0xe0041000") && said.contains("Reset"), "{said}");
+    assert!(
+        said.contains("0xe0041000") && said.contains("Reset"),
+        "{said}"
+    );
     assert_eq!(gdb.receive(), "T0athread:1;", "SIGBUS");
     assert_eq!(gdb.register(15), CODE + 2);
     // Without a debugger, it is the end of the run.
