@@ -4,6 +4,7 @@
 use super::chip::ChipArgs;
 use super::{Incomplete, Output, interrupt, watch};
 use anyhow::Context;
+use hal_sim::chip::gdb::Outlives;
 use hal_sim::input;
 use host_core::analysis::{
     ForceMetrics, GapMetrics, Hit, force_limiting_share, force_metrics, hits, limit_cycles,
@@ -77,9 +78,13 @@ pub fn perform(
         eprintln!("note: {}", visible(note));
     }
     let seed = record.seed.unwrap_or(SEED); // a port has its own
-    let mut port = order
-        .chip
-        .open(order.device, &session.session, seed, order.replaces)?;
+    let mut port = order.chip.open(
+        order.device,
+        &session.session,
+        seed,
+        order.replaces,
+        Outlives::Nothing,
+    )?;
     let image = port.image().map(Path::to_owned);
     // Read at once: it may lie in the record that is about to be replaced.
     let mut own_image = None;
