@@ -3,7 +3,7 @@
 use super::Hands;
 use firmware::link::{Counters, Event, HelloInfo, Status};
 use firmware::safety::{FaultRecord, Left, State};
-use host_core::record::{DeviceKind, Marker, MarkerKind, Sample};
+use host_core::record::{DeviceKind, DeviceState, Marker, MarkerKind, Sample};
 use host_core::run::{Seen, SessionFile, device_kind, event};
 use host_core::session::visible;
 use std::collections::VecDeque;
@@ -205,6 +205,14 @@ impl Model {
         let from = sample.t_s - KEEP_S;
         self.has_joint |= sample.target_deg.is_some() || sample.measured_deg.is_some();
         self.t_s = sample.t_s;
+        self.state = match sample.state {
+            DeviceState::Boot => State::Boot,
+            DeviceState::Idle => State::Idle,
+            DeviceState::Armed => State::Armed,
+            DeviceState::Stimulating => State::Stimulating,
+            DeviceState::Stopping => State::Stopping,
+            DeviceState::Fault => State::Fault,
+        };
         self.samples.push_back(sample);
         while self.samples.len() > KEEP_SAMPLES
             || self.samples.front().is_some_and(|s| s.t_s < from)
