@@ -39,8 +39,8 @@ fn ten(seconds: u64) -> SessionFile {
         let (value, delay_s) = (amplitude_ma(number), at_us(number, 0) as f64 / 1e6);
         let _ = write!(
             text,
-            "\n[[program]]\nkind = \"on-off\"\nchannels = [{number}]\nvalue = {value}\n\
-             on_s = 2.0\noff_s = 2.0\nramp_up_s = 0.5\nramp_down_s = 0.3\ndelay_s = {delay_s}\n"
+            "\n[[program]]\nkind = \"on-off\"\nchannels = [{number}]\nvalue = {value:.1}\n\
+             on_s = 2.0\noff_s = 2.0\nramp_up_s = 0.5\nramp_down_s = 0.3\ndelay_s = {delay_s:.6}\n"
         );
     }
     SessionFile::parse("ten_programs.toml", &text).unwrap_or_else(|why| panic!("{why:?}"))
@@ -55,12 +55,12 @@ fn at_us(number: u64, pass: u64) -> u64 {
     DELAY_US + (number - 1) * STAGGER_US + pass * (ON_US + OFF_US)
 }
 
-/// Bursts of a channel: when, and the code.
-fn bursts(played: &Played, number: u64) -> Vec<(u64, u16)> {
+/// Bursts of a channel until the session ends: when, and the code.
+fn bursts(played: &Played, number: u64, end_us: u64) -> Vec<(u64, u16)> {
     let edges = played
         .edges()
         .filter(|it| u64::from(it.channel) + 1 == number);
-    let begins = edges.filter(|it| it.state == State::Cathodic);
+    let begins = edges.filter(|it| it.state == State::Cathodic && it.t_us < end_us);
     begins.map(|it| (it.t_us, it.dac_code)).collect()
 }
 
@@ -69,7 +69,7 @@ fn bursts(played: &Played, number: u64) -> Vec<(u64, u16)> {
 fn judge(played: &Played, number: u64, end_us: u64) -> (usize, f64) {
     let full = amplitude_ma(number) * 1e3 / FULL_SCALE_UA * FULL_CODE;
     let (mut furthest, mut next) = (0.0_f64, 0);
-    let bursts = bursts(played, number);
+    let bursts = bursts(played, number, end_us);
     for pass in 0.. {
         let on_us = at_us(number, pass);
         if on_us + PERIOD_US >= end_us {
@@ -97,7 +97,8 @@ fn judge(played: &Played, number: u64, end_us: u64) -> (usize, f64) {
             let left_us = off_us.saturating_sub(*t_us) as f64;
             let down = left_us / DOWN_US as f64;
             let line = full * up.min(down).min(1.0);
-            furthest = furthest.max((f64::from(*code) - line).abs());
+            // In steps between the code and that of the line.
+            furthest = furthest.max((f64::from(*code) - line.floor()).abs());
         }
     }
     assert_eq!(

@@ -14,8 +14,10 @@ use std::path::{Path, PathBuf};
 const FALL_US: u64 = 40_000;
 /// A pulse of the session: two phases and the gap, µs.
 const PULSE_US: u64 = 450;
-/// From setpoint to setpoint, and what the device may be late, µs.
+/// From setpoint to setpoint, and what the device may be late; programs are sent 0.1 s
+/// ahead, µs.
 const SETPOINT_US: u64 = 22_000;
+const AHEAD_US: u64 = 100_000;
 /// Full scale of a channel, µA, at code 65,535.
 const FULL_SCALE_UA: u64 = 100_000;
 const DURATION_US: u64 = 2_500_000;
@@ -57,6 +59,19 @@ const ASKED: [(u8, u64, u64); 2] = [(2, 8_000, 15_000), (5, 6_000, 9_000)];
 
 fn session() -> SessionFile {
     SessionFile::parse("session.toml", SESSION).unwrap()
+}
+
+/// The same channels, on and off by programs with the same peaks.
+fn programs() -> SessionFile {
+    let (setup, _) = SESSION.split_once("[setpoints]").unwrap();
+    let of = |channel: u8, value: f64| {
+        format!(
+            "[[program]]\nkind = \"on-off\"\nchannels = [{channel}]\nvalue = {value}\n\
+             on_s = 0.6\noff_s = 0.3\nramp_up_s = 0.2\nramp_down_s = 0.1\n"
+        )
+    };
+    let text = format!("{setup}{}{}", of(2, 8.0), of(5, 6.0));
+    SessionFile::parse("programs.toml", &text).unwrap()
 }
 
 /// Keys of stream `seed` with their times, µs after the start.
@@ -136,13 +151,13 @@ fn files(dir: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 /// The intensities that a channel may have at `t_us`: every one since the setpoint before.
-fn intensities(markers: &[Marker], channel: u8, t_us: u64) -> Vec<u64> {
+fn intensities(markers: &[Marker], channel: u8, t_us: u64, late_us: u64) -> Vec<u64> {
     let mut known = vec![100];
     for marker in markers.iter().filter(|it| it.channel == Some(channel)) {
         if marker.host_us > t_us {
             break;
         }
-        if marker.host_us + SETPOINT_US < t_us {
+        if marker.host_us + late_us < t_us {
             known.clear();
         }
         known.extend(marker.intensity_percent.map(u64::from));
@@ -152,7 +167,7 @@ fn intensities(markers: &[Marker], channel: u8, t_us: u64) -> Vec<u64> {
 
 /// Checks what was put out against what was pressed; the longest time from a pause to the
 /// end of the last pulse, µs.
-fn judge(markers: &[Marker], trace: &Trace, epoch_us: u64) -> Option<u64> {
+fn judge(markers: &[Marker], (trace, epoch_us): (&Trace, u64), late_us: u64) -> Option<u64> {
     let mut intensity = BTreeMap::from([(2, 100), (5, 100)]);
     for marker in markers {
         let Some((channel, percent)) = marker.channel.zip(marker.intensity_percent) else {
@@ -177,7 +192,7 @@ fn judge(markers: &[Marker], trace: &Trace, epoch_us: u64) -> Option<u64> {
     for edge in edges.iter().filter(|it| it.state == State::Cathodic) {
         let (channel, t_us) = (edge.channel + 1, edge.t_us - epoch_us);
         let (_, asked, limit) = ASKED.into_iter().find(|it| it.0 == channel).unwrap();
-        let most = intensities(markers, channel, t_us)
+        let most = intensities(markers, channel, t_us, late_us)
             .into_iter()
             .max()
             .unwrap();
@@ -219,22 +234,21 @@ fn judge(markers: &[Marker], trace: &Trace, epoch_us: u64) -> Option<u64> {
 
 /// Presses `sequences` random sequences of keys from seed `first` on, repeats each from its
 /// record, and holds the two to be the same to the byte.
-fn press(first: u64, sequences: u64) {
+fn press(file: &SessionFile, late_us: u64, first: u64, sequences: u64) {
     let dir = std::env::temp_dir().join(format!("flexor-hands-{}-{first}", std::process::id()));
     let (one, other) = (dir.join("one"), dir.join("other"));
-    let file = session();
     let (mut pressed, mut paused, mut longest_us) = (0, 0, 0);
     for seed in first..first + sequences {
         let keys = sequence(seed);
-        let (markers, trace, epoch_us) = recorded(&file, &one, Person(keys.into()));
+        let (markers, trace, epoch_us) = recorded(file, &one, Person(keys.into()));
         pressed += markers.len();
-        if let Some(over_us) = judge(&markers, &trace, epoch_us) {
+        if let Some(over_us) = judge(&markers, (&trace, epoch_us), late_us) {
             paused += 1;
             longest_us = longest_us.max(over_us);
         }
         let record = load(&one).unwrap();
         let again = Keys::of(&record.trials[0].markers);
-        recorded(&file, &other, repeating(again, |_: f64| ()));
+        recorded(file, &other, repeating(again, |_: f64| ()));
         let (was, is) = (files(&one), files(&other));
         let differs = was
             .iter()
@@ -258,14 +272,16 @@ fn press(first: u64, sequences: u64) {
 
 #[test]
 fn keys_do_what_they_say_and_are_repeated_to_the_byte() {
-    press(43_000, 40);
+    press(&session(), SETPOINT_US, 43_000, 24);
+    press(&programs(), SETPOINT_US + AHEAD_US, 43_500, 24);
 }
 
 /// `cargo test -p host-core --test suite controls -- --ignored --nocapture`
 #[test]
 #[ignore = "a minute"]
 fn a_thousand_sequences_of_keys_are_repeated_to_the_byte() {
-    press(43_001_000, 1_000);
+    press(&session(), SETPOINT_US, 43_001_000, 1_000);
+    press(&programs(), SETPOINT_US + AHEAD_US, 43_003_000, 1_000);
 }
 
 /// A channel whose pulses follow a session's own amplitude of 8 mA, 15 mA allowed: 35 steps.
@@ -274,7 +290,7 @@ fn a_key_never_raises_above_the_limit() {
     let dir = std::env::temp_dir().join(format!("flexor-limit-{}", std::process::id()));
     let keys = (1..60).map(|index| (index * 30_000, Control::Raise(5)));
     let (markers, trace, epoch_us) = recorded(&session(), &dir, Person(keys.collect()));
-    judge(&markers, &trace, epoch_us);
+    judge(&markers, (&trace, epoch_us), SETPOINT_US);
     let refused = markers.iter().filter(|it| !it.text.is_empty());
     let texts: Vec<_> = refused.map(|it| it.text.as_str()).collect();
     assert_eq!(texts.len(), 59 - 10, "9 mA are 150 % of 6 mA");
