@@ -79,6 +79,19 @@ impl Programs {
         self.played.iter().map(|it| it.rise.period_us).min()
     }
 
+    /// The steps of a channel on the link (0–9) whose program holds each, at µs after the
+    /// begin of a pass.
+    pub(in crate::session) fn steps(&self, channel: u8) -> Option<&[(u64, Stimulus)]> {
+        let own = self.played.iter().find(|it| it.channel == channel)?;
+        match &own.course {
+            Course::Points {
+                points,
+                is_held: true,
+            } => Some(points),
+            _ => None,
+        }
+    }
+
     /// The longest time, µs, in which a channel has begun and played two passes, or its only
     /// one.
     #[must_use]
