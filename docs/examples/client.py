@@ -19,7 +19,7 @@ import sys
 import time
 import zlib
 
-SCHEMA = 0x3FD888AC9974C49B  # docs/protocol.md, "Schema hash"
+SCHEMA = 0xB7D7C3E4F547784B  # docs/protocol.md, "Schema hash"
 ANSWER_S = 2.0  # a device answers within milliseconds, a busy computer hears it later
 # A device ends stimulation when its host is silent for so long. A program like this one, on
 # a computer that does other things too, is at times kept waiting for 0.1 s and more; half a
@@ -190,7 +190,8 @@ CONTENT = {
     "Wearer": lambda c: b"".join(varint(c[name]) for name in LIMITS),
     "Channel": channel,
     "Sync": lambda c: option(lambda n: bytes([n]), c["channel"]),
-    "Amplitudes": lambda c: varint(c["mask"])
+    "Amplitudes": lambda c: option(varint, c["at"])
+    + varint(c["mask"])
     + vec(varint, c["values"])
     + vec(varint, c["widths"]),
     "Pulses": lambda c: bytes([c["channel"]])
@@ -232,7 +233,10 @@ def setup_sum(parts):
 CAUSES = (
     "Request HostSilent HandStop ArmExpired Finished ArmKey TimeOver DoseReached"
 ).split()
-EVENTS = "Stopping Stopped Faulted Recovered Electrode LimitCycle HoldOver".split()
+EVENTS = (
+    "Stopping Stopped Faulted Recovered Electrode LimitCycle HoldOver TriggerEdge "
+    "SyncEdge"
+).split()
 STATES = "Boot Idle Armed Stimulating Stopping Fault".split()
 PHASES = "Lift Drop".split()
 HOLDS = "Released Held Over".split()
@@ -425,7 +429,9 @@ def stimulate(place):
     begin = time.monotonic()
     for step in range(100):  # 2 s at 50 Hz: 0 to 10 mA
         value = 100 * (step + 1)
-        device.ask({"Amplitudes": {"mask": 1, "values": [value], "widths": []}})
+        device.ask(
+            {"Amplitudes": {"at": None, "mask": 1, "values": [value], "widths": []}}
+        )
         time.sleep(max(0.0, begin + 0.02 * (step + 1) - time.monotonic()))
     device.ask("Stop")
     while message := device.receive(0.5):

@@ -54,6 +54,7 @@ fn nothing_is_put_out_before_an_arm_order() {
             },
             Request::Start,
             Request::Amplitudes {
+                at: None,
                 mask,
                 values,
                 widths,

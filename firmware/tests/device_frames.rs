@@ -44,16 +44,36 @@ fn a_list_that_is_too_long_is_named() {
     let session = desk.session;
     // Request numbers of docs/protocol.md: Groups, Joint, Amplitudes.
     let groups = bytes((session, SEQ, 6u8, [(3u16, 0u8); MAX_GROUPS + 1].as_slice()));
-    let values = bytes((session, SEQ, 14u8, 1_023u16, [0u32; 11].as_slice()));
+    let values = bytes((
+        session,
+        SEQ,
+        14u8,
+        None::<u32>,
+        1_023u16,
+        [0u32; 11].as_slice(),
+    ));
+    let timed = bytes((
+        session,
+        SEQ,
+        14u8,
+        Some(7u32),
+        1_023u16,
+        [0u32; 11].as_slice(),
+    ));
     let law = (2u8, 1u32, 1u32, 1u32); // PID
     let points = [(0u8, 0u32, 0u32); 3];
     let flexors = bytes((session, SEQ, 9u8, law, 2u8, 6_000u32, points.as_slice()));
-    for (message, field) in [(groups, "groups"), (values, "values"), (flexors, "flexors")] {
+    for (message, field) in [
+        (groups, "groups"),
+        (values, "values"),
+        (timed, "values"),
+        (flexors, "flexors"),
+    ] {
         let heard = said(&mut desk, &framed(&message));
         assert_eq!(heard, refused(Some(SEQ), Code::OutOfRange, field));
     }
     // Of a stranger: that comes first. And it is a request, not a bad frame.
-    let foreign = bytes((session + 1, SEQ, 14u8, 1_023u16, [0u32; 11].as_slice()));
+    let foreign = bytes((session + 1, SEQ, 14u8, 0u8, 1_023u16, [0u32; 11].as_slice()));
     let heard = said(&mut desk, &framed(&foreign));
     assert_eq!(heard, refused(Some(SEQ), Code::SessionTaken, "session"));
     assert_eq!(desk.status().counters.bad_frames, 0);

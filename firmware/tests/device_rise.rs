@@ -43,6 +43,7 @@ fn second(rise_bursts: u16) -> WearerSpec {
 
 fn order(ua: u32, width_us: u16) -> Request {
     Request::Amplitudes {
+        at: None,
         mask: 1,
         values: [Amplitude::new(ua)].into_iter().collect(),
         widths: [width_us].into_iter().collect(),

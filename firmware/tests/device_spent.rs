@@ -272,6 +272,7 @@ fn status_tells_what_is_left() {
     assert_eq!((left.channel, left.dose_uc), (whole.channel, whole.dose_uc));
     // Channel 2 alone puts something out.
     desk.must(Request::Amplitudes {
+        at: None,
         mask: 2,
         values: [Amplitude::new(20_000)].into_iter().collect(),
         widths: heapless::Vec::new(),

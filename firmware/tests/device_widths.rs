@@ -22,6 +22,7 @@ const LIVE: TrainSpec = TrainSpec {
 /// Amplitudes in µA and widths in µs of the first channels.
 pub fn stimuli(pairs: &[(u32, u16)]) -> Request {
     Request::Amplitudes {
+        at: None,
         mask: (1 << pairs.len()) - 1,
         values: pairs.iter().map(|(ua, _)| Amplitude::new(*ua)).collect(),
         widths: pairs.iter().map(|(_, us)| *us).collect(),
@@ -134,6 +135,7 @@ fn what_a_channel_may_not_have_is_refused_by_name() {
         (stimuli(&[(20_000, 201), (1_000, 200)]), charge),
         (
             Request::Amplitudes {
+                at: None,
                 mask: 0b11,
                 values: [1_000, 1_000].map(Amplitude::new).into_iter().collect(),
                 widths: [200].into_iter().collect(),
@@ -142,6 +144,7 @@ fn what_a_channel_may_not_have_is_refused_by_name() {
         ),
         (
             Request::Amplitudes {
+                at: None,
                 mask: 0b1,
                 values: [Amplitude::new(1_000)].into_iter().collect(),
                 widths: [200, 200].into_iter().collect(),

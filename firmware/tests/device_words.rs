@@ -37,6 +37,7 @@ fn telemetry_gives_back_the_force_that_was_asked() {
 #[test]
 fn a_mask_of_nothing_does_not_keep_the_host_from_being_silent() {
     let nothing = || Request::Amplitudes {
+        at: None,
         mask: 0,
         values: heapless::Vec::new(),
         widths: heapless::Vec::new(),

@@ -190,6 +190,13 @@ impl World {
         })
     }
 
+    /// The same world, which goes on alone from here; nothing where its device or its wearer
+    /// cannot be copied.
+    #[must_use]
+    pub fn snapshot(&self) -> Option<Self> {
+        self.fork(self.device.fork()?)
+    }
+
     /// Virtual time, µs; device time is its lower 32 bits.
     #[must_use]
     pub const fn now_us(&self) -> u64 {

@@ -4,7 +4,7 @@
 use crate::program::{Board, SESSION, flexor, folder, ran, said, written};
 use crate::record_again::with_wearer;
 use hal_sim::wire::pty::PtyWire;
-use host_core::link::{Client, TcpPort};
+use host_core::link::{Connection, TcpPort};
 use host_core::record;
 use std::net::TcpListener;
 use std::path::Path;
@@ -224,7 +224,7 @@ fn a_second_client_is_refused_and_the_first_goes_on() {
     let folder = folder("second");
     let board = Board::tcp(&folder);
     let address = board.at.strip_prefix("tcp:").unwrap();
-    let (mut first, _) = Client::open(TcpPort::connect(address).unwrap()).unwrap();
+    let (mut first, _) = Connection::open(TcpPort::connect(address).unwrap()).unwrap();
     let line = format!("run session.toml --device {}", board.at);
     let says = [
         "E112",

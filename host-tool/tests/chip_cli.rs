@@ -1,8 +1,11 @@
 //! What the `flexor` program says of images that cannot be flashed, and of
 //! options that have no place: one line, a number, exit code 1 or 2.
 
-use crate::program::{TRIGGER, folder, ran, written};
+use crate::program::{TRIGGER, flexor, folder, ran, written};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 
 /// Header, one program header, `segment` at `address` of flash: an ELF without
 /// sections, of `machine`.
@@ -106,6 +109,41 @@ fn an_image_that_never_opens_its_port_is_told_after_its_time() {
     let path = image("idle.elf", &elf(ARM, 0x0800_0000, &code()));
     let error = refused(&RUN, &path, 1);
     is_told(&error, "E541", &["3 s"]);
+}
+
+/// The server of a debugger, as a launcher meets it.
+#[test]
+fn a_debugger_s_port_is_served_until_the_program_ends() {
+    let path = image("debugged.elf", &elf(ARM, 0x0800_0000, &code()));
+    let path = path.to_str().unwrap();
+    let words = [
+        "serve",
+        "--device",
+        "chip",
+        "--tcp",
+        "127.0.0.1:0",
+        "--gdb",
+        "0",
+    ];
+    let mut serve = flexor(Path::new("."), &[&words[..], &["--image", path]].concat());
+    let mut serve = serve.stderr(Stdio::piped()).spawn().unwrap();
+    let mut line = String::new();
+    let stderr = serve.stderr.take().unwrap();
+    BufReader::new(stderr).read_line(&mut line).unwrap();
+    let (_, at) = line.split_once("gdb: target remote ").unwrap();
+    let connect = || TcpStream::connect(at.trim()).unwrap();
+    drop(connect()); // "is it open?"
+    for _ in 0..3 {
+        let mut gdb = connect();
+        gdb.write_all(b"$?#3f").unwrap();
+        let mut answer = [0; 17];
+        gdb.read_exact(&mut answer).unwrap();
+        assert_eq!(&answer, b"+$T05thread:1;#d7");
+        gdb.write_all(b"+$k#6b").unwrap();
+    }
+    assert!(serve.try_wait().unwrap().is_none(), "it serves on");
+    serve.kill().unwrap();
+    serve.wait().unwrap();
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::program::{Board, folder, said, written};
 use firmware::haptics::{Hold, Modulation, MotionPhase};
 use firmware::link::{Code, Event, Request, Telemetry};
 use firmware::units::Angle;
-use host_core::link::{Client, Error, Incoming, Port, TcpPort, stamp};
+use host_core::link::{Connection, Error, Incoming, Port, TcpPort, stamp};
 use host_core::session::Session;
 use std::process::Command;
 
@@ -164,12 +164,12 @@ fn a_client_s_own_mistakes_never_reach_a_device() {
 }
 
 /// A client of a board that is armed with a session's setup.
-struct Wire(Client<TcpPort>);
+struct Wire(Connection<TcpPort>);
 
 impl Wire {
     fn armed(board: &Board, session: &Session) -> Self {
         let port = TcpPort::connect(board.at.strip_prefix("tcp:").unwrap()).unwrap();
-        let (mut client, _) = Client::open(port).unwrap();
+        let (mut client, _) = Connection::open(port).unwrap();
         for request in session.requests() {
             client.request(request).unwrap();
         }

@@ -4,7 +4,7 @@ use crate::program::{Board, flexor, folder, said, written};
 use crate::steady::steadily;
 use firmware::units::Micros;
 use hal_sim::native::native;
-use host_core::link::{Client, TcpPort};
+use host_core::link::{Connection, TcpPort};
 use host_core::record::{DeviceState, Sample};
 use host_core::run::{SessionFile, run, simulated};
 use host_core::wearer::shipped;
@@ -54,7 +54,7 @@ fn is_answered(device: &str) {
     };
     let waited = begin.elapsed();
     // `Hello` is waited for half a second.
-    let opened = Client::open(port);
+    let opened = Connection::open(port);
     assert!(opened.is_ok(), "{device}: {:?}", opened.err());
     println!("{device}: refused {refused} times in {waited:?}, then answered");
 }

@@ -62,3 +62,5 @@ mod serve;
 mod steady;
 mod trigger;
 mod two_points_cli;
+#[cfg(unix)]
+mod watch_terminal;

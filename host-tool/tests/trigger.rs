@@ -4,7 +4,7 @@
 use crate::program::{folder, ran, written};
 use firmware::link::Request;
 use hal_sim::trace::State;
-use host_core::link::{Client, Port};
+use host_core::link::{Connection, Port};
 use host_core::run::{DeviceName, Outcome, SessionFile, run};
 
 const TRIGGER: &str = include_str!("../sessions/trigger.toml");
@@ -112,7 +112,7 @@ fn a_session_without_a_pulse_says_so_first() {
 fn a_client_asks_for_an_edge() {
     let file = SessionFile::parse("trigger.toml", TRIGGER).unwrap();
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
-    let (mut client, _) = Client::open(port).unwrap();
+    let (mut client, _) = Connection::open(port).unwrap();
     for request in file.session.requests() {
         client.request(request).unwrap();
     }

@@ -14,7 +14,7 @@ use hal_sim::native::native;
 use hal_sim::trace::{Edge, Trace};
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
-use host_core::link::{Client, Port, SimulatedPort};
+use host_core::link::{Connection, Port, SimulatedPort};
 use host_core::run::{DeviceName, Outcome, SessionFile, chip_image, run};
 use std::path::{Path, PathBuf};
 
@@ -121,8 +121,8 @@ pub fn world(boot: Micros) -> World {
 
 /// A host with a session on it, and the answer to its `Hello`.
 #[must_use]
-pub fn open(boot: Micros) -> (Client<SimulatedPort>, HelloInfo) {
-    Client::open(SimulatedPort::new(world(boot))).unwrap()
+pub fn open(boot: Micros) -> (Connection<SimulatedPort>, HelloInfo) {
+    Connection::open(SimulatedPort::new(world(boot))).unwrap()
 }
 
 /// Who a device is that has just got its power.

@@ -144,6 +144,7 @@ impl Bench {
     fn stimulate(&mut self, ms: u64) {
         for _ in 0..ms / 5 {
             self.say(Request::Amplitudes {
+                at: None,
                 mask: 0b10_0001,
                 values: [Amplitude::new(5_000); 2].into_iter().collect(),
                 widths: Default::default(),

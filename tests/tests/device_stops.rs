@@ -164,6 +164,7 @@ fn run(
     let values = trains.iter().map(|_| Amplitude::new(LIMIT_UA)).collect();
     let mask = (1 << trains.len()) - 1;
     desk.ask(Request::Amplitudes {
+        at: None,
         mask,
         values,
         widths: Default::default(),

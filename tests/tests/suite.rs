@@ -29,6 +29,7 @@ mod lift;
 mod maps;
 mod million_pulses;
 mod pictures;
+mod programs;
 mod protocol_parity;
 mod protocol_vectors;
 mod qemu_instructions;

@@ -14,6 +14,7 @@ pub(super) fn setpoint(mask: u16, random: &mut Random) -> Request {
         let _ = values.push(Amplitude::new(random.between(0, 20_000)));
     }
     Request::Amplitudes {
+        at: None,
         mask,
         values,
         widths: Vec::new(),

@@ -1,6 +1,7 @@
 //! What the owners say to each other: single-producer, single-consumer.
 
 mod answer;
+mod asked;
 mod post;
 
 use super::part::ControlPart;
@@ -8,13 +9,15 @@ use crate::control::Amplitudes;
 use crate::haptics::JOINTS;
 use crate::limb::{LINES, LineSpec};
 use crate::link::{Event, Refusal, Response};
-use crate::muscle::Rung;
 use crate::pulse::CHANNELS;
-use crate::safety::{Denied, Entry, FaultRecord, Left, Notice, PulseList, Setup, State, Stimulus};
-use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
+use crate::safety::{
+    Denied, Entry, FaultRecord, Left, Notice, PulseList, Setup, State, Stimuli, Stimulus,
+};
+use crate::units::{Amplitude, Micros};
 use heapless::spsc::{Consumer, Producer, Queue};
 
-pub use answer::{Answered, Released};
+pub use answer::{Answered, Edge, Released};
+pub use asked::{Asked, ControlRequest};
 use post::{Lost, StopFlag};
 
 /// Session → pulser.
@@ -47,11 +50,13 @@ pub enum OrderKind {
     /// Play the list that lies in the list mailbox.
     Pulses,
     Amplitudes {
-        mask: u16,
-        values: [Amplitude; CHANNELS],
-        /// In the same order, µs; 0 for the train's own.
-        widths: [u16; CHANNELS],
+        /// From when they hold; `None` is on arrival.
+        at: Option<Micros>,
+        stimuli: Stimuli,
     },
+    /// The session ends and its host has another: what waits for its time is forgotten.
+    /// The one order without an answer.
+    Forget,
 }
 
 /// Pulser → session.
@@ -93,6 +98,8 @@ pub enum Report {
         pulses: u32,
         /// Trigger edges without a prepared train.
         idle_triggers: u32,
+        /// Timed amplitudes that came too late.
+        late_setpoints: u32,
         /// The latched or last fault.
         fault: Option<FaultRecord>,
         /// What is left of time and charge.
@@ -112,90 +119,6 @@ pub enum Report {
 /// Parts of the largest setup: the channels, a muscle for each, joint, wall or arm, or
 /// joints that are modulated.
 const PARTS: usize = CHANNELS + 1 + JOINTS;
-
-/// Session → controller.
-#[derive(Clone, Copy, Debug)]
-pub struct Asked {
-    /// Stops raised when it was posted.
-    pub stops: u32,
-    /// What is asked.
-    pub request: ControlRequest,
-}
-
-/// What a session asks of the controller.
-#[derive(Clone, Copy, Debug)]
-pub enum ControlRequest {
-    /// A wanted angle.
-    Angle {
-        /// The request's number.
-        seq: u16,
-        /// When its last byte arrived.
-        arrived: Micros,
-        /// From when it is valid.
-        at: Micros,
-        /// The angle.
-        angle: Angle,
-        /// Its rate, if the host gave one.
-        rate: Option<AngularRate>,
-    },
-    /// A wanted force.
-    Force {
-        /// The request's number.
-        seq: u16,
-        /// When its last byte arrived.
-        arrived: Micros,
-        /// From when it is valid.
-        at: Micros,
-        /// From 0.
-        channel: u8,
-        /// mN.
-        millinewton: u32,
-        /// Its rate, if the host gave one.
-        rate: Option<ForceRate>,
-    },
-    /// A wanted force at the hand.
-    Wrench {
-        /// The request's number.
-        seq: u16,
-        /// When its last byte arrived.
-        arrived: Micros,
-        /// From when it is valid.
-        at: Micros,
-        /// mN, along x, y, z.
-        force_mn: [i32; 3],
-    },
-    /// An object is held from now on, or released.
-    Held {
-        /// The request's number.
-        seq: u16,
-        /// When its last byte arrived.
-        arrived: Micros,
-        /// Which of the two.
-        is_held: bool,
-    },
-    /// A joint angle measured by the host.
-    Measurement {
-        /// The request's number.
-        seq: u16,
-        /// When it was measured.
-        at: Micros,
-        /// Which of an arm's nine or of four modulated joints; 0 of a joint or a wall.
-        joint: u8,
-        /// The angle.
-        angle: Angle,
-    },
-    /// Another rung for a muscle.
-    Rung {
-        /// The request's number.
-        seq: u16,
-        /// From 0.
-        channel: u8,
-        /// The rung from then on.
-        rung: Rung,
-    },
-    /// Telemetry period in ticks, 0 for none.
-    Subscribe(u16),
-}
 
 /// Answer to an angle, a force, a measurement or a change
 /// of rung.
@@ -291,6 +214,8 @@ pub struct Mailboxes {
     // A verdict for every order of one window, and what changes in it.
     reports: Queue<Report, 40>,
     entries: Queue<Entry, 4>,
+    // Two a window, for as many as the session may be away.
+    edges: Queue<Edge, 32>,
     control_parts: Queue<ControlPart, { PARTS + 1 }>,
     lines: Queue<LineSpec, { LINES + 1 }>,
     control_requests: Queue<Asked, 16>,
@@ -315,6 +240,7 @@ pub struct PulserMail<'a> {
     pub(super) orders: Consumer<'a, Order>,
     pub(super) reports: Producer<'a, Report>,
     pub(super) entries: Producer<'a, Entry>,
+    edges: Producer<'a, Edge>,
     pub(super) control_orders: Consumer<'a, ControlOrder>,
     pub(super) control_events: Producer<'a, ControlEvent>,
     pub(super) stop: &'a StopFlag,
@@ -341,6 +267,7 @@ pub struct SessionMail<'a> {
     pub(super) orders: Producer<'a, Order>,
     pub(super) reports: Consumer<'a, Report>,
     entries: Consumer<'a, Entry>,
+    pub(super) edges: Consumer<'a, Edge>,
     pub(super) control_parts: Producer<'a, ControlPart>,
     pub(super) lines: Producer<'a, LineSpec>,
     pub(super) control_requests: Producer<'a, Asked>,
@@ -360,6 +287,7 @@ impl Mailboxes {
             orders: Queue::new(),
             reports: Queue::new(),
             entries: Queue::new(),
+            edges: Queue::new(),
             control_parts: Queue::new(),
             lines: Queue::new(),
             control_requests: Queue::new(),
@@ -391,7 +319,10 @@ impl Mailboxes {
     /// Whether [`super::Session::poll`] would find anything. For simulators.
     #[must_use]
     pub fn has_for_session(&self) -> bool {
-        !(self.reports.is_empty() && self.control_reports.is_empty() && self.samples.is_empty())
+        !(self.reports.is_empty()
+            && self.control_reports.is_empty()
+            && self.samples.is_empty()
+            && self.edges.is_empty())
     }
 
     /// The three owners' ends.
@@ -401,6 +332,7 @@ impl Mailboxes {
         let (orders_tx, orders_rx) = self.orders.split();
         let (reports_tx, reports_rx) = self.reports.split();
         let (entries_tx, entries_rx) = self.entries.split();
+        let (edges_tx, edges_rx) = self.edges.split();
         let (control_parts_tx, control_parts_rx) = self.control_parts.split();
         let (lines_of_arm_tx, lines_of_arm_rx) = self.lines.split();
         let (requests_tx, requests_rx) = self.control_requests.split();
@@ -415,6 +347,7 @@ impl Mailboxes {
             orders: orders_rx,
             reports: reports_tx,
             entries: entries_tx,
+            edges: edges_tx,
             control_orders: control_orders_rx,
             control_events: events_tx,
             stop,
@@ -437,6 +370,7 @@ impl Mailboxes {
             orders: orders_tx,
             reports: reports_rx,
             entries: entries_rx,
+            edges: edges_rx,
             control_parts: control_parts_tx,
             lines: lines_of_arm_tx,
             control_requests: requests_tx,

@@ -1,30 +1,17 @@
 //! The owner of time on the pins: renders each window, has the guard's word.
 
 mod orders;
+mod sampling;
+mod timed;
 
-use super::mail::{Answered, ControlEvent, ControlOrder, Mailboxes, PulserMail, Report};
-use crate::pulse::{Levels, MAX_PULSES, PulseStart, Sample, Scheduler, WINDOW_US, WindowPlan};
+use super::mail::{Answered, ControlEvent, ControlOrder, Edge, Mailboxes, PulserMail, Report};
+use crate::pulse::{Levels, MAX_PULSES, Sample, Scheduler, WINDOW_US, WindowPlan};
 use crate::safety::trips;
 use crate::safety::{
     Denied, Fault, FaultRecord, Found, Guard, Inputs, Notice, OutputCheck, Setup, State,
 };
 use crate::units::{Micros, us};
 use heapless::Vec;
-
-/// Slots of a window in which a sample can be asked for: the board's refill arms it in
-/// the window's first microseconds, and the next has its reading.
-const FIRST_SLOT: u32 = 12;
-const LAST_SLOT: u32 = 240;
-const _: () = assert!(LAST_SLOT + 10 <= WINDOW_US);
-
-/// A phase's current is settled so long after its edge, µs (docs/hardware.md).
-const SETTLED_US: u32 = 10;
-
-/// A channel with a shorter period is fast, µs: 50 readings a second tell as much.
-const SLOW_US: u32 = 20_000;
-
-/// Samples asked for without a reading that are a fault. Two are under way at most.
-const MISSING_TO_FAULT: u8 = 6;
 
 /// Owns the guard and the scheduler. On a board it is one interrupt.
 #[derive(Debug)]
@@ -50,6 +37,7 @@ pub struct Pulser {
     due: Option<Fault>,
     pulses: u32,
     idle_triggers: u32,
+    late_setpoints: u32,
     /// The channel sampled last, so that all take turns.
     sampled: u8,
     /// Mid-phases behind the windows rendered so far, one of each pulse.
@@ -81,6 +69,7 @@ impl Pulser {
             due: None,
             pulses: 0,
             idle_triggers: 0,
+            late_setpoints: 0,
             sampled: 0,
             phases: Vec::new(),
             second: 0,
@@ -148,7 +137,8 @@ impl Pulser {
     pub fn rest(&mut self, start: Micros, inputs: &Inputs, mail: &mut Mailboxes) -> bool {
         let rests = self.scheduler.is_idle(start)
             && self.phases.is_empty()
-            && self.owed < MISSING_TO_FAULT
+            && !self.misses_readings()
+            && !self.guard.is_order_due(start + us(WINDOW_US))
             && inputs.trigger.is_none()
             && self.scheduler.is_gate_still(inputs.held)
             && self.due.is_none()
@@ -209,7 +199,7 @@ impl Pulser {
             taken?;
         }
         if inputs.trigger.is_some() || !self.scheduler.is_gate_still(inputs.held) {
-            self.accept_trigger(start, inputs);
+            self.accept_trigger(start, inputs, mail);
         }
         // By reference: a notice is large and mostly absent, and `?` copies it.
         match &self.guard.tick(start, inputs, &self.scheduler) {
@@ -223,6 +213,9 @@ impl Pulser {
                 plan.reset(start, Levels::ISOLATED);
                 return Ok(());
             }
+        }
+        if self.guard.is_order_due(start + us(WINDOW_US)) {
+            self.carry_out_due(start + us(WINDOW_US - 1), start, mail);
         }
         self.notify_state(mail);
         self.scheduler
@@ -240,13 +233,17 @@ impl Pulser {
 
     /// Lets the trigger input start and end trains, while they may play.
     #[inline(never)]
-    fn accept_trigger(&mut self, start: Micros, inputs: &Inputs) {
+    fn accept_trigger(&mut self, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
         let plays = self.guard.state() == State::Stimulating;
         let gates = plays && self.scheduler.gate(inputs.held, inputs.trigger, start);
-        if let Some(at) = inputs.trigger
-            && !(plays && self.scheduler.trigger(at) != 0 || gates)
-        {
+        let Some(at) = inputs.trigger else {
+            return;
+        };
+        if !(plays && self.scheduler.trigger(at) != 0 || gates) {
             self.idle_triggers = self.idle_triggers.saturating_add(1);
+        }
+        if self.is_stimulating() {
+            let _ = mail.tell_edge(Edge { at, is_sync: false }); // counted
         }
     }
 
@@ -321,9 +318,28 @@ impl Pulser {
         let _ = mail.report(Report::Changed { at, state, notice }); // counted
     }
 
-    /// Tells the controller of this window's pulses.
+    /// Whether amplitudes are put out, at full or on their fall.
+    const fn is_stimulating(&self) -> bool {
+        matches!(self.guard.state(), State::Stimulating | State::Stopping)
+    }
+
+    /// Tells the controller of this window's pulses, and the session of the first that drives
+    /// sync out.
     fn report_pulses(&mut self, plan: &mut WindowPlan, mail: &mut PulserMail<'_>) {
+        let mut sync = if self.is_stimulating() {
+            self.guard.setup().and_then(|setup| setup.sync)
+        } else {
+            None
+        };
         for pulse in &plan.pulses {
+            if sync == Some(pulse.channel) {
+                sync = None;
+                let edge = Edge {
+                    at: pulse.at,
+                    is_sync: true,
+                };
+                let _ = mail.tell_edge(edge); // counted
+            }
             self.pulses = self.pulses.wrapping_add(1);
             let event = ControlEvent::Pulse {
                 channel: pulse.channel,
@@ -338,95 +354,6 @@ impl Pulser {
             }
         }
         self.schedule_sample(plan);
-    }
-
-    /// Picks the mid-phase to sample in this window. All stages share one sense resistor,
-    /// whose currents add up: only a channel that pulses alone then can be judged.
-    fn schedule_sample(&mut self, plan: &mut WindowPlan) {
-        for pulse in &plan.pulses {
-            self.note_middle(pulse, plan.start);
-        }
-        if !self.phases.is_empty() {
-            self.pick_sample(plan);
-        }
-    }
-
-    /// Notes a middle of `pulse`: in pulse after pulse of a channel the first phase and
-    /// the second in turn; of a fast one two in four, for what a reading costs.
-    fn note_middle(&mut self, pulse: &PulseStart, start: Micros) {
-        let bit = 1u16.checked_shl(pulse.channel.into()).unwrap_or(0);
-        let is_second = self.second & bit != 0;
-        let pauses = self.pausing & bit != 0;
-        self.second ^= bit;
-        self.pausing ^= if is_second { bit } else { 0 };
-        let Some(middle) = self.scheduler.middle(pulse.channel, is_second) else {
-            return;
-        };
-        if pauses && middle.period_us < SLOW_US && self.arming.is_none() {
-            return;
-        }
-        let slot = (pulse.at - start).us().cast_unsigned() + middle.after_us; // below 1500
-        let (windows, slot) = (slot / WINDOW_US, slot % WINDOW_US);
-        // Not further from the middle than leaves the current settled.
-        let slack = middle.half_us.saturating_sub(SETTLED_US);
-        let slot = if slot < FIRST_SLOT {
-            FIRST_SLOT.min(slot + slack)
-        } else {
-            slot.min(LAST_SLOT.max(slot.saturating_sub(slack)))
-        };
-        if (FIRST_SLOT..=LAST_SLOT).contains(&slot) {
-            let _ = self.phases.push(Sample {
-                channel: pulse.channel,
-                second: middle.second,
-                at: start + us(windows * WINDOW_US + slot),
-            }); // as many slots
-        }
-    }
-
-    /// Of the mid-phases in this window that of the channel whose turn it is.
-    fn pick_sample(&mut self, plan: &mut WindowPlan) {
-        let last = self.sampled;
-        let turn = |channel: u8| channel.wrapping_sub(last).wrapping_sub(1) % 16;
-        self.phases.retain(|sample| {
-            let slot = (sample.at - plan.start).us();
-            let Some(slot) = u8::try_from(slot)
-                .ok()
-                .filter(|&s| u32::from(s) < WINDOW_US)
-            else {
-                return slot > 0;
-            };
-            let is_sooner = |best: Sample| turn(sample.channel) < turn(best.channel);
-            if plan.drives_alone(sample.channel, slot) {
-                let beaten = if plan.sample.is_none_or(is_sooner) {
-                    plan.sample.replace(*sample)
-                } else {
-                    Some(*sample)
-                };
-                // It has not had its turn: the same phase again.
-                let bit = beaten.map_or(0, |b| 1u16.checked_shl(b.channel.into()).unwrap_or(0));
-                self.second ^= bit;
-            }
-            false
-        });
-        if let Some(sample) = plan.sample {
-            self.sampled = sample.channel;
-            self.owed = self.owed.saturating_add(1);
-        }
-    }
-
-    /// Counts readings against samples that were asked for.
-    ///
-    /// # Errors
-    /// [`Fault::ReadingMissing`].
-    const fn expect_reading(&mut self, inputs: &Inputs) -> Result<(), Fault> {
-        if inputs.reading.is_some() {
-            self.owed = 0;
-        }
-        if self.owed < MISSING_TO_FAULT {
-            return Ok(());
-        }
-        self.owed = 0;
-        Err(Fault::ReadingMissing)
     }
 
     /// Answers an order. The session has left room.

@@ -29,7 +29,7 @@ use outbox::{Outbox, ROOM};
 use present::is_of_present;
 use release::Release;
 
-/// Room that telemetry leaves for answers.
+/// Room that telemetry and edges leave for answers.
 const RESERVED: usize = 768;
 
 /// Room that all else leaves for the answers to stops.
@@ -166,16 +166,30 @@ impl Session {
                 ControlReport::Event { at, event } => self.respond(&Response::Event { at, event }),
             }
         }
+        while let Some(edge) = mail.edges.dequeue() {
+            let at = edge.at;
+            if is_of_present(at, now) && self.leaves_room() {
+                let event = edge.event();
+                self.respond(&Response::Event { at, event });
+            } else {
+                self.drop_message();
+            }
+        }
         while let Some(sample) = mail.samples.peek() {
             let is_of_present =
                 matches!(sample, Response::Telemetry(sample) if is_of_present(sample.at, now));
-            if is_of_present && self.outbox.len() + RESERVED < ROOM {
+            if is_of_present && self.leaves_room() {
                 self.respond(sample);
             } else {
                 self.drop_message();
             }
             let _ = mail.samples.dequeue();
         }
+    }
+
+    /// Whether what was not asked for leaves room for answers.
+    const fn leaves_room(&self) -> bool {
+        self.outbox.len() + RESERVED < ROOM
     }
 
     /// Moves up to `buffer.len()` bytes for the host into `buffer`.
@@ -290,6 +304,7 @@ impl Session {
                 state,
                 pulses,
                 idle_triggers,
+                late_setpoints,
                 fault,
                 left,
             } => {
@@ -297,6 +312,7 @@ impl Session {
                 let counters = Counters {
                     pulses,
                     idle_triggers,
+                    late_setpoints,
                     ..self.counters
                 };
                 self.respond(&Response::Status {

@@ -103,7 +103,7 @@ fn unstuff(bytes: &mut [u8]) -> Option<usize> {
 }
 
 /// Collects bytes into frames. Cannot panic on any input.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Decoder {
     bytes: Vec<u8, MAX_FRAME>,
     too_long: bool,

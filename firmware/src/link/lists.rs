@@ -23,7 +23,7 @@ pub fn too_long(message: &[u8]) -> Option<(Sender, Refusal<'static>)> {
     let ((sender, number), rest) = take::<(Sender, u32)>(message)?;
     let (field, least, most, rest) = match number {
         GROUPS => ("groups", 0, MAX_GROUPS, rest),
-        AMPLITUDES => amplitudes(skip::<u16>(rest)?)?,
+        AMPLITUDES => amplitudes(skip::<(Option<u32>, u16)>(rest)?)?,
         PULSES => ("pulses", 1, MAX_LISTED, skip::<u8>(rest)?),
         JOINT => ("flexors", 1, 2, skip::<(LawSpec, u8, u32)>(rest)?),
         LINE => {

@@ -101,6 +101,8 @@ pub enum Request {
     Acknowledge,
     /// Direct amplitudes and pulse widths, all or none of them. A setpoint.
     Amplitudes {
+        /// Device time from which they hold, at most 1 s ahead; `None` is on arrival.
+        at: Option<Micros>,
         /// Bit i is channel i.
         mask: u16,
         /// One per bit set, lowest channel first.
@@ -348,7 +350,7 @@ pub struct Counters {
     pub bad_frames: u32,
     /// Gaps in the request numbers: frames lost or bad.
     pub lost: u32,
-    /// Setpoints carried out.
+    /// Setpoints carried out, or taken to wait for their time.
     pub setpoints: u32,
     /// Requests refused.
     pub refused: u32,
@@ -364,6 +366,8 @@ pub struct Counters {
     pub lost_posts: u32,
     /// Requests that named no open session, or another one.
     pub strangers: u32,
+    /// Timed amplitudes whose time was before the window that took them up.
+    pub late_setpoints: u32,
 }
 
 /// The state of the device.
@@ -416,6 +420,12 @@ pub enum Event {
     /// The object has been held for as long as it may be: nothing is stimulated until the
     /// host says that it is released, and held anew.
     HoldOver,
+    /// An edge of the trigger input while stimulating, whether it starts a train or not; the
+    /// event's time is the edge's.
+    TriggerEdge,
+    /// The first leading edge of the sync output in a window while stimulating, reported
+    /// when it is rendered, up to 0.5 ms before; the event's time is the edge's.
+    SyncEdge,
 }
 
 /// A session number no session has.

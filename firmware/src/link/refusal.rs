@@ -6,7 +6,7 @@ mod control;
 use super::frame::FrameError;
 use crate::pulse::{GroupError, TrainError, TrainSpec};
 use crate::range::OutOfRange;
-use crate::safety::{Denied, ListedPulse, SetupError, StageMismatch, SumError};
+use crate::safety::{Denied, ListedPulse, MAX_TIMED, SetupError, StageMismatch, SumError, limits};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -91,11 +91,14 @@ pub enum Code {
     NoModulation = 320,
     NoAngle = 321,
     HoldOver = 322,
+    TooFarAhead = 323,
+    TooManyWaiting = 324,
+    TimeGoesBack = 325,
 }
 
 impl Code {
     /// All codes, for documentation and tests.
-    pub const ALL: [Self; 76] = [
+    pub const ALL: [Self; 79] = [
         Self::BadCrc,
         Self::MalformedFrame,
         Self::FrameTooLong,
@@ -172,6 +175,9 @@ impl Code {
         Self::NoModulation,
         Self::NoAngle,
         Self::HoldOver,
+        Self::TooFarAhead,
+        Self::TooManyWaiting,
+        Self::TimeGoesBack,
     ];
 
     /// The code with this number.
@@ -375,6 +381,14 @@ impl From<Denied> for Refusal<'static> {
                 refusal.allowed(0, bound(max_mc))
             }
             Denied::AllowanceLost => Self::new(Code::AllowanceLost, "max_session_s"),
+            Denied::TooFarAhead => {
+                Self::new(Code::TooFarAhead, "at").allowed(0, bound(limits::AHEAD_US))
+            }
+            Denied::TooManyWaiting => {
+                Self::new(Code::TooManyWaiting, "at").allowed(0, MAX_TIMED as i32) // 16
+            }
+            Denied::TimeGoesBack { least_us } => Self::new(Code::TimeGoesBack, "at")
+                .allowed(bound(least_us), bound(limits::AHEAD_US)),
             Denied::TooLargeStep { channel, highest } => Self::new(Code::TooLargeStep, "values")
                 .on(channel)
                 .allowed(0, bound(highest.get())),

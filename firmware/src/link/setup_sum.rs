@@ -49,6 +49,12 @@ impl SetupSum {
         }));
     }
 
+    /// Whether [`Self::note`] would take note of `request`: it configures.
+    #[must_use]
+    pub fn concerns(request: &Request) -> bool {
+        matches!(request, Request::Clear) || place(request).is_some()
+    }
+
     /// Takes note of an accepted part, if it is one.
     pub fn keep(&mut self, part: Option<Part>) {
         if let Some(part) = part

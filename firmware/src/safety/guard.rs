@@ -31,10 +31,12 @@ mod step;
 mod stopping;
 #[cfg(test)]
 mod tests;
+mod timed;
 
 use super::check::Load;
 use super::list::Playing;
 use super::ramp::{Fall, Rise};
+use super::timed::Waiting;
 use super::watch::Watch;
 use super::{Denied, Inputs, Notice, State, StopCause};
 use super::{ElectrodeCheck, Fault, FaultRecord, Found, Setup, Stimulus, limits};
@@ -91,6 +93,8 @@ pub struct Guard {
     /// The list of pulses under way, and the seal over it.
     list: Playing,
     list_seal: Seal,
+    /// Amplitudes that wait for their time.
+    waiting: Waiting,
     seals: Seals,
     /// Channels whose latest burst was below what was wanted, bit i for channel i: only
     /// reported, and so not sealed.
@@ -117,6 +121,7 @@ impl Guard {
             checked: None,
             list: Playing::NOTHING,
             list_seal: Seal::of(&Playing::NOTHING),
+            waiting: Waiting::NONE,
             seals: Seals::default(),
             delayed: 0,
         };
@@ -412,28 +417,6 @@ impl Guard {
         let timeout_us = setup.map_or(0, |s| s.wearer.host_timeout_us());
         let is_silent = (now + us(WINDOW_US)).elapsed_since(self.heard) > timeout_us;
         is_silent.then(|| self.heard + us(timeout_us))
-    }
-
-    fn clear_amplitudes(&mut self) {
-        // What stood there does not matter any more; what is armed does.
-        for channel in 0..CHANNELS as u8 {
-            self.open(channel);
-        }
-        self.wanted.fill(Stimulus::default());
-        self.rises.fill(Rise::default());
-        self.in_force.fill(Stimulus::default());
-        self.steps.fill(Step::default());
-        self.watches.fill(Watch::default());
-        self.delayed = 0;
-        self.end_list();
-    }
-
-    fn enter_idle(&mut self, cause: StopCause) -> Notice {
-        self.open_core();
-        self.mode = Mode::Idle;
-        self.clear_amplitudes();
-        self.close_allowance();
-        Notice::Idle(cause)
     }
 }
 

@@ -49,6 +49,10 @@ pub const MAX_DOSE_MC: u32 = MAX_RMS.get() / 1000 * MAX_SESSION_S;
 /// Longest fall of the amplitude when stimulation ends, ms.
 pub const MAX_FALL_MS: u16 = 100;
 
+/// How far ahead of the window that takes it up a timed setpoint may be due, µs: what waits
+/// is forgotten when the host falls silent, and no host need look further ahead.
+pub const AHEAD_US: u32 = 1_000_000;
+
 /// How long an armed device waits for a start, µs.
 pub const ARM_EXPIRY_US: u32 = 10_000_000;
 

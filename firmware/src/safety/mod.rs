@@ -23,6 +23,7 @@ mod stages;
 mod state;
 mod stimulus;
 mod sums;
+mod timed;
 mod trip;
 mod watch;
 mod wearer;
@@ -40,7 +41,8 @@ pub use stages::{
     Origin, StageKind, StageMismatch, StageSupply, StageTable, StageWords, Stages, StagesFault,
 };
 pub use state::{Denied, Inputs, Notice, State, StopCause};
-pub use stimulus::Stimulus;
+pub use stimulus::{Stimuli, Stimulus};
 pub use sums::{SumError, Sums};
+pub use timed::{MAX_TIMED, Timed};
 pub use trip::trips;
 pub use wearer::{Wearer, WearerSpec};

@@ -213,6 +213,15 @@ pub enum Denied {
         /// The largest amplitude of this width there.
         highest: Amplitude,
     },
+    /// A timed setpoint is further ahead than [`limits::AHEAD_US`](super::limits::AHEAD_US).
+    TooFarAhead,
+    /// As many timed setpoints wait as may.
+    TooManyWaiting,
+    /// A timed setpoint is due less than a window after the latest that waits.
+    TimeGoesBack {
+        /// How long after the start of the next window it may be due at the soonest, µs.
+        least_us: u32,
+    },
     /// Above the wearer's limit.
     AboveLimit {
         /// The channel.

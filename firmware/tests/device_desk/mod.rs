@@ -432,6 +432,7 @@ pub fn all(count: usize, amplitude: u32) -> Request {
         values.push(Amplitude::new(amplitude)).unwrap();
     }
     Request::Amplitudes {
+        at: None,
         mask: (1 << count) - 1,
         values,
         widths: heapless::Vec::new(),

@@ -63,6 +63,7 @@ fn channel(channel: u8, train: TrainSpec, stage: StageSpec) -> Request {
 fn amplitudes(mask: u16, values: &[u32]) -> Request {
     let values = values.iter().copied().map(Amplitude::new).collect();
     Request::Amplitudes {
+        at: None,
         mask,
         values,
         widths: heapless::Vec::new(),

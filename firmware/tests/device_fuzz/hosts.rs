@@ -40,6 +40,8 @@ pub enum Step {
     Trigger(u32),
     /// Bytes stamped with a time other than now.
     Stamped(Request, i32),
+    /// Amplitudes that hold from so far ahead of now on, µs.
+    Ahead(Request, i32),
 }
 
 /// Mostly allowed, sometimes at or over an edge, sometimes anything.
@@ -334,6 +336,7 @@ pub fn amplitudes() -> impl Strategy<Value = Request> {
         }
         let values: Vec<Amplitude> = values.into_iter().map(Amplitude::new).collect();
         Request::Amplitudes {
+            at: None,
             mask,
             values: heapless::Vec::from_slice(&values).unwrap(),
             widths: heapless::Vec::from_slice(&widths).unwrap(),
@@ -448,6 +451,7 @@ pub fn step() -> impl Strategy<Value = Step> {
         1 => option::of(any::<u16>()).prop_map(Step::Joint),
         4 => (0u32..30_000).prop_map(Step::Trigger),
         1 => (request(), any::<i32>()).prop_map(|(r, d)| Step::Stamped(r, d)),
+        12 => (amplitudes(), prop_oneof![1 => any::<i32>(), 8 => -2_000i32..1_001_000]).prop_map(|(r, d)| Step::Ahead(r, d)),
     ]
 }
 

@@ -39,6 +39,14 @@ fn apply(desk: &mut Desk, step: &Step, asked: &mut Vec<(u64, u16, Request)>) {
             desk.board
                 .receive(now, &bytes, &desk.sensors, &mut desk.record);
         }
+        Step::Ahead(request, by) => {
+            let mut request = request.clone();
+            if let Request::Amplitudes { at, .. } = &mut request {
+                *at = Some(now + us(by.cast_unsigned()));
+            }
+            note(desk, &request);
+            desk.send(request);
+        }
         Step::Raw(bytes) => desk
             .board
             .receive(now, bytes, &desk.sensors, &mut desk.record),

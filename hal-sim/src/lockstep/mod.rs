@@ -61,6 +61,11 @@ pub trait Device: Send {
     fn output(&self, _channel: usize) -> Option<Output> {
         None
     }
+
+    /// A device like this one, which goes on alone from here; `None` if it cannot be copied.
+    fn fork(&self) -> Option<Box<dyn Device>> {
+        None
+    }
 }
 
 /// A device that somebody else looks into between the world's steps.

@@ -4,7 +4,7 @@
 use firmware::link::{Event, HelloInfo, Request, Response, SCHEMA, ToDevice, encode};
 use firmware::units::Micros;
 use hal_sim::world::World;
-use host_core::link::{Client, Error, Port, SimulatedPort};
+use host_core::link::{Connection, Error, Port, SimulatedPort};
 use host_core::run::{SessionFile, run, simulated};
 use std::io;
 
@@ -70,7 +70,7 @@ fn status(sleep_us: u64, then: Then) -> Result<(), String> {
         sleep_us: 0,
         then: Then::Waits,
     };
-    let (mut client, _) = Client::open(port).unwrap();
+    let (mut client, _) = Connection::open(port).unwrap();
     (client.port().sleep_us, client.port().then) = (sleep_us, then);
     client.status().map(drop).map_err(|error| error.to_string())
 }
@@ -109,7 +109,7 @@ fn what_this_computer_slept_through_is_not_the_device_s_fault() {
 /// A device that answers `Hello` with these bytes.
 struct Answering<F>(SimulatedPort, Option<Vec<u8>>, F);
 
-impl<F: Fn(ToDevice) -> Vec<u8>> Port for Answering<F> {
+impl<F: Fn(ToDevice) -> Vec<u8> + Send> Port for Answering<F> {
     fn now_us(&mut self) -> u64 {
         self.0.now_us()
     }
@@ -132,13 +132,13 @@ impl<F: Fn(ToDevice) -> Vec<u8>> Port for Answering<F> {
 }
 
 /// Why a `Hello` that is answered so is refused.
-fn opened(answer: impl Fn(ToDevice) -> Vec<u8>) -> Option<Error> {
-    Client::open(Answering(native(), None, answer)).err()
+fn opened(answer: impl Fn(ToDevice) -> Vec<u8> + Send) -> Option<Error> {
+    Connection::open(Answering(native(), None, answer)).err()
 }
 
 #[test]
 fn another_schema_in_hello_is_refused_by_both_names() {
-    let (_, info) = Client::open(native()).unwrap();
+    let (_, info) = Connection::open(native()).unwrap();
     let hello = |seq, schema| {
         Response::Hello(HelloInfo {
             seq,
@@ -246,7 +246,7 @@ fn a_poll_of_what_has_come_ends_too() {
         event: Event::Recovered,
         is_flooding: false,
     };
-    let (mut client, _) = Client::open(port).unwrap();
+    let (mut client, _) = Connection::open(port).unwrap();
     client.request(Request::KeepAlive).unwrap();
     client.port().is_flooding = true;
     let now_us = client.port().now_us();

@@ -8,7 +8,7 @@ use hal_sim::body::Still;
 use hal_sim::native::native;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
-use host_core::link::{Client, Error, Port, SimulatedPort};
+use host_core::link::{Connection, Error, Port, SimulatedPort};
 
 const BOOT: Micros = Micros::new(u32::MAX - 2_000_000);
 
@@ -35,7 +35,7 @@ pub fn native_world(boot: Micros) -> World {
 
 #[test]
 fn ten_channels_pulse_until_stopped() {
-    let (mut client, _) = Client::open(SimulatedPort::new(native_world(BOOT))).unwrap();
+    let (mut client, _) = Connection::open(SimulatedPort::new(native_world(BOOT))).unwrap();
     let wearer = WearerSpec {
         rise_ms: 10,
         ..WearerSpec::default()

@@ -4,7 +4,7 @@
 use firmware::safety::State;
 use hal_sim::body::Load;
 use hal_sim::world::World;
-use host_core::link::{Client, Port, SimulatedPort};
+use host_core::link::{Connection, Port, SimulatedPort};
 use host_core::record::{self, Recorder};
 use host_core::run::{SessionFile, acknowledge, begin_trial, run};
 use std::io;
@@ -157,7 +157,7 @@ fn runs_again(name: &str, is_faulted: bool, mut port: Accident, file: &SessionFi
     }
     let (outcome, port) = run(file, port, None, |_| ());
     assert!(outcome.error.is_none(), "{name}: {:?}", outcome.error);
-    let (_, info) = Client::open(port.unwrap()).unwrap();
+    let (_, info) = Connection::open(port.unwrap()).unwrap();
     assert_eq!(info.state, State::Idle, "{name}");
 }
 

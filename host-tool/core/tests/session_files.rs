@@ -7,7 +7,7 @@ use firmware::link::{Event, Request};
 use firmware::pulse::Partner;
 use firmware::safety::State;
 use firmware::units::{Amplitude, Micros};
-use host_core::link::{Client, Incoming, Port, SimulatedPort};
+use host_core::link::{Connection, Incoming, Port, SimulatedPort};
 use host_core::run::body_of;
 use host_core::session::{Course, LawName, Problem, Session, SessionLimb, Setpoint};
 
@@ -37,7 +37,7 @@ pub(crate) fn load(name: &str) -> Session {
 }
 
 /// Lets time go on: the device says nothing of a refusal, a fault or a stop.
-fn listen(client: &mut Client<SimulatedPort>, us: u64) {
+fn listen(client: &mut Connection<SimulatedPort>, us: u64) {
     let until = client.port().now_us() + us;
     while let Some(incoming) = client.next(until).unwrap() {
         let is_reading = matches!(incoming, Incoming::Event(_, Event::Electrode { .. }));
@@ -59,7 +59,7 @@ fn turns(session: &Session) -> u64 {
 }
 
 /// Tells the angles of the session's arm at rest, if they are measured.
-fn measure(client: &mut Client<SimulatedPort>, session: &Session) {
+fn measure(client: &mut Connection<SimulatedPort>, session: &Session) {
     if session.limb.as_ref().is_some_and(SessionLimb::is_measured) {
         let body = body_of(session, 1).unwrap();
         let at = Micros::new(client.port().world.now_us() as u32);
@@ -88,7 +88,7 @@ fn play(session: &Session) -> usize {
     {
         world.sensors.joint = Some(u16::midpoint(code_at_0, code_at_100));
     }
-    let (mut client, _) = Client::open(SimulatedPort::new(world)).unwrap();
+    let (mut client, _) = Connection::open(SimulatedPort::new(world)).unwrap();
     for request in session.requests() {
         client.request(request).unwrap();
     }

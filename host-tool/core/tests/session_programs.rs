@@ -7,7 +7,7 @@ use firmware::pulse::CHANNELS;
 use firmware::safety::Stimulus;
 use firmware::units::{Amplitude, Micros};
 use hal_sim::trace::{State, Trace};
-use host_core::link::{Client, Port, SimulatedPort};
+use host_core::link::{Connection, Port, SimulatedPort};
 use host_core::session::{Session, Setpoint};
 use proptest::prelude::*;
 
@@ -428,7 +428,7 @@ fn steps_are_held_and_repeated() {
 /// what comes with the device's rise as the tests have it.
 fn compare(benches: &[(u8, Bench)], session: &Session) {
     let world = native_world(Micros::new(u32::MAX - 200_000));
-    let (mut client, _) = Client::open(SimulatedPort::new(world)).unwrap();
+    let (mut client, _) = Connection::open(SimulatedPort::new(world)).unwrap();
     for request in session.requests() {
         client.request(request).unwrap();
     }

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod choice;
+mod controls;
 mod identify;
 mod limb_activation;
 mod limb_geometry;
@@ -13,6 +14,7 @@ mod report_page;
 mod report_truth;
 mod run_counted;
 mod run_cut_short;
+mod run_programs;
 mod run_rungs;
 mod session_arm;
 mod session_endpoint;
@@ -29,5 +31,6 @@ mod session_wearer;
 mod statistics;
 mod statistics_normality;
 mod statistics_refused;
+mod stepping;
 mod wearer_files;
 mod wearers_shipped;

@@ -2,6 +2,7 @@
 
 use super::wrong;
 use clap::{Args, ValueEnum};
+use hal_sim::chip::gdb::Outlives;
 use hal_sim::chip::soc::flash;
 use host_core::link::Port;
 use host_core::record::may_write;
@@ -43,7 +44,8 @@ pub struct ChipArgs {
     /// ELF to flash instead of the board's own image (chip)
     #[arg(long)]
     image: Option<PathBuf>,
-    /// Halt the core at reset and wait for gdb at this port (chip; 0: any)
+    /// Halt the core at reset and serve gdb at this port (chip; 0: any): one debugger at
+    /// a time, who may detach and come again
     #[arg(long)]
     gdb: Option<u16>,
     /// Write the image's log to this file, - for standard error (chip); one that is
@@ -69,7 +71,8 @@ impl ChipArgs {
         self.image.as_deref()
     }
 
-    /// Opens `device` for `session`, with these options; `replaces` a log.
+    /// Opens `device` for `session`, with these options; `replaces` a log; `outlives` a
+    /// debugger.
     ///
     /// # Errors
     /// Options that are not the device's, a log that must stay, or the device.
@@ -79,11 +82,13 @@ impl ChipArgs {
         session: &Session,
         seed: u64,
         replaces: bool,
+        outlives: Outlives,
     ) -> anyhow::Result<Box<dyn Port>> {
         let options = ChipOptions {
             image: self.image.clone(),
             gdb: self.gdb,
             log: self.log.clone(),
+            outlives,
         };
         if *device == DeviceName::Chip {
             if let Some(log) = self.log.as_ref().filter(|log| **log != Path::new("-")) {

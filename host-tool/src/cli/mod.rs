@@ -41,6 +41,7 @@ mod study;
 mod sweep;
 mod two_points;
 mod typed;
+mod watch;
 
 pub use demo::overview;
 

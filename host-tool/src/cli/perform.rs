@@ -2,21 +2,22 @@
 //! do with it.
 
 use super::chip::ChipArgs;
-use super::{Incomplete, Output, interrupt};
+use super::{Incomplete, Output, interrupt, watch};
 use anyhow::Context;
+use hal_sim::chip::gdb::Outlives;
 use hal_sim::input;
 use host_core::analysis::{
     ForceMetrics, GapMetrics, Hit, force_limiting_share, force_metrics, hits, limit_cycles,
     metrics_but_lag,
 };
-use host_core::link::Port;
+use host_core::link::{Paced, Port};
 use host_core::record::{
     Ending, Place, RecordError, Recorder, Run, sha256, write_header, write_run,
 };
 use host_core::report::force_remarks;
 use host_core::run::{
-    DeviceName, Dump, FullestPeriod, SessionFile, acknowledge, begin_trial, greet, interruptible,
-    run_taken,
+    DeviceName, Dump, FullestPeriod, Keys, SessionFile, acknowledge, begin_trial, greet,
+    interruptible, repeating, run_taken,
 };
 use host_core::session::{Session, visible};
 use std::path::{Path, PathBuf};
@@ -36,6 +37,16 @@ pub struct Order<'a> {
     pub vcd: Option<&'a Path>,
     /// Whether an older record may lie where the new one goes.
     pub replaces: bool,
+    /// Whose hands are on the controls.
+    pub controls: Controls,
+}
+
+/// Whose hands are on the controls.
+pub enum Controls {
+    /// Those of a record; nobody's without keys.
+    Repeated(Keys),
+    /// A person's, at the terminal.
+    Watched,
 }
 
 /// What came of it, complete or not.
@@ -67,9 +78,13 @@ pub fn perform(
         eprintln!("note: {}", visible(note));
     }
     let seed = record.seed.unwrap_or(SEED); // a port has its own
-    let mut port = order
-        .chip
-        .open(order.device, &session.session, seed, order.replaces)?;
+    let mut port = order.chip.open(
+        order.device,
+        &session.session,
+        seed,
+        order.replaces,
+        Outlives::Nothing,
+    )?;
     let image = port.image().map(Path::to_owned);
     // Read at once: it may lie in the record that is about to be replaced.
     let mut own_image = None;
@@ -78,6 +93,9 @@ pub fn perform(
         let bytes = bytes.with_context(|| format!("E576 cannot read {}", path.display()))?;
         record.image_sha256 = Some(sha256(&bytes));
         own_image = order.chip.image().map(|_| bytes);
+    }
+    if matches!(order.controls, Controls::Watched) && port.world().is_some() {
+        port = Box::new(Paced::new(port)); // for eyes and hands
     }
     if let Some(note) = ignored_trigger(&session.session, &mut port) {
         eprintln!("note: {note}");
@@ -98,13 +116,24 @@ pub fn perform(
         std::fs::write(&path, bytes).map_err(RecordError::write(&path))?;
     }
     let mut recorder = Recorder::create(dir, 0, &begin_trial(session))?;
-    let bar = output.bar(&record.title);
-    let watch = interruptible(&interruption, |part| bar.set(part));
     let fullest = FullestPeriod::new(&session.session, session.session.duration_us / 2);
     let dump = order.vcd.map(|path| Dump::at(path.to_owned()));
     let mut outputs = (fullest, dump);
-    let (mut outcome, _) = run_taken(session, port, Some(&mut recorder), watch, &mut outputs);
-    bar.finish();
+    let (mut outcome, shown) = match &order.controls {
+        Controls::Watched => {
+            let device = order.device.to_string();
+            let shown = (session, &*device);
+            watch::play(shown, port, &mut recorder, &mut outputs, &interruption)
+        }
+        Controls::Repeated(keys) => {
+            let bar = output.bar(&record.title);
+            let seen = repeating(keys.clone(), |part| bar.set(part));
+            let seen = interruptible(&interruption, seen);
+            let (outcome, _) = run_taken(session, port, Some(&mut recorder), seen, &mut outputs);
+            bar.finish();
+            (outcome, Ok(()))
+        }
+    };
     for told in outcome
         .trial
         .identity
@@ -120,7 +149,7 @@ pub fn perform(
         .edges(&outcome.trial.edges)
         .and_then(|()| recorder.finish(&outcome.trial.counters, outcome.trial.duration_s));
     let ended = outcome.error.map_or(Ok(()), |error| Err(error.into()));
-    let ended: anyhow::Result<()> = ended.and(closed.map_err(Into::into));
+    let ended: anyhow::Result<()> = ended.and(shown).and(closed.map_err(Into::into));
     record.trials.push(outcome.trial);
     let lost = vcd.and(write_header(dir, &record));
     record.ending = match (&ended, &lost) {

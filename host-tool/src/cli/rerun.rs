@@ -4,7 +4,7 @@ use super::chip::ChipArgs;
 use super::demo::{self, Demo};
 use super::experiment::{self, ExperimentArgs};
 use super::out::OutArgs;
-use super::perform::{Order, Performed, perform};
+use super::perform::{Controls, Order, Performed, perform};
 use super::{Incomplete, Output, Told};
 use anyhow::Context;
 use clap::Args;
@@ -13,7 +13,7 @@ use host_core::record::{
     DeviceKind, Difference, Place, Plan, Program, RecordError, Run, compare_rows, load, sha256,
     trial_folder,
 };
-use host_core::run::{DeviceName, SessionFile};
+use host_core::run::{DeviceName, Keys, SessionFile};
 use host_core::session::{KEPT_AS, LawName};
 use std::path::{Path, PathBuf};
 use studies::laboratory::{compared, differs};
@@ -161,6 +161,7 @@ fn session_again(
         chip: &chip,
         vcd: vcd.as_deref(),
         replaces: out.overwrites(),
+        controls: Controls::Repeated(Keys::of(&trial.markers)),
     };
     perform(&order, again, |title| out.place(title), output)
 }

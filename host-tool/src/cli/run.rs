@@ -2,13 +2,13 @@
 
 use super::chip::ChipArgs;
 use super::out::OutArgs;
-use super::perform::{Order, SEED, perform};
+use super::perform::{Controls, Order, SEED, perform};
 use super::study::StudyArgs;
-use super::{Output, wrong};
+use super::{Output, watch, wrong};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use host_core::record::{Plan, Run};
-use host_core::run::{DeviceName, SessionFile};
+use host_core::run::{DeviceName, Keys, SessionFile};
 use host_core::session::LawName;
 use std::path::PathBuf;
 
@@ -35,6 +35,9 @@ pub struct RunArgs {
     /// with --overwrite
     #[arg(long, group = "replaced")]
     vcd: Option<PathBuf>,
+    /// Show it live, with pause, intensity and markers on the keyboard
+    #[arg(long)]
+    watch: bool,
     #[command(flatten)]
     chip: ChipArgs,
     #[command(flatten)]
@@ -69,6 +72,12 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         reads.extend(args.chip.image());
         args.out.beside(vcd, &reads)?;
     }
+    if args.watch && (output.json || !watch::has_terminal()) {
+        return wrong(
+            "--watch needs a terminal to show the session on and keys to press, and no --json; \
+             without it flexor run records, and flexor monitor prints a line per second",
+        );
+    }
     output.settle(&mut session.session)?;
     let seed = (!args.device.is_port()).then_some(args.seed.unwrap_or(SEED));
     let plan = Plan {
@@ -86,6 +95,11 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         chip: &args.chip,
         vcd: args.vcd.as_deref(),
         replaces: args.out.overwrites(),
+        controls: if args.watch {
+            Controls::Watched
+        } else {
+            Controls::Repeated(Keys::default())
+        },
     };
     let performed = perform(&order, record, |title| args.out.place(title), output)?;
     performed.tell(output)

@@ -7,6 +7,7 @@ use super::{Output, interrupt, wrong};
 use anyhow::{Context, bail};
 use clap::{ArgGroup, Args};
 use firmware::link::{Code, Refusal, Response, encode};
+use hal_sim::chip::gdb::Outlives;
 #[cfg(unix)]
 use hal_sim::wire::pty::PtyWire;
 use hal_sim::wire::{ByteStream, tcp::TcpWire};
@@ -123,9 +124,13 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
         Some(path) => SessionFile::load(path)?,
         None => SessionFile::parse("hamana_exp4_two_point_finger.toml", text)?,
     };
-    let mut port = args
-        .chip
-        .open(&args.device, &session.session, args.seed, false)?;
+    let mut port = args.chip.open(
+        &args.device,
+        &session.session,
+        args.seed,
+        false,
+        Outlives::Debugger,
+    )?;
     let image = port.image().map(std::path::Path::to_owned);
     // Before anyone learns that there is something to end.
     let interruption = interrupt::heed()?;

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use firmware::link::HelloInfo;
 use firmware::pulse::CHANNELS;
 use firmware::safety::{Origin, StageKind, StageSupply, StageTable, Stages, State};
-use host_core::link::{Client, Port};
+use host_core::link::{Connection, Port};
 use host_core::run::{DeviceName, option_bytes_told, stages_told};
 use serde_json::json;
 use std::io::{BufRead, IsTerminal, Write};
@@ -69,7 +69,7 @@ pub fn main(args: &StagesArgs, output: Output) -> anyhow::Result<()> {
     }
     let interruption = interrupt::heed()?;
     let port = args.device.connect()?;
-    let (mut client, info) = Client::open_interruptible(port, Some(interruption))?;
+    let (mut client, info) = Connection::open_interruptible(port, Some(interruption))?;
     let Some((stages, supply)) = wanted else {
         return say(&info, output);
     };
@@ -128,7 +128,7 @@ fn again(device: &DeviceName, port: Box<dyn Port>) -> anyhow::Result<HelloInfo> 
     loop {
         sleep(Duration::from_millis(500));
         let opened = device.connect().map_err(anyhow::Error::from);
-        match opened.and_then(|port| Ok(Client::open(port)?.1)) {
+        match opened.and_then(|port| Ok(Connection::open(port)?.1)) {
             Ok(info) => return Ok(info),
             Err(error) if begin.elapsed() > RESTART => {
                 return Err(error.context("the board did not come back"));

@@ -9,6 +9,7 @@
 mod calibration;
 mod channels;
 mod chart;
+mod hands;
 mod keys;
 mod line;
 mod lines;
@@ -22,6 +23,7 @@ mod work;
 pub use calibration::{
     Behind, Inlet, Seat, Sight, Sitting, State, calibration_order, draw_calibration, early, sift,
 };
+pub use hands::{Act, Hands};
 pub use keys::{Order, order};
 pub use line::{json, line};
 pub use lines::lines;

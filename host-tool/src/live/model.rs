@@ -1,9 +1,11 @@
 //! What is known of the device at this moment.
 
+use super::Hands;
 use firmware::link::{Counters, Event, HelloInfo, Status};
 use firmware::safety::{FaultRecord, Left, State};
-use host_core::record::{DeviceKind, Sample};
+use host_core::record::{DeviceKind, DeviceState, Marker, MarkerKind, Sample};
 use host_core::run::{Seen, SessionFile, device_kind, event};
+use host_core::session::visible;
 use std::collections::VecDeque;
 
 /// Telemetry kept for the chart, s.
@@ -79,6 +81,8 @@ pub struct Model {
     pub silent_s: f64,
     /// A stop was asked for and is not finished.
     pub is_ending: bool,
+    /// The keyboard, where it has a hold of the session.
+    pub hands: Option<Hands>,
 }
 
 impl Model {
@@ -118,8 +122,17 @@ impl Model {
             Seen::Event(t_s, event) => self.event(t_s, event),
             Seen::Refused(t_s, refused) => self.note(t_s, refused.to_string(), true),
             Seen::Status(status) => self.status(status),
+            Seen::Control(marker) => self.control(marker),
             Seen::Progress(_) => {}
         }
+    }
+
+    /// The keyboard has a hold of the session from now on.
+    #[must_use]
+    pub fn with_hands(mut self) -> Self {
+        let channels = self.channels.iter().map(|channel| channel.number);
+        self.hands = Some(Hands::on(channels.collect()));
+        self
     }
 
     /// Appends a note.
@@ -156,6 +169,32 @@ impl Model {
         sample.forces_n.get(channel.force?).copied().flatten()
     }
 
+    fn control(&mut self, marker: &Marker) {
+        if let Some(hands) = &mut self.hands {
+            let has_effect = marker.text.is_empty();
+            match marker.kind {
+                MarkerKind::Pause => hands.is_paused = true,
+                MarkerKind::Resume => hands.is_paused = !has_effect,
+                _ => {}
+            }
+            let place = hands.channels.iter();
+            let place = place.into_iter().position(|it| Some(*it) == marker.channel);
+            if let Some(slot) = place.and_then(|place| hands.intensities.get_mut(place))
+                && let Some(percent) = marker.intensity_percent
+            {
+                *slot = percent;
+            }
+        }
+        let mut text = marker.kind.word().to_owned();
+        if let (Some(channel), Some(percent)) = (marker.channel, marker.intensity_percent) {
+            text += &format!(" channel {channel}: {percent} %");
+        }
+        if !marker.text.is_empty() {
+            text += &format!(": {}", visible(&marker.text));
+        }
+        self.note(marker.t_s, text, false);
+    }
+
     fn greet(&mut self, info: &HelloInfo) {
         self.kind = Some((device_kind(info), info.version));
         self.state = info.state;
@@ -166,6 +205,14 @@ impl Model {
         let from = sample.t_s - KEEP_S;
         self.has_joint |= sample.target_deg.is_some() || sample.measured_deg.is_some();
         self.t_s = sample.t_s;
+        self.state = match sample.state {
+            DeviceState::Boot => State::Boot,
+            DeviceState::Idle => State::Idle,
+            DeviceState::Armed => State::Armed,
+            DeviceState::Stimulating => State::Stimulating,
+            DeviceState::Stopping => State::Stopping,
+            DeviceState::Fault => State::Fault,
+        };
         self.samples.push_back(sample);
         while self.samples.len() > KEEP_SAMPLES
             || self.samples.front().is_some_and(|s| s.t_s < from)
@@ -179,6 +226,7 @@ impl Model {
             Event::Stopping(_) => self.state = State::Stopping,
             Event::Stopped(_) | Event::Recovered => self.state = State::Idle,
             Event::Electrode { .. } | Event::LimitCycle { .. } | Event::HoldOver => {}
+            Event::TriggerEdge | Event::SyncEdge => return, // too many for notes
             Event::Faulted(record) => {
                 self.state = State::Fault;
                 self.fault = Some(*record);

@@ -1,8 +1,8 @@
 //! The dashboard on a terminal, which is restored on every way out.
 
 use super::stream::{leave_unread, waits};
-use super::{Order, Shared, draw, order};
-use crossterm::event::{self, Event};
+use super::{Act, Order, Shared, draw, order};
+use crossterm::event::{self, Event, KeyEvent};
 use ratatui::DefaultTerminal;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -82,6 +82,29 @@ pub fn screen(
     Ok(())
 }
 
+/// What a key does, to the session where the keyboard has a hold of it.
+fn take_key(shared: &Shared, key: KeyEvent) {
+    let mut model = shared.model();
+    let act = match &mut model.hands {
+        Some(hands) => hands.press(key, Instant::now()),
+        None => order(key).map(Act::Order),
+    };
+    match act {
+        None => {}
+        Some(Act::Control(control)) => shared.control(control),
+        Some(Act::Order(order)) => shared.order(order),
+        Some(Act::Note(why)) => {
+            let (t_s, is_told) = (
+                model.t_s,
+                model.notes.back().is_some_and(|it| it.text == why),
+            );
+            if !is_told {
+                model.note(t_s, why.to_owned(), true);
+            }
+        }
+    }
+}
+
 /// Takes every key that waits before the next frame is due.
 ///
 /// # Errors
@@ -90,10 +113,8 @@ fn take_keys(shared: &Shared, next: Instant) -> io::Result<()> {
     waits(Duration::ZERO)?;
     loop {
         while event::poll(Duration::ZERO)? {
-            if let Event::Key(key) = event::read()?
-                && let Some(order) = order(key)
-            {
-                shared.order(order);
+            if let Event::Key(key) = event::read()? {
+                take_key(shared, key);
             }
         }
         let rest = next.saturating_duration_since(Instant::now());

@@ -2,7 +2,8 @@
 
 use super::{Model, Order};
 use host_core::link::Interruption;
-use host_core::run::{Observer, Seen, Wish};
+use host_core::run::{Control, Observer, Seen, Wish};
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -16,6 +17,7 @@ pub struct Shared {
     quit: AtomicBool,
     stop: AtomicBool,
     acknowledge: AtomicBool,
+    controls: Mutex<VecDeque<Control>>,
     interruption: Interruption,
 }
 
@@ -27,6 +29,7 @@ impl Shared {
             quit: AtomicBool::new(false),
             stop: AtomicBool::new(false),
             acknowledge: AtomicBool::new(false),
+            controls: Mutex::default(),
             interruption,
         }
     }
@@ -44,6 +47,15 @@ impl Shared {
             Order::Acknowledge => &self.acknowledge,
         };
         flag.store(true, Ordering::Release);
+    }
+
+    /// Does something at the controls.
+    pub fn control(&self, control: Control) {
+        self.controls().push_back(control);
+    }
+
+    fn controls(&self) -> MutexGuard<'_, VecDeque<Control>> {
+        self.controls.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Whether leaving was ordered, here or by the system.
@@ -68,6 +80,9 @@ impl Shared {
 /// Fills the model from a run and brings it the orders.
 pub struct Watch<'a> {
     shared: &'a Shared,
+    /// Whether the device is asked for its status, by the wall clock: not in a session that
+    /// is to be repeated, where every request counts.
+    asks: bool,
     asked: Option<Instant>,
 }
 
@@ -76,6 +91,7 @@ impl<'a> Watch<'a> {
     pub fn new(shared: &'a Shared) -> Self {
         Self {
             shared,
+            asks: shared.model().hands.is_none(),
             asked: None,
         }
     }
@@ -92,11 +108,15 @@ impl Observer for Watch<'_> {
             self.shared.model().is_ending = true;
             return Wish::Stop;
         }
-        if self.asked.is_some_and(|at| at.elapsed() < STATUS_PERIOD) {
+        if !self.asks || self.asked.is_some_and(|at| at.elapsed() < STATUS_PERIOD) {
             return Wish::Nothing;
         }
         self.asked = Some(Instant::now());
         Wish::Status
+    }
+
+    fn control(&mut self, _: u64) -> Option<Control> {
+        self.shared.controls().pop_front()
     }
 
     fn interruption(&self) -> Option<Interruption> {

@@ -1,7 +1,7 @@
 //! The dashboard's frame: where everything stands.
 
 use super::line::{left_in_words, word};
-use super::{Model, Note, channels, chart};
+use super::{Hands, Model, Note, channels, chart};
 use firmware::safety::State;
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
@@ -41,7 +41,9 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     } else {
         channels::draw(frame, middle, model);
     }
-    let counters_width = if area.width < NARROW { 0 } else { 33 };
+    // Nobody asks for them where hands have a hold of the session.
+    let has_counters = area.width >= NARROW && model.hands.is_none();
+    let counters_width = if has_counters { 33 } else { 0 };
     let [left, right] =
         Layout::horizontal([Constraint::Fill(1), Constraint::Length(counters_width)]).areas(below);
     draw_notes(frame, left, model);
@@ -86,6 +88,14 @@ fn status_line(model: &Model) -> Line<'_> {
         line.push_span("  ");
         line.push_span(label("LIMITING", Color::Magenta));
     }
+    if let Some(hands) = &model.hands {
+        if hands.is_paused {
+            line.push_span("  ");
+            line.push_span(label("PAUSED", Color::Yellow));
+        }
+        line.push_span("  ");
+        line.push_span(chosen(hands));
+    }
     if model.is_ending {
         line.push_span("  stopping on request".bold());
     }
@@ -104,6 +114,15 @@ fn status_line(model: &Model) -> Line<'_> {
         });
     }
     line
+}
+
+/// The selected channel and its intensity.
+fn chosen(hands: &Hands) -> String {
+    let intensity = hands.intensities.get(hands.selected);
+    match (hands.channel(), intensity) {
+        (Some(channel), Some(percent)) => format!("channel {channel} at {percent} %"),
+        _ => String::new(),
+    }
 }
 
 fn label(text: &str, color: Color) -> Span<'static> {
@@ -164,6 +183,21 @@ fn footer(model: &Model) -> Line<'static> {
         }
     };
     let mut spans = vec![Span::raw(" ")];
+    if let Some(hands) = &model.hands {
+        if let Some(text) = &hands.typing {
+            spans.push("marker: ".bold());
+            spans.push(Span::raw(format!("{text}▏")));
+            spans.push("  enter keeps it, esc does not".dim());
+            return Line::from(spans);
+        }
+        let verb = ["pause", "resume"][usize::from(hands.is_paused)];
+        spans.extend(key("space", verb, true));
+        spans.extend(key("←→", "channel", hands.channels.len() > 1));
+        spans.extend(key("↑↓", "intensity ±5 %", true));
+        spans.extend(key("m", "marker", true));
+        spans.extend(key("q", "stop", true));
+        return Line::from(spans);
+    }
     spans.extend(key(
         "space",
         "stop now",

@@ -3,7 +3,7 @@
 use super::{Shared, Watch};
 use firmware::link::Request;
 use firmware::safety::State;
-use host_core::link::{Client, Error, Incoming, Paced, Port};
+use host_core::link::{Connection, Error, Incoming, Paced, Port};
 use host_core::run::{DeviceName, Observer, RunError, Seen, SessionFile, Wish, run, sample};
 use host_core::session::Session;
 
@@ -75,7 +75,7 @@ fn open(device: &DeviceName, session: &Session, seed: u64) -> anyhow::Result<Box
 
 /// Watches without a session: asks for status and telemetry, drives nothing.
 fn watch<P: Port>(port: P, shared: &Shared) -> Result<(), Error> {
-    let (mut client, info) = Client::open(port)?;
+    let (mut client, info) = Connection::open(port)?;
     let mut watch = Watch::new(shared);
     watch.see(Seen::Hello(&info));
     client.subscribe(TELEMETRY_MS)?;
@@ -118,9 +118,9 @@ fn tell(incoming: &Incoming, clock: &mut Elapsed, shared: &Shared) {
             }
         }
         Incoming::Event(at_us, event) => model.see(Seen::Event(clock.at(*at_us), event)),
-        Incoming::Status(status) => model.see(Seen::Status(status)),
+        Incoming::Status(_, status) => model.see(Seen::Status(status)),
         Incoming::Refused(_, refused) => model.see(Seen::Refused(clock.s, refused)),
-        Incoming::Acknowledged(..) => {}
+        Incoming::Acknowledged(..) | Incoming::Hello(_) => {}
     }
     model.silent_s = 0.0;
     if model.duration_s.is_none() {

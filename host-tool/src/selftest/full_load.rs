@@ -10,7 +10,7 @@ use firmware::units::Amplitude;
 use hal_sim::random::Random;
 use hal_sim::trace::{Edge, State};
 use hal_sim::wire::faults::Faults;
-use host_core::link::{Client, Error, Incoming, SimulatedPort};
+use host_core::link::{Connection, Error, Incoming, SimulatedPort};
 use std::collections::{HashMap, VecDeque};
 
 /// Setpoints and telemetry come every millisecond.
@@ -121,7 +121,7 @@ pub fn full_load(
 
 /// A session under way.
 struct Load {
-    client: Client<SimulatedPort>,
+    client: Connection<SimulatedPort>,
     random: Random,
     found: FullLoad,
     /// What was asked and not answered yet.
@@ -142,7 +142,7 @@ struct Load {
 }
 
 impl Load {
-    fn new(client: Client<SimulatedPort>, seed: u64) -> Self {
+    fn new(client: Connection<SimulatedPort>, seed: u64) -> Self {
         Self {
             client,
             random: Random::new(seed),
@@ -187,6 +187,7 @@ impl Load {
         let mut draw = || 5_000 + self.random.below(10_000) as u32;
         let values: [u32; CHANNELS] = std::array::from_fn(|_| draw());
         let request = Request::Amplitudes {
+            at: None,
             mask: (1 << CHANNELS) - 1,
             values: values.into_iter().map(Amplitude::new).collect(),
             widths: Default::default(),
@@ -213,7 +214,13 @@ impl Load {
                     self.found.sample_gaps += u64::from(!is_due);
                     self.sampled = Some(at_us);
                 }
-                Incoming::Event(_, Event::Electrode { .. } | Event::Recovered) => {}
+                Incoming::Event(
+                    _,
+                    Event::Electrode { .. }
+                    | Event::Recovered
+                    | Event::TriggerEdge
+                    | Event::SyncEdge,
+                ) => {}
                 Incoming::Event(_, Event::Faulted(record)) => {
                     let is_ours = self.tripped && record.fault == Fault::OverCurrent;
                     self.tripped &= !is_ours;
@@ -224,7 +231,7 @@ impl Load {
                 }
                 Incoming::Event(..) => self.found.stops += u64::from(!self.is_ending),
                 // Counted by the device, too.
-                Incoming::Refused(..) | Incoming::Status(_) => {}
+                Incoming::Hello(_) | Incoming::Refused(..) | Incoming::Status(..) => {}
             }
         }
         Ok(())

@@ -10,7 +10,7 @@ use firmware::units::Amplitude;
 use hal_sim::body::Still;
 use hal_sim::random::Random;
 use hal_sim::trace::State;
-use host_core::link::{Client, Error, Incoming, SimulatedPort};
+use host_core::link::{Connection, Error, Incoming, SimulatedPort};
 use host_core::run::OpenError;
 
 /// Which way a setpoint takes through the device.
@@ -200,7 +200,7 @@ fn send(
 }
 
 /// The code in force on each channel.
-fn latest_codes(client: &mut Client<SimulatedPort>) -> [Option<u16>; CHANNELS] {
+fn latest_codes(client: &mut Connection<SimulatedPort>) -> [Option<u16>; CHANNELS] {
     let mut codes = [None; CHANNELS];
     for (channel, _, code) in bursts(client) {
         codes[usize::from(channel)] = Some(code);
@@ -209,7 +209,7 @@ fn latest_codes(client: &mut Client<SimulatedPort>) -> [Option<u16>; CHANNELS] {
 }
 
 /// Channel, start and amplitude code of every recorded burst.
-fn bursts(client: &mut Client<SimulatedPort>) -> Vec<(u8, u64, u16)> {
+fn bursts(client: &mut Connection<SimulatedPort>) -> Vec<(u8, u64, u16)> {
     let trace = &client.port().world.recorder.trace;
     let starts = trace.edges().filter(|edge| edge.state == State::Cathodic);
     starts
@@ -224,6 +224,7 @@ fn setpoint(path: Path, index: u32) -> Request {
         Path::Direct => {
             let value = Amplitude::new(if high { 15_000 } else { 10_000 });
             Request::Amplitudes {
+                at: None,
                 mask: 0x3FF,
                 values: [value; CHANNELS].into_iter().collect(),
                 widths: Default::default(),
@@ -240,7 +241,7 @@ fn setpoint(path: Path, index: u32) -> Request {
     }
 }
 
-fn run_to(client: &mut Client<SimulatedPort>, until_us: u64) -> Result<(), Error> {
+fn run_to(client: &mut Connection<SimulatedPort>, until_us: u64) -> Result<(), Error> {
     while let Some(incoming) = client.next(until_us)? {
         if let Incoming::Refused(_, refused) = incoming {
             return Err(Error::Refused(refused));

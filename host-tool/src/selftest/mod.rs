@@ -27,13 +27,13 @@ use hal_sim::body::{Body, Still};
 use hal_sim::native::native;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
-use host_core::link::{Client, Error, SimulatedPort};
+use host_core::link::{Connection, Error, SimulatedPort};
 
 /// Every measurement begins 60 s before the 32-bit clock wraps.
 pub const BOOT: Micros = Micros::new(u32::MAX - 60_000_000 + 1);
 
 /// A client of a native board with dummy loads.
-fn open(faults: Faults, seed: u64) -> Result<Client<SimulatedPort>, Error> {
+fn open(faults: Faults, seed: u64) -> Result<Connection<SimulatedPort>, Error> {
     open_with(Box::new(Still::new(0.0)), faults, seed)
 }
 
@@ -41,9 +41,9 @@ fn open_with(
     body: Box<dyn Body>,
     faults: Faults,
     seed: u64,
-) -> Result<Client<SimulatedPort>, Error> {
+) -> Result<Connection<SimulatedPort>, Error> {
     let world = World::new(Box::new(native(BOOT)), body, BOOT, faults, seed);
-    Ok(Client::open(SimulatedPort::new(world))?.0)
+    Ok(Connection::open(SimulatedPort::new(world))?.0)
 }
 
 /// A current channel, biphasic 200 µs, limit 20 mA.
@@ -63,7 +63,7 @@ fn channel(period_us: u32, offset_us: u32) -> ChannelSpec {
 }
 
 /// Lets time go on to `until_us` and drops what arrives.
-fn idle_until(client: &mut Client<SimulatedPort>, until_us: u64) -> Result<(), Error> {
+fn idle_until(client: &mut Connection<SimulatedPort>, until_us: u64) -> Result<(), Error> {
     while client.next(until_us)?.is_some() {}
     Ok(())
 }

@@ -94,6 +94,7 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
             .map(|_| Amplitude::new(5_000 + random.below(10_000) as u32))
             .collect();
         let request = Request::Amplitudes {
+            at: None,
             mask: 0x3FF,
             values: values.iter().copied().collect(),
             widths: Default::default(),
@@ -108,7 +109,10 @@ pub fn soak(seconds: u64, seed: u64, mut progress: impl FnMut(f64)) -> Result<So
                 }
                 Incoming::Event(_, Event::Electrode { .. }) => {}
                 Incoming::Event(..) => soak.stops += 1,
-                Incoming::Telemetry(..) | Incoming::Status(_) | Incoming::Refused(..) => {}
+                Incoming::Telemetry(..)
+                | Incoming::Hello(_)
+                | Incoming::Status(..)
+                | Incoming::Refused(..) => {}
             }
         }
         progress((now - begin) as f64 / (end - begin) as f64);

@@ -12,7 +12,7 @@ use hal_sim::chip::soc::flash::Prefetched;
 use hal_sim::lockstep::Output;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
-use host_core::link::{Client, SimulatedPort};
+use host_core::link::{Connection, SimulatedPort};
 use host_core::run::{ChipError, OpenError};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -66,7 +66,7 @@ impl Subject<'_> {
         let board = Arc::new(Mutex::new(board));
         let world = World::new(Box::new(board.clone()), body, boot, Faults::default(), 1);
         Ok(Opened {
-            client: Client::open(SimulatedPort::new(world))?.0,
+            client: Connection::open(SimulatedPort::new(world))?.0,
             board: Some(board),
         })
     }
@@ -86,7 +86,7 @@ fn boot(board: &mut Board, plugged: Cycle) -> Result<(), hal_sim::chip::board::B
 /// A subject under way.
 pub(super) struct Opened {
     /// Its client; the world's time is the device's.
-    pub client: Client<SimulatedPort>,
+    pub client: Connection<SimulatedPort>,
     board: Option<Arc<Mutex<Board>>>,
 }
 

@@ -1,8 +1,7 @@
 //! What the chip simulator is given from outside: an image's file, gdb's bytes.
 
-use gdbstub::conn::Connection;
 use hal_sim::chip::board::{Board, BoardError};
-use hal_sim::chip::gdb::{Debugger, Line, Points};
+use hal_sim::chip::gdb::{Debugger, Line, Outlives, Points, Port};
 use hal_sim::chip::image::{FLASH, Image, ImageError};
 use hal_sim::chip::soc::Pace;
 use std::cell::OnceCell;
@@ -51,15 +50,24 @@ pub fn gdb(data: &[u8]) {
         Board::power_on(image, [None; _], Pace::Lazy, Points::default()).expect("it starts")
     };
     let board = BOARD.with(|board| board.get_or_init(power_on).clone());
-    let Ok(mut debugger) = Debugger::attach(Script::of(data), board) else {
-        return;
-    };
+    let port = Once(Some(Script::of(data)));
+    let mut debugger = Debugger::new(port, board, Outlives::Nothing);
     for step in 1..=4 {
         match debugger.run_to(step * RUN) {
             Ok(()) => {}
             Err(BoardError::Killed | BoardError::Stopped { .. }) => return,
             Err(other) => panic!("{other}"),
         }
+    }
+}
+
+/// A port to which one client comes.
+struct Once(Option<Script>);
+
+impl Port for Once {
+    fn accept(&mut self) -> io::Result<Option<Box<dyn Line>>> {
+        let script = self.0.take().ok_or(io::ErrorKind::ConnectionReset)?;
+        Ok(Some(Box::new(script)))
     }
 }
 
@@ -97,10 +105,9 @@ enum Said {
     Sum(u8, Option<u8>),
 }
 
-impl Connection for Script {
-    type Error = io::Error;
-
-    fn write(&mut self, byte: u8) -> io::Result<()> {
+impl Script {
+    /// A byte that gdb is told.
+    fn tell(&mut self, byte: u8) {
         let digit = |byte: u8| char::from(byte).to_digit(16).expect("a digit of a sum") as u8;
         self.said = match (self.said, byte) {
             (Said::Between, b'+' | b'-') => Said::Between,
@@ -114,20 +121,27 @@ impl Connection for Script {
                 Said::Between
             }
         };
-        Ok(())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
     }
 }
 
 impl Line for Script {
-    fn read(&mut self, wait: bool) -> io::Result<Option<u8>> {
-        match self.bytes.pop_front() {
-            Some(byte) => Ok(Some(byte)),
-            None if wait => Err(io::ErrorKind::ConnectionReset.into()),
-            None => Ok(None),
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = buffer.len().min(self.bytes.len());
+        for (to, byte) in buffer.iter_mut().zip(self.bytes.drain(..count)) {
+            *to = byte;
         }
+        match count {
+            0 => Err(io::ErrorKind::ConnectionReset.into()),
+            count => Ok(count),
+        }
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        bytes.iter().for_each(|&byte| self.tell(byte));
+        Ok(())
+    }
+
+    fn name(&self) -> String {
+        "a script".to_owned()
     }
 }

@@ -136,6 +136,7 @@ fn stimulating() -> Board<()> {
         Request::Channel { channel, spec }
     });
     let amplitudes = Request::Amplitudes {
+        at: None,
         mask: 0x201,
         values: [Amplitude::new(10_000); 2].into_iter().collect(),
         widths: Default::default(),

@@ -1,4 +1,4 @@
-//! What a fresh machine lacks: the chip's target, two components, QEMU, Python.
+//! What a fresh machine lacks: the chip's target, two components, QEMU, Python, gdb.
 
 use super::Workspace;
 use super::command::execute;
@@ -8,12 +8,17 @@ use super::report::Report;
 use std::path::Path;
 
 /// Programs of the system: name, package, what it is.
-const PROGRAMS: [[&str; 3]; 2] = [
+const PROGRAMS: [[&str; 3]; 3] = [
     ["qemu-system-arm", "qemu-system-arm", "QEMU for Arm systems"],
     [
         "python3",
         "python3",
         "for tests/judge/judge.py and an example client",
+    ],
+    [
+        "gdb-multiarch",
+        "gdb-multiarch",
+        "gdb for Arm, for the chip simulator's debug server",
     ],
 ];
 

@@ -7,7 +7,7 @@ use firmware::pulse::{CHANNELS, TrainSpec};
 use firmware::safety::ChannelSpec;
 use firmware::units::{Amplitude, Micros};
 use hal_sim::world::World;
-use host_core::link::{Client, Error, Port, SimulatedPort};
+use host_core::link::{Connection, Error, Port, SimulatedPort};
 use tests::desk;
 
 /// Device time at boot: the clock wraps while rows run.
@@ -24,7 +24,7 @@ const ANSWERS_US: u64 = 60_000;
 
 /// A device and the host that owns its session.
 pub struct Bench {
-    pub client: Client<SimulatedPort>,
+    pub client: Connection<SimulatedPort>,
     /// The owner's session.
     pub session: u16,
 }

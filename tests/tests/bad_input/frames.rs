@@ -70,7 +70,15 @@ fn groups(session: u16, count: usize) -> Vec<u8> {
 fn values(session: u16, count: usize) -> Vec<u8> {
     let mask = (1u16 << count.min(3)) - 1;
     let values = vec![Amplitude::new(5_000); count];
-    odd((session, SEQ, 14u32, mask, &values[..], &[0u16; 0][..]))
+    odd((
+        session,
+        SEQ,
+        14u32,
+        None::<u32>,
+        mask,
+        &values[..],
+        &[0u16; 0][..],
+    ))
 }
 
 fn repeated(session: u16, requests: &[Request]) -> Vec<u8> {

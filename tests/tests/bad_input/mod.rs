@@ -12,6 +12,7 @@ mod lift;
 mod orders;
 mod setup;
 mod table;
+mod timed;
 mod wall;
 
 use firmware::link::Code;
@@ -53,6 +54,11 @@ fn every_order_that_cannot_be_carried_out_is_refused() {
 }
 
 #[test]
+fn every_time_that_amplitudes_cannot_have_is_refused() {
+    table::check_all(&timed::rows());
+}
+
+#[test]
 fn every_broken_frame_is_refused() {
     frames::check_all(&frames::rows());
 }
@@ -68,6 +74,7 @@ fn every_code_has_a_row() {
         lift::rows(),
         force::rows(),
         orders::rows(),
+        timed::rows(),
     ];
     let mut covered: BTreeSet<Code> = rows.iter().flatten().filter_map(|row| row.code()).collect();
     covered.extend(frames::rows().iter().flat_map(|row| row.codes()));
@@ -80,6 +87,8 @@ fn every_code_has_a_row() {
     covered.insert(Code::PhaseLost);
     // They take seconds of stimulation: the device's own tests have these rows.
     covered.extend([Code::TimeOver, Code::DoseReached, Code::TooLargeStep]);
+    // Its range counts from a window's start: the device's own tests have that row.
+    covered.insert(Code::TimeGoesBack);
     // So has memory that is damaged through a reset.
     covered.insert(Code::AllowanceLost);
     let missing: Vec<_> = Code::ALL

@@ -168,6 +168,7 @@ fn state_rows() -> Vec<Row> {
 fn amplitudes(mask: u16, values: &[u32]) -> Request {
     let values = values.iter().map(|&v| Amplitude::new(v)).collect();
     Request::Amplitudes {
+        at: None,
         mask,
         values,
         widths: Default::default(),
@@ -210,6 +211,7 @@ fn amplitude_rows() -> Vec<Row> {
 /// Amplitudes in µA and widths in µs of the first channels.
 fn stimuli(pairs: &[(u32, u16)]) -> Request {
     Request::Amplitudes {
+        at: None,
         mask: (1 << pairs.len()) - 1,
         values: pairs.iter().map(|(ua, _)| Amplitude::new(*ua)).collect(),
         widths: pairs.iter().map(|(_, us)| *us).collect(),
@@ -284,7 +286,7 @@ fn width_rows() -> Vec<Row> {
     let count = |n| refused(Code::AmplitudeCount, "widths").allowed(n, n);
     let charge = |highest| refused(Code::ChargeAtWidth, "max_charge_nc").on(1).allowed(0, highest);
     let one_width = |mask: u16, values: &[u32]| match amplitudes(mask, values) {
-        Request::Amplitudes { mask, values, .. } => Request::Amplitudes { mask, values, widths: [200].into_iter().collect() },
+        Request::Amplitudes { mask, values, .. } => Request::Amplitudes { at: None, mask, values, widths: [200].into_iter().collect() },
         other => other,
     };
     vec![

@@ -24,6 +24,7 @@ pub struct Served {
 /// Stops where `Session::receive` begins and where the call under way ends; and
 /// where an order in it begins and has been posted: a refill that interrupts the
 /// call from there on sees the order, and a control tick the request.
+#[derive(Clone)]
 pub struct Gate {
     entry: u32,
     exit: Option<u32>,

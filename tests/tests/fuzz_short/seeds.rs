@@ -8,9 +8,9 @@ use firmware::link::Request;
 use firmware::muscle::{CalciumForceSpec, MuscleSpec, RecruitmentSpec};
 use firmware::pulse::{GroupSpec, Partner, Shape, TrainSpec};
 use firmware::safety::{ListedPulse, WearerSpec};
-use firmware::units::Amplitude;
+use firmware::units::{Amplitude, Micros, us};
 use tests::desk;
-use tests::fuzz::{Session, payload, sealed};
+use tests::fuzz::{BOOTED, Session, payload, sealed};
 
 /// One step of a conversation.
 #[expect(
@@ -88,13 +88,14 @@ pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
 }
 
 /// Conversations that a device carries out from beginning to end.
-pub fn conversations() -> [(&'static str, Vec<Step>); 9] {
+pub fn conversations() -> [(&'static str, Vec<Step>); 10] {
     [
         ("two_channels", two_channels()),
         ("group_and_trigger", group_and_trigger()),
         ("joint", joint()),
         ("fault", fault()),
         ("lists", lists()),
+        ("timed", timed()),
         ("wall", shipped::conversation("harris_wall/1_pre_wall.toml")),
         ("force", shipped::conversation("gentle_force.toml")),
         ("endpoint", shipped::conversation("endpoint_force.toml")),
@@ -127,8 +128,13 @@ fn arm_and_start() -> [Step; 4] {
 }
 
 fn amplitudes(mask: u16, ua: u32) -> Step {
+    amplitudes_at(None, mask, ua)
+}
+
+fn amplitudes_at(at: Option<Micros>, mask: u16, ua: u32) -> Step {
     let values = (0..mask.count_ones()).map(|_| Amplitude::new(ua)).collect();
     Ask(Request::Amplitudes {
+        at,
         mask,
         values,
         widths: Default::default(),
@@ -168,6 +174,26 @@ fn two_channels() -> Vec<Step> {
     steps.extend([Ask(Request::KeepAlive), Wait(150)]);
     steps.extend([Request::Status, Request::Stop].map(Ask));
     steps.extend([Wait(100), Ask(Request::Clear)]);
+    steps
+}
+
+/// Amplitudes that wait for their time, two of them beyond the end, with sync and a trigger.
+fn timed() -> Vec<Step> {
+    let sync = Request::Sync { channel: Some(0) };
+    let mut steps = vec![wearer(), channel(0, TRAIN), Ask(sync)];
+    steps.extend(arm_and_start());
+    let passed_us: u32 = steps.iter().map(Step::length_us).sum();
+    let ahead = |ahead_us, ua| amplitudes_at(Some(BOOTED + us(passed_us + ahead_us)), 1, ua);
+    steps.extend([amplitudes(1, 5_000), ahead(10_000, 10_000)]);
+    steps.extend([ahead(20_100, 15_000), ahead(400_000, 20_000), Wait(150)]);
+    steps.extend([Ask(Request::KeepAlive), Trigger, Wait(150), ahead(0, 2_000)]);
+    steps.extend([
+        Wait(60),
+        ahead(900_000, 1_000),
+        Wait(20),
+        Ask(Request::Stop),
+        Wait(100),
+    ]);
     steps
 }
 

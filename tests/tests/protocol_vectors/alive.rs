@@ -7,7 +7,7 @@ use firmware::muscle::Rung;
 use firmware::pulse::TrainSpec;
 use firmware::safety::{ListedPulse, StopCause};
 use firmware::units::{Amplitude, Micros};
-use host_core::link::{Client, Error, Incoming, Port};
+use host_core::link::{Connection, Error, Incoming, Port};
 use host_core::run::DeviceName;
 use std::collections::BTreeSet;
 use tests::desk;
@@ -99,7 +99,7 @@ fn name(request: &Request) -> String {
 /// Whether a request 60 ms after the last `KeepAlive` is taken, and whether it puts off the
 /// stop: then 160 ms after it, else 100.
 fn asked(scene: Scene, request: Request) -> (bool, bool) {
-    let (mut client, _) = Client::open(scene.port).unwrap();
+    let (mut client, _) = Connection::open(scene.port).unwrap();
     for request in scene.setup {
         client.request(request).unwrap();
     }
@@ -108,7 +108,7 @@ fn asked(scene: Scene, request: Request) -> (bool, bool) {
     // What rises has risen.
     let first = scene.setpoints.into_iter().next_back().unwrap();
     let _ = client.request(first); // refused where something is to be measured first
-    let wait = |client: &mut Client<Box<dyn Port>>, ms: u64| {
+    let wait = |client: &mut Connection<Box<dyn Port>>, ms: u64| {
         let until = client.port().now_us() + ms * 1_000;
         while client.next(until).unwrap().is_some() {}
     };

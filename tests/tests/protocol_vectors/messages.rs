@@ -297,9 +297,19 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
         (
             "amplitudes and widths",
             Request::Amplitudes {
+                at: None,
                 mask: 0b10_0000_0001,
                 values: [10_000, 0].map(Amplitude::new).into_iter().collect(),
                 widths: [300, 10].into_iter().collect(),
+            },
+        ),
+        (
+            "amplitudes, timed",
+            Request::Amplitudes {
+                at: Some(Micros::new(3_000_000_000)),
+                mask: 0b1,
+                values: [Amplitude::new(10_000)].into_iter().collect(),
+                widths: Default::default(),
             },
         ),
         ("pulses", Request::Pulses { channel: 9, pulses: [listed(0, 10_000, 300), listed(20_000, 1, 10)].into_iter().collect() }),
@@ -342,6 +352,7 @@ pub fn requests() -> Vec<(&'static str, ToDevice)> {
 
 pub fn amplitudes(list: &[(u8, u32)]) -> Request {
     Request::Amplitudes {
+        at: None,
         mask: list.iter().map(|(channel, _)| 1 << channel).sum(),
         values: list
             .iter()
@@ -536,6 +547,13 @@ fn events() -> Vec<Event> {
         period_ms: 310,
         gain_milli: 700,
     };
-    all.extend([Event::Recovered, electrode, limit_cycle, Event::HoldOver]);
+    all.extend([
+        Event::Recovered,
+        electrode,
+        limit_cycle,
+        Event::HoldOver,
+        Event::TriggerEdge,
+        Event::SyncEdge,
+    ]);
     all
 }

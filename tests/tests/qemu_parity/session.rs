@@ -110,6 +110,7 @@ impl Host {
         for step in 0..ms / 11 {
             let amplitude = |c: u32| Amplitude::new(2_000 + 150 * ((step * (c + 3)) % 40));
             self.say(Request::Amplitudes {
+                at: None,
                 mask: 0b11_1111_0001,
                 values: DIRECT.map(|c| amplitude(c.into())).into_iter().collect(),
                 // Two change burst by burst, one of each shape.
@@ -132,6 +133,7 @@ impl Host {
                 19 => self.send(vec![1; 900]),
                 20 => self.send(vec![0]),
                 31 => self.say(Request::Amplitudes {
+                    at: None,
                     mask: 1,
                     values: [Amplitude::new(99_999)].into_iter().collect(),
                     widths: Default::default(),

@@ -1,8 +1,8 @@
 //! Posting: what finds no room is counted, and a `Stop` needs none.
 
 use super::{
-    ControlEvent, ControlOrder, ControlReport, ControlVerdict, ControllerMail, PulserMail, Report,
-    SessionMail,
+    ControlEvent, ControlOrder, ControlReport, ControlVerdict, ControllerMail, Edge, PulserMail,
+    Report, SessionMail,
 };
 use crate::link::{Event, Response, Telemetry};
 use crate::safety::Entry;
@@ -70,6 +70,11 @@ impl PulserMail<'_> {
     /// posts, so only an event can be lost here, and only if it is late.
     pub(in crate::device) fn report(&mut self, report: Report) -> Result<(), Full> {
         self.lost.post(&mut self.reports, report)
+    }
+
+    /// Tells the session of an edge, apart from what it leaves room for.
+    pub(in crate::device) fn tell_edge(&mut self, edge: Edge) -> Result<(), Full> {
+        self.lost.post(&mut self.edges, edge)
     }
 
     /// Tells the controller of a pulse. One that is lost is missing in its

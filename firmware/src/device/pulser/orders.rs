@@ -3,9 +3,9 @@
 use super::Pulser;
 use crate::device::mail::{Answered, ControlEvent, Order, OrderKind, PulserMail, Released, Report};
 use crate::device::session::is_at_rest;
-use crate::pulse::{Levels, bits};
-use crate::safety::{Denied, Fault, Inputs, Stimulus};
-use crate::units::{Amplitude, Micros};
+use crate::pulse::Levels;
+use crate::safety::{Denied, Fault, Inputs};
+use crate::units::Micros;
 
 impl Pulser {
     /// First the stop, if one was raised; then what was posted: void if that was
@@ -61,6 +61,7 @@ impl Pulser {
             OrderKind::Acknowledge
             | OrderKind::Status
             | OrderKind::KeepAlive
+            | OrderKind::Forget
             | OrderKind::Release { .. } => {
                 return self.accept(order, start, inputs, mail);
             }
@@ -122,16 +123,11 @@ impl Pulser {
                 self.guard.keep_alive(order.at);
                 Ok(())
             }
-            OrderKind::Amplitudes {
-                mask,
-                ref values,
-                ref widths,
-            } => {
+            OrderKind::Amplitudes { at, ref stimuli } => {
                 answered = Answered::Setpoint;
-                self.guard
-                    .set_amplitudes(stimuli(mask, values, widths), start)
-                    .map(|()| self.guard.keep_alive(order.at))
+                self.accept_amplitudes(order, at, stimuli, start, mail)
             }
+            OrderKind::Forget => return self.guard.forget_waiting(),
             OrderKind::Pulses => {
                 answered = Answered::Setpoint;
                 // The session put it into the mailbox before it ordered.
@@ -149,6 +145,7 @@ impl Pulser {
                     state: self.guard.state(),
                     pulses: self.pulses,
                     idle_triggers: self.idle_triggers,
+                    late_setpoints: self.late_setpoints,
                     fault: self.last_fault,
                     left: self.guard.left(start),
                 };
@@ -204,21 +201,4 @@ impl Pulser {
         self.notify(ControlEvent::Started, mail);
         Ok(())
     }
-}
-
-/// The channels of `mask`, rising, each with its amplitude and width.
-fn stimuli(
-    mask: u16,
-    values: &[Amplitude],
-    widths: &[u16],
-) -> impl Iterator<Item = (u8, Stimulus)> + Clone {
-    let channels = bits(mask.into()).map(|channel| channel as u8); // below 16
-    let stimuli = values
-        .iter()
-        .zip(widths)
-        .map(|(&amplitude, &width_us)| Stimulus {
-            amplitude,
-            width_us,
-        });
-    channels.zip(stimuli)
 }

@@ -1,7 +1,7 @@
 //! Who the device is, who may speak to it, and how sessions are numbered.
 
-use super::super::mail::{ControlRequest, SessionMail};
-use super::{Session, busy, submit};
+use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
+use super::{Session, busy, send, submit};
 use crate::link::message::{OptionBytes, ResetCause};
 use crate::link::{Code, HelloInfo, Kind, Refusal, SCHEMA, Sender, SetupSum};
 use crate::pulse::DEAD_TIME_US;
@@ -62,7 +62,23 @@ impl Session {
             self.ask_release(now, seq, None, mail)?;
             return Ok(None);
         }
-        self.renew(now, seq, mail).map(Some)
+        if self.owner.is_none() {
+            return self.renew(now, seq, mail).map(Some);
+        }
+        // Perhaps while it stimulates: what the session that ends ordered for later goes
+        // with it.
+        if !mail.orders.ready() {
+            return Err(busy());
+        }
+        let info = self.renew(now, seq, mail)?;
+        let forget = Order {
+            seq,
+            at: now,
+            stops: mail.stop.raised(),
+            kind: OrderKind::Forget,
+        };
+        send(&mut mail.orders, forget)?;
+        Ok(Some(info))
     }
 
     /// The next session, for the host that sent `Hello` as its number `seq`.

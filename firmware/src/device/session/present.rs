@@ -41,12 +41,14 @@ impl ControlReport {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Identity, Session};
+    use super::super::{Identity, RESERVED, ROOM, Session};
     use super::*;
     use crate::device::Mailboxes;
+    use crate::device::mail::Edge;
     use crate::link::message::ResetCause;
-    use crate::link::{Event, Kind};
+    use crate::link::{Event, Kind, Response, encode_into};
     use crate::safety::{Fault, FaultRecord, Notice, Stages, State};
+    use crate::units::us;
 
     fn session() -> Session {
         Session::new(Identity {
@@ -113,6 +115,56 @@ mod tests {
         // No `Stop` waits for its answer; the state is taken.
         let fate = told(stopped, Micros::new(3_600_000_000));
         assert_eq!(fate, (true, false, 0));
+    }
+
+    /// Edges leave the room that telemetry leaves, and what does not fit is counted.
+    #[test]
+    fn edges_leave_room_for_answers() {
+        let now = Micros::new(3_600_000_000);
+        let (mut mail, mut session) = (Mailboxes::new(), session());
+        let mut told = 0;
+        for is_sync in [true, false].into_iter().cycle().take(400) {
+            let edge = Edge { at: now, is_sync };
+            mail.split().0.tell_edge(edge).unwrap();
+            session.poll(now, &mut mail.split().2);
+            told += 1;
+            let longest = 32; // a frame of an event without content is shorter
+            assert!(session.outbox.len() < ROOM - RESERVED + longest);
+        }
+        assert!(session.counters.dropped > 200 && session.counters.dropped < told);
+        let len = session.outbox.len();
+        session.respond(&Response::Ack { seq: 1, at: now });
+        assert!(session.outbox.len() > len);
+        assert_eq!(session.counters.lost_posts, 0);
+    }
+
+    #[test]
+    fn an_edge_is_told_with_its_time_if_that_is_of_the_present() {
+        let now = Micros::new(3_600_000_000);
+        for (at, is_told) in [(now + us(500), true), (now - us(100_001), false)] {
+            for is_sync in [true, false] {
+                let (mut mail, mut session) = (Mailboxes::new(), session());
+                mail.split().0.tell_edge(Edge { at, is_sync }).unwrap();
+                assert!(mail.has_for_session());
+                session.poll(now, &mut mail.split().2);
+                let mut expected = super::super::Outbox::new();
+                if is_told {
+                    let event = if is_sync {
+                        Event::SyncEdge
+                    } else {
+                        Event::TriggerEdge
+                    };
+                    let mut frame = heapless::Vec::new();
+                    encode_into(&Response::Event { at, event }, &mut frame).unwrap();
+                    expected.push(&frame);
+                }
+                let (mut said, mut wanted) = ([0; 64], [0; 64]);
+                session.transmit(&mut said);
+                expected.pop(&mut wanted);
+                assert_eq!(said, wanted);
+                assert_eq!(session.counters.dropped, u32::from(!is_told));
+            }
+        }
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::control::Endpoint;
 use crate::link::{Code, Part, Refusal, Request, SetupSum};
 use crate::pulse::{CHANNELS, TrainSpec};
 use crate::safety::{
-    ListedPulse, MAX_LISTED, Origin, PulseList, StageKind, StageSupply, StageTable, Stages,
+    ListedPulse, MAX_LISTED, Origin, PulseList, StageKind, StageSupply, StageTable, Stages, Stimuli,
 };
 use crate::units::{Amplitude, Angle, AngularRate, ForceRate, Micros};
 use fixed::types::I16F16;
@@ -63,11 +63,13 @@ impl Session {
             Request::Status => return later(order(OrderKind::Status), mail),
             Request::KeepAlive => return later(order(OrderKind::KeepAlive), mail),
             Request::Amplitudes {
+                at,
                 mask,
                 values,
                 widths,
             } => {
-                let kind = amplitudes(*mask, values, widths)?;
+                let stimuli = stimuli(*mask, values, widths)?;
+                let kind = OrderKind::Amplitudes { at: *at, stimuli };
                 return later(order(kind), mail);
             }
             &Request::Angle {
@@ -240,11 +242,7 @@ impl Session {
 
 /// One value per bit of `mask`, and one width or none at all; as arrays with what there
 /// is in front.
-fn amplitudes(
-    mask: u16,
-    values: &[Amplitude],
-    widths: &[u16],
-) -> Result<OrderKind, Refusal<'static>> {
+fn stimuli(mask: u16, values: &[Amplitude], widths: &[u16]) -> Result<Stimuli, Refusal<'static>> {
     Request::MASK.check(mask)?;
     let count = mask.count_ones();
     let is_one_each = |length: usize| length == count as usize;
@@ -268,7 +266,7 @@ fn amplitudes(
     for (slot, width_us) in all_widths.iter_mut().zip(widths) {
         *slot = *width_us;
     }
-    Ok(OrderKind::Amplitudes {
+    Ok(Stimuli {
         mask,
         values: all,
         widths: all_widths,

@@ -63,7 +63,7 @@ impl Guard {
 
     /// The setup, if its channels take a host's orders now.
     #[inline]
-    fn setup_for_orders(&self) -> Result<&Setup, Denied> {
+    pub(super) fn setup_for_orders(&self) -> Result<&Setup, Denied> {
         match self.mode {
             Mode::Armed { .. } | Mode::Stimulating => self.setup.as_ref().ok_or(Denied::NotArmed),
             Mode::Fault(record) => Err(Denied::FaultLatched(record.fault)),
@@ -264,7 +264,11 @@ impl Guard {
 /// What a host may order, by the limits that hold at all times; with the train's own width
 /// in place of none.
 #[inline]
-fn check_stimulus(setup: &Setup, channel: u8, stimulus: Stimulus) -> Result<Stimulus, Denied> {
+pub(super) fn check_stimulus(
+    setup: &Setup,
+    channel: u8,
+    stimulus: Stimulus,
+) -> Result<Stimulus, Denied> {
     let config = setup
         .channel(channel)
         .ok_or(Denied::NoChannel { channel })?;

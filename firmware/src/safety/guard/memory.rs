@@ -153,14 +153,14 @@ impl Guard {
     }
 
     /// Whether a channel's memory is as it was left; behind the last, what the setup
-    /// says of all.
+    /// says of all and the next order that waits.
     #[inline]
     fn holds(&self, channel: usize) -> bool {
         match self.seals.channels.get(channel) {
             Some((armed, seal)) => {
                 *armed == self.armed(channel) && seal.holds(&self.amplitudes(channel))
             }
-            None => self.seals.common.holds(&self.common()),
+            None => self.seals.common.holds(&self.common()) && self.waiting.is_whole(),
         }
     }
 

@@ -1,7 +1,8 @@
 //! How stimulation ends: by the wearer's fall, or at once.
 
-use super::{Fall, Guard, Mode};
-use crate::safety::{Inputs, Notice, StopCause};
+use super::{Fall, Guard, Mode, Rise, Step, Watch};
+use crate::pulse::CHANNELS;
+use crate::safety::{Inputs, Notice, Stimulus, StopCause};
 use crate::units::Micros;
 
 impl Guard {
@@ -14,9 +15,10 @@ impl Guard {
         self.setup.as_ref().map_or(0, |s| s.wearer.fall_us())
     }
 
-    /// Stops along `fall`, which is told by the caller.
-    pub(super) const fn fall(&mut self, fall: Fall, cause: StopCause) {
+    /// Stops along `fall`, which is told by the caller. What waits for its time is forgotten.
+    pub(super) fn fall(&mut self, fall: Fall, cause: StopCause) {
         self.open_core();
+        self.waiting.clear();
         self.mode = Mode::Stopping {
             fall,
             cause,
@@ -29,6 +31,30 @@ impl Guard {
         let cause = let_go(released);
         self.fall(Fall::new(now, 0), cause);
         Notice::Stopping(cause)
+    }
+
+    /// Nothing is wanted, in force or waiting any more.
+    pub(super) fn clear_amplitudes(&mut self) {
+        // What stood there does not matter any more; what is armed does.
+        for channel in 0..CHANNELS as u8 {
+            self.open(channel);
+        }
+        self.wanted.fill(Stimulus::default());
+        self.rises.fill(Rise::default());
+        self.in_force.fill(Stimulus::default());
+        self.steps.fill(Step::default());
+        self.watches.fill(Watch::default());
+        self.delayed = 0;
+        self.end_list();
+        self.waiting.clear();
+    }
+
+    pub(super) fn enter_idle(&mut self, cause: StopCause) -> Notice {
+        self.open_core();
+        self.mode = Mode::Idle;
+        self.clear_amplitudes();
+        self.close_allowance();
+        Notice::Idle(cause)
     }
 }
 

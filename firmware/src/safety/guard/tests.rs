@@ -4,7 +4,9 @@ mod states;
 
 use super::*;
 use crate::pulse::{Burst, BurstTime, Supply, TrainSpec, Trigger};
-use crate::safety::{ChannelSpec, ListedPulse, PulseList, Reading, StageSpec, Sums, WearerSpec};
+use crate::safety::{
+    ChannelSpec, ListedPulse, PulseList, Reading, StageSpec, Stimuli, Sums, Timed, WearerSpec,
+};
 use crate::units::{Amplitude, MicroAmps, us};
 use core::num::NonZeroU32;
 use std::format;
@@ -350,6 +352,49 @@ fn a_changed_list_is_left_out() {
         let found = if spoil { Err(Fault::Memory) } else { Ok(()) };
         assert_eq!(guard.check_seen(), found);
     }
+}
+
+/// An order that waits: taken in the window of its time, not if it has changed, nor if its
+/// window has passed, and looked at while it waits.
+#[test]
+fn a_changed_order_that_waits_is_left_out() {
+    let order = |at| Timed {
+        seq: 1,
+        at,
+        stimuli: Stimuli {
+            mask: 1,
+            values: [Amplitude::new(5_000); CHANNELS],
+            widths: [0; CHANNELS],
+        },
+    };
+    let due = NOW + us(1_000);
+    for (spoil, start, is_taken) in [
+        (false, due, true),
+        (false, due - us(WINDOW_US - 1), true),
+        (false, due + us(1), false),
+        (true, due, false),
+    ] {
+        let (mut guard, _) = guard_in("Stimulating");
+        guard.wait_for_time(&order(due), NOW).unwrap();
+        guard.seal();
+        if spoil {
+            guard.waiting.clear();
+            guard.waiting.push_spoiled(&order(due));
+        }
+        assert!(!guard.is_order_due(due) && guard.is_order_due(due + us(1)));
+        let taken = guard.take_due(start + us(WINDOW_US - 1), start);
+        assert_eq!(taken.map(|order| order.at), is_taken.then_some(due));
+        assert_eq!(guard.check_seen().is_ok(), is_taken);
+        assert_eq!(guard.waiting.next(), None);
+    }
+    let (mut guard, _) = guard_in("Stimulating");
+    guard.wait_for_time(&order(due), NOW).unwrap();
+    guard.seal();
+    let looks = 8 * (CHANNELS as u32 + 1);
+    assert!((0..looks).all(|_| guard.check_memory().is_ok()));
+    guard.waiting.clear();
+    guard.waiting.push_spoiled(&order(due));
+    assert!((0..looks).any(|_| guard.check_memory().is_err()));
 }
 
 #[test]

@@ -108,19 +108,23 @@ impl<O: Observer> Board<O> {
     /// Runs until the host has opened the device's port: clocks, tape, USB
     /// enumeration. World time begins here.
     pub fn boot(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
-        while !self.boot_on(sensors)? {}
+        while !self.boot_on(sensors, Some(BOOT_LIMIT_S))? {}
         Ok(())
     }
 
     /// [`Self::boot`] by at most a millisecond at the fastest clock; says
-    /// whether it is done.
-    pub(super) fn boot_on(&mut self, sensors: &Sensors) -> Result<bool, BoardError> {
+    /// whether it is done. Seconds since the last reset without an open port may have a limit.
+    pub(super) fn boot_on(
+        &mut self,
+        sensors: &Sensors,
+        limit_s: Option<u64>,
+    ) -> Result<bool, BoardError> {
         self.around
             .sense(sensors, self.cpu.cycle)
             .map_err(|what| self.explain(what.at(&self.cpu)))?;
         if !self.around.host.open {
-            let since = self.last_reset.unwrap_or(0);
-            if self.cpu.cycle - since > BOOT_LIMIT_S * 168_000_000 {
+            let taken = self.cpu.cycle - self.last_reset.unwrap_or(0);
+            if limit_s.is_some_and(|limit_s| taken > limit_s * 168_000_000) {
                 let failure = self.around.host.failure;
                 let why = failure.map_or_else(String::new, |f| format!(": {f}"));
                 return Err(BoardError::NoPort { why });
@@ -339,7 +343,11 @@ const SAME_CLOCK: Cycle = 3_360;
 /// Core cycles per microsecond of device time: the board's clock is 168 MHz.
 pub const CYCLES_PER_US: u64 = 168;
 
-impl<O: Observer + Send> Device for Board<O> {
+impl<O: Observer + Clone + Send + 'static> Device for Board<O> {
+    fn fork(&self) -> Option<Box<dyn Device>> {
+        Some(Box::new(self.clone()))
+    }
+
     fn receive(
         &mut self,
         at: Micros,

@@ -15,7 +15,7 @@ const PRIVATE: u32 = 0xE00;
 
 /// On the private peripheral bus, and the core's own: the chip's debug support
 /// (RM0090 table 1) is outside.
-const fn is_private(address: u32) -> bool {
+pub(in crate::chip) const fn is_private(address: u32) -> bool {
     address >> 20 == PRIVATE && address >> 12 != 0xE_0042
 }
 
@@ -80,6 +80,9 @@ impl Cpu {
         if !self.system.may_access(address, false, privileged) {
             return Err(Fault::DataAccess(address).into());
         }
+        if self.system.is_watching() {
+            self.look(address, size, false);
+        }
         let start = self.cycle.wrapping_add(self.pipeline.phase);
         let at = start.max(self.pipeline.buffer);
         self.pipeline.phase = self.pipeline.phase.wrapping_add(1);
@@ -116,6 +119,9 @@ impl Cpu {
         if !self.system.may_access(address, true, privileged) {
             return Err(Fault::DataAccess(address).into());
         }
+        if self.system.is_watching() {
+            self.look(address, size, true);
+        }
         let start = self.cycle.wrapping_add(self.pipeline.phase);
         let at = start.max(self.pipeline.buffer);
         self.pipeline.phase = self.pipeline.phase.wrapping_add(1);
@@ -144,6 +150,15 @@ impl Cpu {
                 Ok(self.imprecise_fault()?)
             }
             Err(denied) => Err(Trap::data(denied, address, self.registers.r[15])),
+        }
+    }
+
+    /// A watched access ends the run once its instruction is over.
+    #[cold]
+    #[inline(never)]
+    fn look(&mut self, address: u32, size: Size, is_write: bool) {
+        if self.system.look(address, size, is_write) {
+            self.deadline = 0;
         }
     }
 

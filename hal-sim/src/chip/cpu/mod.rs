@@ -20,6 +20,7 @@ pub mod stop;
 pub mod system;
 pub mod timing;
 
+pub(in crate::chip) use access::is_private;
 pub use bus::{Bus, Size};
 pub use registers::Registers;
 pub use run::Observer;

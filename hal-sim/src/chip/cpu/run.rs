@@ -80,6 +80,7 @@ impl Cpu {
         observer: &mut impl Observer,
     ) -> Result<(), Stop> {
         loop {
+            self.stop_if_watched()?;
             if self.stands {
                 return self.let_pass(bus, until);
             }
@@ -120,7 +121,16 @@ impl Cpu {
         self.with_decoded(|cpu, decoded| {
             decoded.check(bus.code_version());
             cpu.instruction(bus, decoded, &mut ())
-        })
+        })?;
+        self.stop_if_watched()
+    }
+
+    /// The debugger's comparators stop the core after the instruction whose access they
+    /// matched.
+    fn stop_if_watched(&mut self) -> Result<(), Stop> {
+        let pc = self.registers.r[15];
+        let hit = self.system.take_hit();
+        hit.map_or(Ok(()), |hit| Err(Stop::Watchpoint { pc, hit }))
     }
 
     /// Halts the core, or lets it go on; time goes by all the same. SysTick does not

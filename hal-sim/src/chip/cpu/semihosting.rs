@@ -92,17 +92,22 @@ impl Semihosting {
 }
 
 impl Cpu {
-    /// BKPT `immediate`: semihosting if it is 0xAB and semihosting is on, else
-    /// [`Fault::Breakpoint`]. Takes no time.
+    /// BKPT `immediate`: semihosting if it is 0xAB and semihosting is on; else the core stops
+    /// where a debugger is attached, and [`Fault::Breakpoint`] where none is. Takes no time.
     ///
     /// # Errors
     /// [`Trap`]: the program ended, or asked what nobody models.
     pub(super) fn breakpoint(&mut self, bus: &mut impl Bus, immediate: u8) -> Trapped {
-        if immediate != BREAKPOINT {
-            return Err(Fault::Breakpoint.into());
-        }
-        let Some(mut host) = self.system.semihosting.take() else {
-            return Err(Fault::Breakpoint.into());
+        let host = match immediate {
+            BREAKPOINT => self.system.semihosting.take(),
+            _ => None,
+        };
+        let Some(mut host) = host else {
+            let pc = self.registers.r[15];
+            return Err(match self.system.has_debugger() {
+                true => Stop::BreakpointInstruction { pc }.into(),
+                false => Fault::Breakpoint.into(),
+            });
         };
         let answer = self.call_host(bus, &mut host);
         self.system.semihosting = Some(host);

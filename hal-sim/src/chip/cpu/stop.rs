@@ -1,6 +1,7 @@
 //! Why an instruction, or the whole run, did not go on.
 
 use super::bus::{Denied, Unmodelled};
+use super::system::Hit;
 
 /// A synchronous fault of an instruction, taken as an exception (Arm ARM
 /// B1.5.14, B3.2.15). The return address is the faulting instruction.
@@ -84,6 +85,20 @@ pub enum Stop {
     /// A breakpoint set by the debugger was reached.
     #[error("breakpoint at {pc:#010x}")]
     Breakpoint {
+        /// Where.
+        pc: u32,
+    },
+    /// An instruction accessed data that the debugger watches.
+    #[error("watchpoint at {:#010x}, before {pc:#010x}", hit.address)]
+    Watchpoint {
+        /// The next instruction.
+        pc: u32,
+        /// The access.
+        hit: Hit,
+    },
+    /// BKPT, with a debugger attached.
+    #[error("BKPT at {pc:#010x}")]
+    BreakpointInstruction {
         /// Where.
         pc: u32,
     },

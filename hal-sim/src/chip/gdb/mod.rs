@@ -1,128 +1,112 @@
-//! A board under gdb: the core halts at reset, steps, stops at breakpoints,
-//! on Ctrl-C and where the simulator knows no further, which it tells in words.
+//! A board under a debugger: a server of gdb's remote protocol, as probes have it.
 //!
-//! In: gdb's remote protocol over TCP. Out: a [`Device`] whose time stands
-//! still while gdb has the core. Memory is read without side effects.
-//! Registers and memory map: `registers`, `target`.
+//! In: clients at a port, one at a time, who come and go. Out: a [`Device`] whose time stands
+//! still while one has the core. The core halts at reset and waits for the first; it stops at
+//! breakpoints, watched data, BKPT, Ctrl-C, and where the simulator knows no further, which it
+//! says in words. Memory is read without side effects.
 
+mod command;
+mod line;
+mod memory;
+mod monitor;
+mod obey;
+mod packet;
+mod points;
+mod refused;
 mod registers;
-mod target;
 #[cfg(test)]
 mod tests;
 
-pub use target::Points;
+pub use line::{Line, Port};
+pub use points::Points;
 
 use super::Cycle;
 use super::board::{Around, Board, BoardError};
 use super::cpu::Stop;
+use super::cpu::system::{Compared, Hit};
 use crate::lockstep::Device;
-use crate::wire::keepalive;
 use firmware::lockstep::{Sensors, Sink};
 use firmware::units::Micros;
-use gdbstub::common::Signal;
-use gdbstub::conn::Connection;
-use gdbstub::stub::state_machine::GdbStubStateMachine;
-use gdbstub::stub::{DisconnectReason, GdbStub, SingleThreadStopReason};
-use std::io::{self, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use line::Client;
+use packet::hex;
+use points::By;
+use std::io;
+use std::time::Duration;
 
-/// What gdb is at the other end of.
-pub trait Line: Connection<Error = io::Error> {
-    /// A byte; `None`: nothing is there now, and `wait` did not ask to wait for it.
-    ///
-    /// # Errors
-    /// gdb is gone.
-    fn read(&mut self, wait: bool) -> io::Result<Option<u8>>;
+/// What becomes of the board when its debugger has gone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Outlives {
+    /// It is served to others: a core that was halted waits for the next debugger, unless the
+    /// last one detached; a killed program waits at its first instruction.
+    Debugger,
+    /// It has a session to go through: the core goes on alone; killing it ends the run.
+    #[default]
+    Nothing,
 }
 
-/// A socket that is looked at without waiting, and written to with.
-pub struct Socket(TcpStream);
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Core {
+    Halted,
+    Runs,
+    Steps,
+}
 
-impl Line for Socket {
-    fn read(&mut self, wait: bool) -> io::Result<Option<u8>> {
-        let mut byte = [0];
-        self.0.set_nonblocking(!wait)?;
-        let read = self.0.read(&mut byte);
-        self.0.set_nonblocking(false)?;
-        match read {
-            Ok(0) => Err(io::ErrorKind::ConnectionReset.into()),
-            Ok(_) => Ok(Some(byte[0])),
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => Ok(None),
-            Err(error) => Err(error),
+/// A board that whoever comes to a port debugs.
+pub struct Debugger {
+    board: Board<Points>,
+    port: Box<dyn Port>,
+    outlives: Outlives,
+    core: Core,
+    /// It has the core, or had it and has not gone yet.
+    client: Option<Client>,
+    /// They are connected, and not attached.
+    others: Vec<Client>,
+    /// Why the core stands: what `?` is answered.
+    status: String,
+    /// The BKPT that stopped the core, which goes on behind it.
+    stopped_by: Option<u32>,
+}
+
+/// Most connections that wait without being attached: the oldest makes room.
+const MOST_OTHERS: usize = 8;
+/// How often the port is looked at while the core is halted.
+const LOOK: Duration = Duration::from_micros(200);
+/// The same while nobody is attached.
+const LOOK_IDLY: Duration = Duration::from_millis(5);
+/// Of the only thread that there is.
+const SIGTRAP: &str = "T05thread:1;";
+
+impl Debugger {
+    /// `board`'s core is halted at reset until someone comes to `port` and lets it run.
+    pub fn new(port: impl Port + 'static, board: Board<Points>, outlives: Outlives) -> Self {
+        let mut board = board;
+        board.cpu.system.set_debugger(true);
+        Self {
+            board,
+            port: Box::new(port),
+            outlives,
+            core: Core::Halted,
+            client: None,
+            others: Vec::new(),
+            status: SIGTRAP.to_owned(),
+            stopped_by: None,
         }
     }
-}
 
-impl Connection for Socket {
-    type Error = io::Error;
-
-    fn write(&mut self, byte: u8) -> io::Result<()> {
-        Write::write_all(&mut self.0, &[byte])
-    }
-
-    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
-        Write::write_all(&mut self.0, bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Write::flush(&mut self.0)
-    }
-
-    fn on_session_start(&mut self) -> io::Result<()> {
-        self.0.set_nodelay(true)
-    }
-}
-
-type State<L> = GdbStubStateMachine<'static, Board<Points>, L>;
-
-/// A board that gdb holds until it lets go.
-pub struct Debugger<L: Line = Socket> {
-    board: Board<Points>,
-    /// `None` once gdb has left: the core runs on alone.
-    gdb: Option<State<L>>,
-    killed: bool,
-}
-
-impl Debugger<Socket> {
-    /// Waits for gdb at `listener`, with `board`'s core halted at reset. A gdb whose computer
-    /// vanishes is taken for one that has left ([`keepalive::watch`]).
+    /// [`Board::boot`], as the debugger lets it, and however long the image takes: one that
+    /// opens no port is debugged all the same.
     ///
     /// # Errors
-    /// gdb is gone.
-    pub fn accept(listener: &TcpListener, board: Board<Points>) -> io::Result<Self> {
-        let (stream, _) = listener.accept()?;
-        keepalive::watch(&stream)?;
-        Self::attach(Socket(stream), board)
-    }
-}
-
-impl<L: Line + 'static> Debugger<L> {
-    /// gdb is at the other end of `line`, and `board`'s core halted at reset.
-    ///
-    /// # Errors
-    /// gdb is gone.
-    pub fn attach(line: L, mut board: Board<Points>) -> io::Result<Self> {
-        board.cpu.system.set_debugger(true);
-        let stub = GdbStub::new(line);
-        let gdb = stub.run_state_machine(&mut board);
-        let gdb = gdb.map_err(|error| io::Error::other(format!("gdb: {error}")))?;
-        Ok(Self {
-            board,
-            gdb: Some(gdb),
-            killed: false,
-        })
-    }
-
-    /// [`Board::boot`], as gdb lets it.
+    /// As [`Self::run_to`].
     pub fn boot(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
-        while !self.run(0, |board| board.boot_on(sensors))? {}
+        while !self.run(0, |board| board.boot_on(sensors, None))? {}
         Ok(())
     }
 
-    /// [`Board::run_to`], as gdb lets it.
+    /// [`Board::run_to`], as the debugger lets it.
     ///
     /// # Errors
-    /// The core stopped without gdb to tell, or gdb ended the run.
+    /// The core stopped with nobody attached, or the debugger ended the run.
     pub fn run_to(&mut self, cycle: Cycle) -> Result<(), BoardError> {
         self.run(cycle, |board| board.run_to(cycle))
     }
@@ -132,147 +116,269 @@ impl<L: Line + 'static> Debugger<L> {
         &self.board
     }
 
-    /// Does `act`, again and again while gdb stops it; steps on gdb's behalf
-    /// end at `limit`.
+    /// Does `act`, again and again while something stops it; once `limit` is reached, what
+    /// the debugger wants next waits for the next call.
     fn run<T>(
         &mut self,
         limit: Cycle,
         mut act: impl FnMut(&mut Board<Points>) -> Result<T, BoardError>,
     ) -> Result<T, BoardError> {
         loop {
-            self.poll(limit);
-            if self.killed {
-                return Err(BoardError::Killed);
-            }
-            match act(&mut self.board) {
-                Err(BoardError::Stopped { stop, .. }) if self.gdb.is_some() => {
-                    self.report_stop(stop)
-                }
+            self.serve(limit)?;
+            let done = act(&mut self.board);
+            self.print_console();
+            match done {
+                Err(BoardError::Stopped { stop, .. }) if self.is_attached() => self.stop(stop),
                 other => return other,
             }
         }
     }
 
-    /// Serves gdb while it has the core.
-    fn poll(&mut self, limit: Cycle) {
-        while let Some(gdb) = self.gdb.take() {
-            if matches!(gdb, State::Running(_)) && self.board.observer.leaves {
-                self.gdb = Some(gdb);
-                self.board.observer.leaves = false;
-                if let Err(BoardError::Stopped { stop, .. }) = self.board.step() {
-                    self.report_stop(stop);
-                } else if self.board.observer.steps {
-                    self.report(SingleThreadStopReason::DoneStep);
+    fn is_attached(&self) -> bool {
+        self.client.as_ref().is_some_and(|client| !client.has_left)
+    }
+
+    /// Serves the port until the core may run.
+    fn serve(&mut self, limit: Cycle) -> Result<(), BoardError> {
+        loop {
+            let has_heard = self.listen()?;
+            if self.core == Core::Halted {
+                match self.is_attached() {
+                    _ if has_heard => {}
+                    true => std::thread::sleep(LOOK),
+                    false => std::thread::sleep(LOOK_IDLY),
                 }
-                continue;
-            }
-            match self.serve(gdb) {
-                Ok(Served::Runs(gdb)) => {
-                    self.gdb = Some(gdb);
-                    return;
-                }
-                Ok(Served::Holds(gdb)) => self.gdb = Some(gdb),
-                // Gone: breakpoints of nobody hold nothing.
-                Ok(Served::Left) | Err(_) => {
-                    self.board.observer = Points::default();
-                    self.board.cpu.system.set_debugger(false);
-                }
-            }
-            if self.board.cpu.cycle >= limit && limit > 0 && self.is_stepping() {
-                return;
+            } else if limit > 0 && self.board.cpu.cycle >= limit {
+                return Ok(());
+            } else if self.board.observer.leaves {
+                self.leave();
+            } else if self.core == Core::Runs {
+                return Ok(());
             }
         }
     }
 
-    fn is_stepping(&self) -> bool {
-        matches!(self.gdb, Some(State::Running(_))) && self.board.observer.steps
+    /// The first instruction since the core was let go, or the only one.
+    fn leave(&mut self) {
+        self.board.observer.leaves = false;
+        let done = self.board.step();
+        self.print_console();
+        match done {
+            Err(BoardError::Stopped { stop, .. }) => self.stop(stop),
+            _ if self.core == Core::Steps => self.halt(SIGTRAP.to_owned()),
+            _ => {}
+        }
     }
 
-    /// One byte from gdb.
-    fn serve(&mut self, gdb: State<L>) -> Result<Served<L>, Box<dyn std::error::Error>> {
-        let board = &mut self.board;
-        let gdb = match gdb {
-            State::Idle(mut idle) => match idle.borrow_conn().read(true)? {
-                Some(byte) => idle.incoming_data(board, byte)?,
-                None => idle.into(),
-            },
-            State::Running(mut running) => match running.borrow_conn().read(false)? {
-                Some(byte) => running.incoming_data(board, byte)?,
-                None => return Ok(Served::Runs(running.into())),
-            },
-            State::CtrlCInterrupt(inner) => {
-                let reason = SingleThreadStopReason::Signal(Signal::SIGINT);
-                inner.interrupt_handled(board, Some(reason))?
+    /// Lets clients in, and does what they ask. Whether anything came.
+    fn listen(&mut self) -> Result<bool, BoardError> {
+        let mut has_heard = false;
+        match self.port.accept() {
+            Ok(None) => {}
+            Ok(Some(line)) => {
+                has_heard = true;
+                if self.others.len() == MOST_OTHERS {
+                    self.others.remove(0);
+                }
+                self.others.push(Client::new(line));
             }
-            State::Disconnected(inner) => {
-                self.killed = inner.get_reason() == DisconnectReason::Kill;
-                return Ok(Served::Left);
+            // Nobody is left to let the core go.
+            Err(_) if self.client.is_none() && self.others.is_empty() => self.let_go(),
+            Err(_) => {}
+        }
+        self.listen_to_others()?;
+        while let Some(client) = &mut self.client {
+            match client.hear() {
+                Ok(None) => break,
+                Ok(Some(heard)) => self.obey(heard)?,
+                Err(_) => self.lose_client(),
             }
-        };
-        Ok(Served::Holds(gdb))
+            has_heard = true;
+        }
+        Ok(has_heard)
     }
 
-    /// Tells gdb that the core stopped, and why, if that needs words.
-    fn report_stop(&mut self, stop: Stop) {
-        let reason = match stop {
-            Stop::Breakpoint { .. } => SingleThreadStopReason::SwBreak(()),
-            Stop::Exit(status) => SingleThreadStopReason::Exited(status as u8),
+    /// Who has said nothing that the protocol knows only looks whether the port is open. The
+    /// first who does is attached.
+    fn listen_to_others(&mut self) -> Result<(), BoardError> {
+        for mut other in std::mem::take(&mut self.others) {
+            match other.hear() {
+                Err(_) => {}
+                Ok(None) => self.others.push(other),
+                Ok(Some(_)) if self.is_attached() => {
+                    let name = self.client.as_ref().map(Client::name).unwrap_or_default();
+                    let words = format!("E.{name} debugs this chip: one debugger at a time");
+                    other.send(words.as_bytes());
+                    self.others.push(other);
+                }
+                Ok(Some(heard)) => {
+                    self.client = Some(other);
+                    self.attach();
+                    self.obey(heard)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A debugger halts the core as it comes.
+    fn attach(&mut self) {
+        self.board.cpu.system.set_debugger(true);
+        self.forget_debugger();
+        self.core = Core::Halted;
+        self.status = SIGTRAP.to_owned();
+        if let Some(client) = &mut self.client {
+            client.has_left = false;
+        }
+    }
+
+    /// What one debugger wanted is not the next one's.
+    fn forget_debugger(&mut self) {
+        self.clear_points();
+        self.board.cpu.system.semihosting = None;
+    }
+
+    fn clear_points(&mut self) {
+        self.board.observer.clear();
+        self.board.cpu.system.clear_comparators();
+    }
+
+    /// Nobody debugs the chip any more, and it goes on alone.
+    fn let_go(&mut self) {
+        self.forget_debugger();
+        self.board.cpu.system.set_debugger(false);
+        self.pass_breakpoint_instruction();
+        self.core = Core::Runs;
+    }
+
+    /// The client is gone without a word.
+    fn lose_client(&mut self) {
+        let had_core = self.is_attached();
+        self.client = None;
+        if !had_core {
+            return;
+        }
+        match (self.outlives, self.core) {
+            (Outlives::Debugger, Core::Halted) => self.forget_debugger(),
+            _ => self.let_go(),
+        }
+    }
+
+    /// The core stopped: says why, in words where numbers do not tell.
+    fn stop(&mut self, stop: Stop) {
+        let status = match stop {
+            Stop::Breakpoint { pc } => self.at_breakpoint(pc),
+            Stop::Watchpoint { hit, .. } => watched(hit),
+            Stop::BreakpointInstruction { pc } => {
+                self.stopped_by = Some(pc);
+                SIGTRAP.to_owned()
+            }
+            Stop::Exit(status) => format!("W{:02x}", status as u8),
             _ => {
                 let function = self.board.image().symbols.describe(self.board.pc());
-                self.print(&format!("{stop} (in {function})\n"));
-                SingleThreadStopReason::Signal(signal(stop))
+                if self.client.as_ref().is_some_and(|client| client.waits) {
+                    self.print(&format!("{stop} (in {function})\n"));
+                }
+                format!("T{:02x}thread:1;", signal(stop))
             }
         };
-        self.report(reason);
+        self.halt(status);
     }
 
-    fn report(&mut self, reason: SingleThreadStopReason<u32>) {
-        self.gdb = match self.gdb.take() {
-            // An error: gdb is gone.
-            Some(State::Running(running)) => running.report_stop(&mut self.board, reason).ok(),
-            other => other,
-        };
+    fn at_breakpoint(&self, pc: u32) -> String {
+        let knows = self
+            .client
+            .as_ref()
+            .map_or([false; 2], |client| client.knows_breaks);
+        match (self.board.observer.at(pc), knows) {
+            (Some(By::Software), [true, _]) => format!("{SIGTRAP}swbreak:;"),
+            (Some(By::Hardware), [_, true]) => format!("{SIGTRAP}hwbreak:;"),
+            _ => SIGTRAP.to_owned(),
+        }
     }
 
-    /// Prints `text` in gdb's console: the protocol's O packet.
+    /// A BKPT that stopped the core would stop it for ever: it goes on behind it. Whether there
+    /// was one.
+    fn pass_breakpoint_instruction(&mut self) -> bool {
+        let pc = self.board.pc();
+        let is_there = self.stopped_by.take() == Some(pc);
+        if is_there {
+            self.board.cpu.registers.r[15] = pc.wrapping_add(2);
+        }
+        is_there
+    }
+
+    /// The core is halted, and whoever waits for that is told.
+    fn halt(&mut self, status: String) {
+        self.core = Core::Halted;
+        self.status = status;
+        if self.client.as_ref().is_some_and(|client| client.waits) {
+            self.send_status();
+        }
+        if let Some(client) = &mut self.client {
+            client.waits = false;
+        }
+    }
+
+    fn send(&mut self, contents: &[u8]) {
+        if let Some(client) = &mut self.client {
+            client.send(contents);
+        }
+    }
+
+    fn send_status(&mut self) {
+        let status = self.status.clone();
+        self.send(status.as_bytes());
+    }
+
+    /// Prints `text` in the client's console: the protocol's O packet.
     fn print(&mut self, text: &str) {
-        if let Some(State::Running(running)) = &mut self.gdb {
-            let hex: String = text.bytes().map(|byte| format!("{byte:02x}")).collect();
-            let sum = hex.bytes().fold(b'O', u8::wrapping_add);
-            // A line that is broken shows when the stop is reported.
-            let _ = running
-                .borrow_conn()
-                .write_all(format!("$O{hex}#{sum:02x}").as_bytes());
+        if !text.is_empty() {
+            self.send(format!("O{}", hex(text.as_bytes())).as_bytes());
+        }
+    }
+
+    /// Prints what the program wrote by semihosting, as soon as the client may be told.
+    fn print_console(&mut self) {
+        let waits = self.client.as_ref().is_some_and(|client| client.waits);
+        if let Some(host) = &mut self.board.cpu.system.semihosting
+            && waits
+            && !host.console.is_empty()
+        {
+            let text = std::mem::take(&mut host.console);
+            for part in text.chunks(packet::LONGEST / 2 - 1) {
+                self.send(format!("O{}", hex(part)).as_bytes());
+            }
         }
     }
 }
 
-/// What came of a byte.
-enum Served<L: Line> {
-    /// The core may run, and nothing is there to be read.
-    Runs(State<L>),
-    /// There may be more.
-    Holds(State<L>),
-    /// gdb has let go.
-    Left,
+fn watched(hit: Hit) -> String {
+    let what = match hit.what {
+        Compared::Writes => "watch",
+        Compared::Reads => "rwatch",
+        Compared::Accesses => "awatch",
+    };
+    format!("{SIGTRAP}{what}:{:x};", hit.address)
 }
 
-const fn signal(stop: Stop) -> Signal {
+/// gdb's number of the signal that says what `stop` is.
+const fn signal(stop: Stop) -> u8 {
     match stop {
-        Stop::Access { .. } => Signal::SIGBUS,
-        Stop::Instruction { .. } => Signal::SIGILL,
-        Stop::LockUp { .. } => Signal::SIGSEGV,
-        _ => Signal::SIGABRT,
+        Stop::Access { .. } => 10,     // SIGBUS
+        Stop::Instruction { .. } => 4, // SIGILL
+        Stop::LockUp { .. } => 11,     // SIGSEGV
+        _ => 6,                        // SIGABRT
     }
 }
 
-impl<L: Line> AsMut<Around> for Debugger<L> {
+impl AsMut<Around> for Debugger {
     fn as_mut(&mut self) -> &mut Around {
         &mut self.board.around
     }
 }
 
-impl<L: Line + Send + 'static> Device for Debugger<L> {
+impl Device for Debugger {
     fn receive(
         &mut self,
         at: Micros,

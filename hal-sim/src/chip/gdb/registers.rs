@@ -1,138 +1,214 @@
 //! The registers as gdb numbers them: our own target description, M-profile
 //! with its system registers and single-precision floating point.
+//!
+//! R0–R12, SP, LR, PC, xPSR; MSP, PSP; PRIMASK, BASEPRI, FAULTMASK, CONTROL, a byte each;
+//! D0–D15, of which gdb makes S0–S31; FPSCR. Values are little-endian.
 
-use crate::chip::cpu::Registers;
-use gdbstub::arch::Arch;
+use crate::chip::cpu::Cpu;
 
-/// Core registers in the order of R0–R12, SP, LR, PC, xPSR; then MSP, PSP;
-/// the four masks, a byte each; D0–D15, of which gdb makes S0–S31; FPSCR.
-const CORE: usize = 17;
-const STACKS: usize = 2;
-const MASKS: usize = 4;
-const FLOATS: usize = 32;
-const BYTES: usize = 4 * (CORE + STACKS) + MASKS + 4 * FLOATS + 4;
+/// The target description: order, widths, features.
+pub const DESCRIPTION: &str = include_str!("target.xml");
 
-/// All of them, as bytes in gdb's order.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Packed(Vec<u8>);
+/// Number of registers.
+pub const COUNT: usize = 40;
 
-impl Default for Packed {
-    fn default() -> Self {
-        Self(vec![0; BYTES])
+/// A register by its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Register {
+    General(usize),
+    Xpsr,
+    Msp,
+    Psp,
+    Mask(usize),
+    Double(usize),
+    Fpscr,
+}
+
+impl Register {
+    const fn of(number: usize) -> Option<Self> {
+        Some(match number {
+            0..=15 => Self::General(number),
+            16 => Self::Xpsr,
+            17 => Self::Msp,
+            18 => Self::Psp,
+            19..=22 => Self::Mask(number - 19),
+            23..=38 => Self::Double(number - 23),
+            39 => Self::Fpscr,
+            _ => return None,
+        })
+    }
+
+    const fn bytes(self) -> usize {
+        match self {
+            Self::Mask(_) => 1,
+            Self::Double(_) => 8,
+            _ => 4,
+        }
     }
 }
 
-impl Packed {
-    /// `registers`, with `xpsr` made up from them.
-    pub fn pack(registers: &Registers, xpsr: u32) -> Self {
-        let mut bytes = Vec::with_capacity(BYTES);
-        let stacks = [xpsr, registers.msp(), registers.psp()];
-        for word in registers.r.into_iter().chain(stacks) {
-            bytes.extend(word.to_le_bytes());
+/// Register `number`; `None`: there is no such register.
+pub fn read(cpu: &Cpu, number: usize) -> Option<Vec<u8>> {
+    let registers = &cpu.registers;
+    let word = match Register::of(number)? {
+        Register::General(n) => registers.r[n],
+        Register::Xpsr => cpu.xpsr(),
+        Register::Msp => registers.msp(),
+        Register::Psp => registers.psp(),
+        Register::Mask(n) => return Some(vec![masks(cpu)[n]]),
+        Register::Double(n) => {
+            let halves = [registers.s[2 * n], registers.s[2 * n + 1]];
+            return Some(halves.map(u32::to_le_bytes).concat());
         }
-        let [primask, faultmask] = [registers.primask, registers.faultmask].map(u8::from);
-        bytes.extend([primask, registers.basepri, faultmask, registers.control]);
-        for word in registers.s.into_iter().chain([registers.fpscr]) {
-            bytes.extend(word.to_le_bytes());
-        }
-        Self(bytes)
-    }
+        Register::Fpscr => registers.fpscr,
+    };
+    Some(word.to_le_bytes().to_vec())
+}
 
-    fn word(&self, at: usize) -> u32 {
-        let bytes = self.0.get(at..).and_then(<[u8]>::first_chunk);
-        bytes.map_or(0, |&bytes| u32::from_le_bytes(bytes))
-    }
+/// PRIMASK, BASEPRI, FAULTMASK, CONTROL.
+fn masks(cpu: &Cpu) -> [u8; 4] {
+    let registers = &cpu.registers;
+    let [primask, faultmask] = [registers.primask, registers.faultmask].map(u8::from);
+    [primask, registers.basepri, faultmask, registers.control]
+}
 
-    /// Puts them into `registers`. The exception number stays: nothing but an
-    /// exception changes it.
-    pub fn unpack(&self, registers: &mut Registers) {
-        for (n, register) in registers.r.iter_mut().enumerate() {
-            *register = self.word(4 * n);
+/// Sets register `number` to `bytes`; `None`: there is no such register, or it has another
+/// width. Bits that the core does not have stay 0; the exception number stays, since nothing
+/// but an exception changes it.
+pub fn write(cpu: &mut Cpu, number: usize, bytes: &[u8]) -> Option<()> {
+    let register = Register::of(number)?;
+    if bytes.len() != register.bytes() {
+        return None;
+    }
+    let word = |at: usize| {
+        let chunk = bytes.get(at..).and_then(<[u8]>::first_chunk);
+        chunk.map_or(0, |&chunk| u32::from_le_bytes(chunk))
+    };
+    let registers = &mut cpu.registers;
+    match register {
+        Register::General(15) => registers.r[15] = word(0) & !1,
+        Register::General(13) => registers.r[13] = word(0) & !3,
+        Register::General(n) => registers.r[n] = word(0),
+        Register::Xpsr => {
+            registers.apsr = word(0) & 0xF80F_0000;
+            registers.it = (word(0) >> 25 & 3 | word(0) >> 8 & 0xFC) as u8;
         }
-        registers.r[15] &= !1;
-        let xpsr = self.word(4 * 16);
-        registers.apsr = xpsr & 0xF80F_0000;
-        registers.it = (xpsr >> 25 & 3 | xpsr >> 8 & 0xFC) as u8;
         // The one in use is SP.
-        let other = if registers.uses_psp() { 17 } else { 18 };
-        registers.other_sp = self.word(4 * other);
-        let masks = 4 * (CORE + STACKS);
-        let mask = |n: usize| self.0.get(masks + n).copied().unwrap_or(0);
-        registers.primask = mask(0) & 1 != 0;
-        registers.basepri = mask(1) & 0xF0;
-        registers.faultmask = mask(2) & 1 != 0;
-        for (n, register) in registers.s.iter_mut().enumerate() {
-            *register = self.word(masks + MASKS + 4 * n);
+        Register::Msp if registers.uses_psp() => registers.other_sp = word(0) & !3,
+        Register::Psp if !registers.uses_psp() => registers.other_sp = word(0) & !3,
+        Register::Msp | Register::Psp => registers.r[13] = word(0) & !3,
+        Register::Mask(n) => {
+            let mut masks = masks(cpu);
+            masks[n] = bytes[0];
+            let [primask, basepri, faultmask, control] = masks;
+            cpu.upset_special(
+                primask & 1 != 0,
+                faultmask & 1 != 0,
+                basepri,
+                control.into(),
+            );
         }
-        registers.fpscr = self.word(masks + MASKS + 4 * FLOATS);
+        Register::Double(n) => {
+            (registers.s[2 * n], registers.s[2 * n + 1]) = (word(0), word(4));
+        }
+        Register::Fpscr => registers.fpscr = word(0),
     }
+    Some(())
 }
 
-impl gdbstub::arch::Registers for Packed {
-    type ProgramCounter = u32;
-
-    fn pc(&self) -> u32 {
-        self.word(4 * 15)
-    }
-
-    fn gdb_serialize(&self, mut write_byte: impl FnMut(Option<u8>)) {
-        self.0.iter().for_each(|&byte| write_byte(Some(byte)));
-    }
-
-    fn gdb_deserialize(&mut self, bytes: &[u8]) -> Result<(), ()> {
-        self.0 = bytes.get(..BYTES).ok_or(())?.to_vec();
-        Ok(())
-    }
+/// All registers in their order.
+pub fn read_all(cpu: &Cpu) -> Vec<u8> {
+    let all = (0..COUNT).filter_map(|number| read(cpu, number));
+    all.flatten().collect()
 }
 
-/// A Cortex-M4F.
-#[derive(Debug)]
-pub enum CortexM4F {}
-
-impl Arch for CortexM4F {
-    type Usize = u32;
-    type Registers = Packed;
-    type BreakpointKind = usize;
-    type RegId = ();
-
-    fn target_description_xml() -> Option<&'static str> {
-        Some(include_str!("target.xml"))
+/// Sets all registers; `None`: there are fewer or more bytes. SP goes before MSP and PSP, so
+/// that of two values for one stack pointer that of SP is kept; CONTROL, which chooses between
+/// them, goes before all.
+pub fn write_all(cpu: &mut Cpu, bytes: &[u8]) -> Option<()> {
+    const CONTROL: usize = 22;
+    const SP: usize = 13;
+    let (mut rest, mut each) = (bytes, Vec::with_capacity(COUNT));
+    for register in (0..COUNT).filter_map(Register::of) {
+        let (own, others) = rest.split_at_checked(register.bytes())?;
+        each.push(own);
+        rest = others;
     }
+    if !rest.is_empty() {
+        return None;
+    }
+    write(cpu, CONTROL, each[CONTROL])?;
+    for (number, own) in each.iter().enumerate() {
+        write(cpu, number, own)?;
+    }
+    write(cpu, SP, each[SP])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gdbstub::arch::Registers as _;
 
     #[test]
-    fn the_description_has_as_many_bits_as_are_sent() {
-        let xml = include_str!("target.xml");
-        let bits = xml.split("bitsize=\"").skip(1);
-        let bits = bits.filter_map(|rest| rest.split('"').next()?.parse::<usize>().ok());
-        assert_eq!(bits.sum::<usize>(), 8 * BYTES);
-        assert_eq!(Packed::default().0.len(), BYTES);
+    fn the_description_has_the_registers_that_are_sent() {
+        let widths = DESCRIPTION.split("bitsize=\"").skip(1);
+        let widths = widths.filter_map(|rest| rest.split('"').next()?.parse::<usize>().ok());
+        let own = (0..)
+            .map_while(Register::of)
+            .map(|register| 8 * register.bytes());
+        assert_eq!(widths.collect::<Vec<_>>(), own.collect::<Vec<_>>());
+        assert_eq!((0..).map_while(Register::of).count(), COUNT);
     }
 
     #[test]
-    fn what_is_packed_comes_back() {
-        let mut before = Registers::default();
-        for (n, register) in (0..).zip(&mut before.r) {
-            *register = 0x1111_1110 * n;
+    fn what_is_written_is_read_register_by_register_and_all_at_once() {
+        let mut cpu = Cpu::default();
+        for number in 0..COUNT {
+            let width = read(&cpu, number).unwrap().len();
+            let value = [0x40 + number as u8 * 4; 8];
+            write(&mut cpu, number, &value[..width]).unwrap();
+            assert_eq!(write(&mut cpu, number, &value[..width - 1]), None);
         }
-        for (n, register) in (1..).zip(&mut before.s) {
-            *register = 0x0101_0101 * n;
-        }
-        (before.other_sp, before.apsr, before.it) = (0x2000_1000, 0xA000_0000, 0x47);
-        (before.primask, before.basepri, before.exception) = (true, 0x40, 44);
-        before.fpscr = 0x0300_0000;
-        let packed = Packed::pack(&before, 0xA600_4400 | 1 << 24 | 44);
-        assert_eq!(packed.pc(), 0xFFFF_FFF0);
-        let mut after = Registers {
-            exception: 44,
-            ..Registers::default()
-        };
-        packed.unpack(&mut after);
-        assert_eq!(format!("{after:?}"), format!("{before:?}"));
+        // Bits that are there: flags, IT state and T; one of PRIMASK, four of BASEPRI.
+        let shown = |number| u32::from_le_bytes(read(&cpu, number).unwrap().try_into().unwrap());
+        assert_eq!((shown(0), shown(15)), (0x4040_4040, 0x7C7C_7C7C));
+        assert_eq!(shown(16), 0x8000_8000 | 1 << 24);
+        assert_eq!(
+            [19, 20, 21, 22].map(|n| read(&cpu, n).unwrap()[0]),
+            [0, 0x90, 0, 0]
+        );
+        assert_eq!(read(&cpu, 38), Some(vec![0xD8; 8]));
+        assert_eq!(
+            (read(&cpu, COUNT), write(&mut cpu, COUNT, &[0; 4])),
+            (None, None)
+        );
+        let all = read_all(&cpu);
+        let mut other = Cpu::default();
+        write_all(&mut other, &all).unwrap();
+        assert_eq!(other.registers, cpu.registers);
+        assert_eq!(write_all(&mut other, &all[1..]), None);
+        assert_eq!(write_all(&mut other, &[&all[..], &[0]].concat()), None);
+    }
+
+    #[test]
+    fn stack_pointers_are_those_of_their_stacks_whichever_is_in_use() {
+        let mut cpu = Cpu::default();
+        let word = |value: u32| value.to_le_bytes();
+        let read = |cpu: &Cpu, n| u32::from_le_bytes(read(cpu, n).unwrap().try_into().unwrap());
+        write(&mut cpu, 17, &word(0x2000_1000)).unwrap();
+        write(&mut cpu, 18, &word(0x2000_2000)).unwrap();
+        assert_eq!(
+            [13, 17, 18].map(|n| read(&cpu, n)),
+            [0x2000_1000, 0x2000_1000, 0x2000_2000]
+        );
+        write(&mut cpu, 22, &[2]).unwrap();
+        assert_eq!(
+            [13, 17, 18].map(|n| read(&cpu, n)),
+            [0x2000_2000, 0x2000_1000, 0x2000_2000]
+        );
+        write(&mut cpu, 13, &word(0x2000_3000)).unwrap();
+        assert_eq!(
+            [13, 17, 18].map(|n| read(&cpu, n)),
+            [0x2000_3000, 0x2000_1000, 0x2000_3000]
+        );
     }
 }

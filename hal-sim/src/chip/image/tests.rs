@@ -35,6 +35,15 @@ fn good() -> Made {
 /// An image of these half-words of code, from [`CODE`] on, with these
 /// functions by name, address and size.
 pub fn program(code: &[u16], functions: &[(&'static str, u32, u32)]) -> Image {
+    made(code, functions).parse().unwrap()
+}
+
+/// The file of [`program`].
+pub fn file(code: &[u16], functions: &[(&'static str, u32, u32)]) -> Vec<u8> {
+    made(code, functions).bytes()
+}
+
+fn made(code: &[u16], functions: &[(&'static str, u32, u32)]) -> Made {
     let mut made = good();
     let (_, bytes) = &mut made.segments[0];
     bytes.truncate(64);
@@ -44,7 +53,7 @@ pub fn program(code: &[u16], functions: &[(&'static str, u32, u32)]) -> Image {
     made.symbols = functions
         .map(|&(n, at, size)| (n, at | 1, size, 2))
         .collect();
-    made.parse().unwrap()
+    made
 }
 
 /// Where [`program`]'s code begins, behind its vectors.
@@ -72,7 +81,10 @@ impl Made {
         }
         let section_names = b"\0.text\0.symtab\0.strtab\0.defmt\0.shstrtab\0";
         let mut sections = vec![0; 40];
-        let text = [1, 1, 6, 0x0800_0000, 84, 64, 0, 0, 4, 0];
+        let first = self.segments.first();
+        let (address, bytes) = first.map_or((0, 0), |(at, bytes)| (*at, bytes.len() as u32));
+        let place = 52 + 32 * self.segments.len() as u32;
+        let text = [1, 1, 6, address, place, bytes, 0, 0, 4, 0];
         words(&mut sections, &text);
         let parts: [(u32, u32, &[u8]); 4] = [
             (7, 2, &table),

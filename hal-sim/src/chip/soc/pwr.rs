@@ -110,7 +110,12 @@ impl Peripheral for Pwr {
 
     fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Modelled {
         match (offset, size) {
-            (CR, Size::Word) => {
+            // The bridge doubles a half-word into bits that are reserved (RM0090 section 2.3).
+            (CR, Size::Word | Size::Half) => {
+                let value = match size {
+                    Size::Half => value & 0xFFFF,
+                    _ => value,
+                };
                 let known = PVDE | 7 << 5 | DBP | VOS | RESERVED_VOS | CLEAR_FLAGS | DEEP;
                 refuse(value & !known != 0, "PWR_CR: reserved bits")?;
                 self.cr = value & (PVDE | 7 << 5 | DBP | VOS | DEEP);

@@ -10,7 +10,7 @@ use super::{
     Action, CalibrationError, Entry, Head, Journal, Operator, Order, Phase, Plan, Refusal, Told,
     View, setup,
 };
-use crate::link::{Client, Interruption, Port};
+use crate::link::{Connection, Interruption, Port};
 use crate::run::acknowledge;
 use crate::session::Session;
 use firmware::safety::StopCause;
@@ -62,7 +62,7 @@ pub struct Spent {
 
 /// A device under way.
 struct Conduct<'a, 'd, P, M> {
-    client: Client<P>,
+    client: Connection<P>,
     sessions: Vec<Session>,
     machine: &'a mut M,
     journal: &'a mut Journal,
@@ -140,13 +140,13 @@ fn open<P: Port>(
     port: P,
     plan: &Plan,
     desk: &Desk<'_>,
-) -> Result<(Vec<Session>, Client<P>), CalibrationError> {
+) -> Result<(Vec<Session>, Connection<P>), CalibrationError> {
     let sessions = setup::sessions(plan)?;
     let port = match desk.acknowledges {
         true => acknowledge(port)?,
         false => port,
     };
-    let (client, _) = Client::open_interruptible(port, desk.interruption.clone())?;
+    let (client, _) = Connection::open_interruptible(port, desk.interruption.clone())?;
     Ok((sessions, client))
 }
 

@@ -1,12 +1,13 @@
 //! The client side of the link: one typed method per request.
 //!
-//! Lives here: [`Client`], the [`Port`] it talks through (real or virtual
-//! time), refusals with what to do about them, the device-clock estimate, the thread that
+//! Lives here: [`Client`], which does no input and output; the [`Connection`] that drives it
+//! through a [`Port`] (real or virtual time), refusals with what to do about them, the device-clock estimate, the thread that
 //! keeps a device told that its host is alive.
 //! Not here: what a session asks for (`session`, `run`).
 
 mod client;
 mod clock;
+mod connection;
 mod elapsed;
 mod error;
 mod interruption;
@@ -20,6 +21,7 @@ mod stall;
 
 pub use client::{Client, Incoming};
 pub use clock::{Fit, stamp};
+pub use connection::{Connection, Polled};
 pub use error::{Error, Refused, advice, what};
 pub use interruption::{Interruption, Signal};
 pub use keeper::{Keeper, Lateness, UNATTENDED};

@@ -2,7 +2,8 @@
 
 use super::Port;
 use hal_sim::world::World;
-use std::io;
+use std::io::{self, Write};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Virtual time goes on by at most this much between two looks at the clock,
@@ -52,8 +53,16 @@ impl<P: Port> Port for Paced<P> {
         }
     }
 
+    fn outlet(&mut self) -> io::Result<Option<Box<dyn Write + Send>>> {
+        self.port.outlet()
+    }
+
     fn world(&mut self) -> Option<&mut World> {
         self.port.world()
+    }
+
+    fn image(&self) -> Option<&Path> {
+        self.port.image()
     }
 }
 

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// A byte path to a device, with the time that goes with it.
-pub trait Port {
+pub trait Port: Send {
     /// Host time in µs, monotonic. Virtual for simulators.
     fn now_us(&mut self) -> u64;
     /// Sends one frame.
@@ -34,6 +34,11 @@ pub trait Port {
     }
     /// The image that a simulated chip or QEMU runs.
     fn image(&self) -> Option<&Path> {
+        None
+    }
+    /// A copy of the simulated world behind this port, as it is now, which goes on alone;
+    /// none of a device that cannot be copied: only the chip simulator can.
+    fn snapshot(&self) -> Option<SimulatedPort> {
         None
     }
     /// True joint angle of a simulated wearer, degrees.
@@ -79,6 +84,10 @@ impl<P: Port + ?Sized> Port for Box<P> {
     fn image(&self) -> Option<&Path> {
         (**self).image()
     }
+
+    fn snapshot(&self) -> Option<SimulatedPort> {
+        (**self).snapshot()
+    }
 }
 
 /// A simulated world, driven by whoever waits for it.
@@ -99,6 +108,13 @@ impl SimulatedPort {
 }
 
 impl Port for SimulatedPort {
+    fn snapshot(&self) -> Option<SimulatedPort> {
+        Some(SimulatedPort {
+            world: self.world.snapshot()?,
+            image: self.image.clone(),
+        })
+    }
+
     fn image(&self) -> Option<&Path> {
         self.image.as_deref()
     }

@@ -1,6 +1,6 @@
 //! One typed method for each request that a device acknowledges.
 
-use super::{Client, Error, Port};
+use super::{Connection, Error, Port};
 use firmware::control::JointSpec;
 use firmware::link::Request;
 use firmware::muscle::{MuscleSpec, Rung};
@@ -12,7 +12,7 @@ use firmware::units::{Amplitude, Micros};
 /// time of it, µs: each a name in errors, its arguments and the request.
 macro_rules! requests {
     ($($doc:literal $name:literal $method:ident($($argument:ident: $type:ty),*) $request:expr;)*) => {
-        impl<P: Port> Client<P> {
+        impl<P: Port> Connection<P> {
             $(
                 #[doc = $doc]
                 ///
@@ -66,7 +66,7 @@ requests! {
     "request" request(request: Request) request;
 }
 
-impl<P: Port> Client<P> {
+impl<P: Port> Connection<P> {
     /// Groups channels in the draft.
     ///
     /// # Errors
@@ -127,6 +127,7 @@ impl<P: Port> Client<P> {
             mask | 1u16.checked_shl((*channel).into()).unwrap_or(0)
         });
         let request = Request::Amplitudes {
+            at: None,
             mask,
             values: sorted.iter().map(|(_, amplitude, _)| *amplitude).collect(),
             widths: sorted

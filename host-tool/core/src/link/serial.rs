@@ -80,7 +80,7 @@ impl<S> Stream<S> {
 }
 
 /// A stream that can be written to from two threads.
-trait Forked: Read + Write {
+trait Forked: Read + Write + Send {
     /// A second end to write to.
     fn forked(&self) -> io::Result<Box<dyn Write + Send>>;
 }

@@ -96,6 +96,18 @@ pub const EDGES: [Column; 4] = [
     column(Each::Table, "dac_code", "0–65535", "amplitude code of the channel's DAC", "simulated pins"),
 ];
 
+/// The columns of `markers.csv`, in their order.
+#[rustfmt::skip]
+pub const MARKERS: [Column; 7] = [
+    column(Each::Table, "t_s", "s", "device time since the start of the trains, with six decimals", "device clock, 1 µs"),
+    column(Each::Table, "device_us", "µs", "device time since its boot, which does not wrap", "device clock; of a key estimated from its latest answers where the device is no part of this program"),
+    column(Each::Table, "host_us", "µs", "host time since the start of the trains: of a key when it took effect, of an edge when the host heard of it", "host clock; of a simulated device its own"),
+    column(Each::Table, "kind", "", "`pause`, `resume`, `raise`, `lower`, `mark` or `stop` by hand; `trigger` and `sync` for an edge of that line", "keyboard; device"),
+    column(Each::Table, "channel", "", "channel of `raise` and `lower`, from 1", "keyboard"),
+    column(Each::Table, "intensity_percent", "%", "the channel's intensity from then on, of the session's own amplitudes", "host"),
+    column(Each::Table, "text", "", "what was typed with `mark`; why a key had no effect", "keyboard; host"),
+];
+
 impl Column {
     /// The names and units that the column has with these channels.
     fn with(&self, channels: &[ChannelInfo]) -> Vec<(String, String)> {
@@ -158,8 +170,12 @@ pub(super) fn header(columns: &[Column], channels: &[ChannelInfo]) -> String {
 pub(super) fn dictionary(channels: &[ChannelInfo]) -> io::Result<Vec<u8>> {
     let mut out = csv::Writer::from_writer(Vec::new());
     out.write_record(["file", "name", "unit", "meaning", "source"])?;
-    let (samples, edges) = (SAMPLES.as_slice(), EDGES.as_slice());
-    for (file, columns) in [("samples.csv", samples), ("edges.csv", edges)] {
+    let tables = [
+        ("samples.csv", SAMPLES.as_slice()),
+        ("edges.csv", EDGES.as_slice()),
+        ("markers.csv", MARKERS.as_slice()),
+    ];
+    for (file, columns) in tables {
         for column in columns {
             for (name, unit) in column.with(channels) {
                 let row = [file, &name, &unit, column.meaning, column.source];

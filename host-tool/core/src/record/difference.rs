@@ -56,6 +56,14 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
         if let Some(line) = (0..kept).find(|_| rows.next() != others.next()) {
             return of("samples.csv", line + 1);
         }
+        let (keys, repeated) = (&trial.markers, &other.markers);
+        let repeated = match is_cut {
+            true => &repeated[..repeated.len().min(keys.len())],
+            false => repeated,
+        };
+        if keys != repeated {
+            return of("markers.csv", 0);
+        }
         if is_cut {
             continue;
         }

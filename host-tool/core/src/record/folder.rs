@@ -1,10 +1,12 @@
 //! A run as a folder: `run.json`, and per trial `NN-name/` with `trial.json`,
-//! `samples.csv` and `edges.csv`.
+//! `samples.csv`, `edges.csv` and `markers.csv`.
 
 use super::damage::{self, Held, is_lost};
 use super::disk::write_json;
 use super::recorder::Recorder;
-use super::{DeviceKind, FORMAT, RecordError, Run, Trial, ending, read_edges, read_samples};
+use super::{
+    DeviceKind, FORMAT, RecordError, Run, Trial, ending, read_edges, read_markers, read_samples,
+};
 use crate::disk::FileSystem;
 use crate::session::KEPT_AS;
 use hal_sim::input;
@@ -71,6 +73,11 @@ pub fn load(dir: &Path) -> Result<Run, RecordError> {
         // A trial stopped on its first steps has none.
         if edges.exists() {
             trial.edges = read_edges(&edges)?;
+        }
+        let markers = folder.join("markers.csv");
+        // Records of earlier versions have none.
+        if markers.exists() {
+            trial.markers = read_markers(&markers)?;
         }
         // One that nobody closed: it is as long as its rows.
         if run.ending.is_incomplete() && trial.counters.is_empty() {

@@ -15,6 +15,7 @@ mod ending;
 mod error;
 mod folder;
 mod identity;
+mod marker;
 mod place;
 mod provenance;
 mod recorder;
@@ -25,7 +26,7 @@ mod worn;
 
 pub use crate::disk::{Disk, FileSystem};
 pub use channel::ChannelInfo;
-pub use columns::{Column, EDGES, Each, SAMPLES};
+pub use columns::{Column, EDGES, Each, MARKERS, SAMPLES};
 pub use damage::Held;
 pub use difference::{Difference, compare_rows};
 pub use disk::{replace_file, trial_folder};
@@ -34,6 +35,7 @@ pub use ending::{Completeness, Ending, write_summary};
 pub use error::RecordError;
 pub use folder::{load, save, write_header, write_run};
 pub use identity::{DeviceKind, Identity};
+pub use marker::{Marker, MarkerKind, read_markers};
 pub use place::{Place, may_write};
 pub use provenance::{ClockFit, Declared, HostFacts, Plan, Program};
 pub use recorder::Recorder;
@@ -235,6 +237,10 @@ pub struct Trial {
     pub counters: Vec<(String, u64)>,
     /// What happened when, s.
     pub events: Vec<(f64, String)>,
+    /// What was done at the controls, and edges of the trigger input, oldest first; kept in
+    /// `markers.csv`, which has the edges of the sync output, too.
+    #[serde(skip)]
+    pub markers: Vec<Marker>,
     /// What the electrode check of arming read, in the order it did.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub electrode_check: Vec<ElectrodeReading>,

@@ -2,7 +2,8 @@
 
 use super::disk::{replace, trial_folder, write_json};
 use super::{
-    ClockFit, Edge, ElectrodeReading, Identity, RecordError, Sample, Samples, Trial, columns, table,
+    ClockFit, Edge, ElectrodeReading, Identity, Marker, RecordError, Sample, Samples, Trial,
+    columns, marker, table,
 };
 use crate::disk::{Disk, FileSystem};
 use crate::session::KEPT_AS;
@@ -24,6 +25,7 @@ pub struct Recorder {
     folder: PathBuf,
     trial: Trial,
     samples: Box<dyn Write>,
+    markers: Box<dyn Write>,
     /// A row on its way.
     row: Vec<u8>,
     /// When `trial.json` was written.
@@ -52,15 +54,20 @@ impl Recorder {
         std::fs::create_dir_all(&folder).map_err(RecordError::write(&folder))?;
         let path = folder.join("samples.csv");
         let samples = disk.create(&path).map_err(RecordError::write(&path))?;
+        let markers_path = folder.join("markers.csv");
+        let markers = disk.create(&markers_path);
+        let markers = markers.map_err(RecordError::write(&markers_path))?;
         let mut recorder = Recorder {
             disk,
             folder,
             trial: Trial {
                 samples: Samples::default(),
                 edges: Vec::new(),
+                markers: Vec::new(),
                 ..trial.clone()
             },
             samples,
+            markers,
             row: Vec::new(),
             described: Instant::now(),
         };
@@ -69,6 +76,13 @@ impl Recorder {
         table::push_sample_header(&mut recorder.row, &trial.channels);
         recorder.append().map_err(RecordError::write(&path))?;
         recorder.edges(&trial.edges)?;
+        marker::write_header(&mut recorder.row)
+            .and_then(|()| recorder.append_marker())
+            .map_err(RecordError::write(&markers_path))?;
+        trial
+            .markers
+            .iter()
+            .try_for_each(|it| recorder.marker(it))?;
         trial.samples.iter().try_for_each(|s| recorder.sample(&s))?;
         Ok(recorder)
     }
@@ -85,6 +99,23 @@ impl Recorder {
     /// crosses a page: a reader does not count a row without its end.
     fn append(&mut self) -> std::io::Result<()> {
         let written = self.samples.write_all(&self.row);
+        self.row.clear();
+        written
+    }
+
+    /// Appends a marker.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn marker(&mut self, marker: &Marker) -> Result<(), RecordError> {
+        let written = marker::write_row(&mut self.row, marker);
+        let written = written.and_then(|()| self.append_marker());
+        written.map_err(|source| RecordError::write(&self.folder.join("markers.csv"))(source))
+    }
+
+    /// As [`Self::append`].
+    fn append_marker(&mut self) -> std::io::Result<()> {
+        let written = self.markers.write_all(&self.row);
         self.row.clear();
         written
     }

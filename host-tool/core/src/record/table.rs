@@ -237,7 +237,7 @@ fn word<S: PartialEq>(words: &[(S, &'static str)], state: S) -> &'static str {
 
 /// The complete lines of a CSV file, which is read row by row: it may be longer than
 /// what a computer holds.
-struct Rows<'a> {
+pub(super) struct Rows<'a> {
     path: &'a Path,
     header: Vec<String>,
     is_empty: bool,
@@ -247,7 +247,7 @@ struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    fn open(path: &'a Path) -> Result<Self, RecordError> {
+    pub(super) fn open(path: &'a Path) -> Result<Self, RecordError> {
         let opened = || -> io::Result<Self> {
             let mut file = input::open(path)?;
             let whole = whole_lines(&mut file)?;
@@ -266,12 +266,17 @@ impl<'a> Rows<'a> {
         opened().map_err(RecordError::io(path))
     }
 
-    fn column(&self, name: &str) -> Result<usize, RecordError> {
+    /// Whether not even the header was whole.
+    pub(super) const fn is_empty(&self) -> bool {
+        self.is_empty
+    }
+
+    pub(super) fn column(&self, name: &str) -> Result<usize, RecordError> {
         let found = self.header.iter().position(|column| column == name);
         found.ok_or_else(|| self.error(1, format!("the column {name} is missing")))
     }
 
-    fn map<T, C: FromIterator<T>>(
+    pub(super) fn map<T, C: FromIterator<T>>(
         &self,
         parse: impl Fn(&Row) -> Result<T, RecordError>,
     ) -> Result<C, RecordError> {
@@ -311,29 +316,33 @@ fn whole_lines(file: &mut File) -> io::Result<u64> {
     Ok(whole)
 }
 
-struct Row<'a> {
+pub(super) struct Row<'a> {
     rows: &'a Rows<'a>,
     record: csv::StringRecord,
     line: usize,
 }
 
 impl Row<'_> {
-    fn text(&self, column: usize) -> &str {
+    pub(super) fn text(&self, column: usize) -> &str {
         self.record.get(column).unwrap_or_default()
     }
 
-    fn get<T: FromStr>(&self, column: usize) -> Result<T, RecordError> {
+    pub(super) fn get<T: FromStr>(&self, column: usize) -> Result<T, RecordError> {
         self.text(column).parse().map_err(|_| self.error(column))
     }
 
-    fn optional(&self, column: usize) -> Result<Option<f64>, RecordError> {
+    pub(super) fn optional<T: FromStr>(&self, column: usize) -> Result<Option<T>, RecordError> {
         match self.text(column) {
             "" => Ok(None),
             _ => self.get(column).map(Some),
         }
     }
 
-    fn state<S: Copy>(&self, words: &[(S, &str)], column: usize) -> Result<S, RecordError> {
+    pub(super) fn state<S: Copy>(
+        &self,
+        words: &[(S, &str)],
+        column: usize,
+    ) -> Result<S, RecordError> {
         let found = words.iter().find(|(_, word)| *word == self.text(column));
         found
             .map(|(state, _)| *state)

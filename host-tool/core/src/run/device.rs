@@ -9,7 +9,7 @@ use firmware::lockstep::Sensors;
 use firmware::units::Micros;
 use hal_sim::chip::board::{Around, Board, BoardError};
 use hal_sim::chip::cpu::run::Observer;
-use hal_sim::chip::gdb::{Debugger, Points};
+use hal_sim::chip::gdb::{Debugger, Outlives, Points};
 use hal_sim::chip::image::ImageError;
 use hal_sim::chip::rtt::{Log, LogError, Logged};
 use hal_sim::chip::{self, soc::Pace};
@@ -245,6 +245,8 @@ pub struct ChipOptions {
     pub image: Option<PathBuf>,
     /// Port on this machine at which gdb is waited for, the core halted.
     pub gdb: Option<u16>,
+    /// What becomes of the board when its debugger has gone.
+    pub outlives: Outlives,
     /// File for the image's log; `-` is standard error.
     pub log: Option<PathBuf>,
 }
@@ -268,7 +270,7 @@ pub fn on_chip(
         let listener = TcpListener::bind(("127.0.0.1", port)).map_err(outside)?;
         let at = listener.local_addr().map_err(outside)?;
         eprintln!("the core is halted at reset; gdb: target remote {at}");
-        let mut debugger = Debugger::accept(&listener, board).map_err(outside)?;
+        let mut debugger = Debugger::new(listener, board, options.outlives);
         debugger.boot(&sensors).map_err(ChipError::Board)?;
         let boot = debugger.board().now_us();
         (with_log(debugger, log), boot)

@@ -1,6 +1,6 @@
 //! A run that a signal ends.
 
-use super::{Observer, Seen, Wish};
+use super::{Control, Observer, Seen, Wish};
 use crate::link::{Error, Interruption, Signal};
 
 /// An observer whose run `interruption` ends.
@@ -23,6 +23,10 @@ impl<O: Observer> Observer for Heeding<O> {
 
     fn wish(&mut self) -> Wish {
         self.observer.wish()
+    }
+
+    fn control(&mut self, now_us: u64) -> Option<Control> {
+        self.observer.control(now_us)
     }
 
     fn interruption(&self) -> Option<Interruption> {

@@ -1,7 +1,7 @@
 //! Runs a session on a device, whatever the device is.
 //!
-//! Lives here: opening a device by name ([`DeviceName`]), configuring, arming,
-//! streaming setpoints, collecting telemetry into a `record::Trial`. Not here:
+//! Lives here: opening a device by name ([`DeviceName`]), the [`Stepper`] that configures,
+//! arms and streams setpoints step by step, [`run()`] that does so to the end, collecting telemetry into a `record::Trial`. Not here:
 //! session files (`session`), pictures (`report`), the bytes (`link`).
 
 mod device;
@@ -18,6 +18,7 @@ mod pulses;
 mod recorded;
 mod runner;
 mod stages;
+mod stepper;
 mod trial;
 mod wearer;
 
@@ -35,5 +36,6 @@ pub use profile::{Booted, ProfileError, Profiled, Stopwatch, profile};
 pub use recorded::{BeginError, Recorded, TrialPlace, record, record_on};
 pub use runner::{Outcome, acknowledge, greet, run, run_taken};
 pub use stages::{check_supply, stages_told};
+pub use stepper::{Attached, Control, INTENSITY_STEP, Keys, Stepped, Stepper, Until, repeating};
 pub use trial::{begin_trial, edges_between, event, sample};
 pub use wearer::{BodyError, body_of, fit, rest, worn_alike};

@@ -1,7 +1,8 @@
 //! Who looks at a session while it runs.
 
+use super::Control;
 use crate::link::{Interruption, Refused};
-use crate::record::Sample;
+use crate::record::{Marker, Sample};
 use firmware::link::{Event, HelloInfo, Status};
 
 /// What an observer sees. Times count from the start of the trains, in s.
@@ -17,6 +18,8 @@ pub enum Seen<'a> {
     Refused(f64, &'a Refused),
     /// State, fault and counters: as wished, and at the end.
     Status(&'a Status),
+    /// Something was done at the controls: the row that is recorded.
+    Control(&'a Marker),
     /// The part done, 0 to 1.
     Progress(f64),
 }
@@ -40,6 +43,12 @@ pub trait Observer {
     /// Asked after everything that arrives and before every setpoint.
     fn wish(&mut self) -> Wish {
         Wish::Nothing
+    }
+
+    /// What a person at the controls did by `now_us`, host time since the start of the
+    /// trains, if it was not asked for yet. Asked every 2 ms at least.
+    fn control(&mut self, _now_us: u64) -> Option<Control> {
+        None
     }
 
     /// What ends the run at once, whatever it waits for; asked before it begins.

@@ -18,6 +18,16 @@ pub trait Outputs {
     fn end(&mut self, now_us: u64);
 }
 
+impl<T: Outputs + ?Sized> Outputs for &mut T {
+    fn take(&mut self, piece: &Trace, epoch_us: u64) {
+        (**self).take(piece, epoch_us);
+    }
+
+    fn end(&mut self, now_us: u64) {
+        (**self).end(now_us);
+    }
+}
+
 impl<A: Outputs, B: Outputs> Outputs for (A, B) {
     fn take(&mut self, piece: &Trace, epoch_us: u64) {
         self.0.take(piece, epoch_us);

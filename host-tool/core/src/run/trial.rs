@@ -179,6 +179,8 @@ pub fn event(event: &Event) -> String {
             current_ua,
             ..
         } => format!("electrode {}: {current_ua} µA", channel.saturating_add(1)),
+        Event::TriggerEdge => "edge of the trigger input".to_owned(),
+        Event::SyncEdge => "edge of the sync output".to_owned(),
         Event::HoldOver => "held for too long: let go until it is released".to_owned(),
         Event::LimitCycle {
             swing_centideg,
@@ -227,7 +229,7 @@ pub fn counters(begin: &Counters, end: &Counters) -> Vec<(String, u64)> {
     counted.map(|(name, n)| (name, u64::from(n))).collect()
 }
 
-fn named(counters: &Counters) -> [(&'static str, u32); 10] {
+fn named(counters: &Counters) -> [(&'static str, u32); 11] {
     [
         ("frames understood", counters.frames),
         ("bad frames", counters.bad_frames),
@@ -239,6 +241,7 @@ fn named(counters: &Counters) -> [(&'static str, u32); 10] {
         ("messages dropped", counters.dropped),
         ("internal messages lost", counters.lost_posts),
         ("requests of strangers", counters.strangers),
+        ("setpoints that came late", counters.late_setpoints),
     ]
 }
 

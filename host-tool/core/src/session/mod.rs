@@ -46,6 +46,7 @@ use firmware::haptics::WallSpec;
 use firmware::link::Request;
 use firmware::pulse::GroupSpec;
 use firmware::safety::WearerSpec;
+use firmware::units::Amplitude;
 use hal_sim::body::FingerSpec;
 
 use crate::fields::document::Document;
@@ -294,10 +295,25 @@ impl Session {
         joint.or(self.wall.map(|wall| wall.sensor))
     }
 
+    /// Whether a channel has a train of a fixed number of pulses.
+    #[must_use]
+    pub fn is_counted(&self) -> bool {
+        let mut channels = self.channels.iter();
+        channels.any(|channel| channel.spec.train.repeats > 0)
+    }
+
+    /// The limit of a channel, from 1; none where it is not in use.
+    #[must_use]
+    pub fn limit_of(&self, number: u8) -> Option<Amplitude> {
+        let mut channels = self.channels.iter();
+        let channel = channels.find(|channel| channel.number == number)?;
+        Some(channel.spec.limit)
+    }
+
     /// Amplitudes that a device needs before `Start`: a train of a fixed number of pulses
     /// counts from its first slot on. Nothing where no channel has one.
     pub fn counted_from_start(&self) -> impl Iterator<Item = Setpoint> + '_ {
-        let is_counted = (self.channels.iter()).any(|channel| channel.spec.train.repeats > 0);
+        let is_counted = self.is_counted();
         let beside = self.setpoints.with(0);
         beside.filter(move |it| is_counted && matches!(it, Setpoint::Amplitudes(_)))
     }

@@ -139,8 +139,8 @@ pub enum Setpoint {
 }
 
 impl Setpoint {
-    /// The request that carries it; an angle or a force is valid from `at`, or
-    /// from its arrival.
+    /// The request that carries it; amplitudes, an angle or a force are valid from `at`, or
+    /// from their arrival.
     #[must_use]
     pub fn request(&self, at: Option<Micros>) -> Request {
         match self {
@@ -166,6 +166,7 @@ impl Setpoint {
             &Self::Wrench(force_mn) => Request::Wrench { at, force_mn },
             &Self::Held(held) => Request::Held { held },
             Self::Amplitudes(values) => Request::Amplitudes {
+                at,
                 mask: values
                     .iter()
                     .fold(0, |mask, (channel, _)| mask | 1 << channel),
@@ -298,6 +299,15 @@ impl Setpoints {
         }
     }
 
+    /// The largest amplitude that the file streams to a channel on the link (0–9), thousandths
+    /// of its unit; none for a channel whose amplitudes the host does not set.
+    #[must_use]
+    pub fn peak(&self, channel: u8) -> Option<Amplitude> {
+        let is_force = self.force_of(channel).is_some();
+        let (_, most) = self.extremes(channel).filter(|_| !is_force)?;
+        Some(Amplitude::new(most))
+    }
+
     /// Lists that begin after `from_us`, up to `to_us`.
     pub fn lists(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> {
         let due = self.lists.iter();
@@ -424,6 +434,7 @@ mod tests {
         let values = vec![(1, own(26_000)), (4, own(0))];
         match Setpoint::Amplitudes(values).request(None) {
             Request::Amplitudes {
+                at: None,
                 mask,
                 values,
                 widths,

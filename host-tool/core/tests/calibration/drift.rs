@@ -6,9 +6,8 @@ use host_core::calibration::{
     Auto, CalibrationError, Checked, Desk, Journal, Level, Phase, Plan, Spent, Step, check,
 };
 use host_core::wearer::Wearer;
-use std::cell::RefCell;
 use std::path::Path;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 
 /// Checks the file on the body that `seed` draws.
 fn checked(file: &Path, seed: u64) -> (Result<(), CalibrationError>, Spent) {
@@ -84,16 +83,16 @@ fn an_electrode_that_falls_off_while_a_30_hz_file_is_checked_is_silent_in_time()
             phase,
             left_s,
         };
-        let come = Rc::new(RefCell::new(Come::default()));
+        let come = Arc::new(Mutex::new(Come::default()));
         let mut operator = Until {
             moment,
             way: Way::Off,
-            come: Rc::clone(&come),
+            come: Arc::clone(&come),
         };
         let mut port = Happening {
             port: port_of(&plan, SEED, SensorSpec::default()),
             way: Way::Off,
-            come: Rc::clone(&come),
+            come: Arc::clone(&come),
         };
         let checked = Checked {
             file: &file,
@@ -109,7 +108,7 @@ fn an_electrode_that_falls_off_while_a_30_hz_file_is_checked_is_silent_in_time()
         let (result, _, _) = check(&mut port, &wearer, &checked, &mut nowhere, &mut desk);
         let told = result.unwrap_err().to_string();
         assert!(told.starts_with("E677 "), "{moment:?}: {told}");
-        let at_us = come.borrow().at_us.unwrap();
+        let at_us = come.lock().unwrap().at_us.unwrap();
         let world = &mut port.port.world;
         // Nobody can know before something is given.
         let since_us = match phase {

@@ -4,9 +4,8 @@
 use super::scene::*;
 use hal_sim::body::bench::SensorSpec;
 use host_core::calibration::{Auto, Entry, OnDisk, Phase, Step};
-use std::cell::RefCell;
 use std::path::Path;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 
 /// Longest time until all outputs are isolated after the operator or an electrode, µs.
 const SILENT_US: u64 = 100_000;
@@ -36,16 +35,16 @@ fn moments() -> Vec<Moment> {
 /// Ends a calibration so, and gives how long the outputs were not silent.
 fn ended(way: Way, moment: Moment, out: &Path) -> u64 {
     let order = plan_of(2);
-    let come = Rc::new(RefCell::new(Come::default()));
+    let come = Arc::new(Mutex::new(Come::default()));
     let mut operator = Until {
         moment,
         way,
-        come: Rc::clone(&come),
+        come: Arc::clone(&come),
     };
     let port = Happening {
         port: port_of(&order.0, SEED, SensorSpec::default()),
         way,
-        come: Rc::clone(&come),
+        come: Arc::clone(&come),
     };
     let (result, _, port) = calibrated(port, &order, out, &OnDisk, &mut operator);
     let told = result.unwrap_err().to_string();
@@ -57,7 +56,7 @@ fn ended(way: Way, moment: Moment, out: &Path) -> u64 {
     };
     assert!(told.starts_with(expected), "{way:?} {moment:?}: {told}");
     let mut port = port.unwrap();
-    let at_us = come.borrow().at_us.unwrap();
+    let at_us = come.lock().unwrap().at_us.unwrap();
     let world = &mut port.port.world;
     // Nothing flows through an electrode that is off, and nobody can know it while
     // nothing is given: it counts from the next pulse on, or at once if one is given.

@@ -11,10 +11,9 @@ use host_core::calibration::{
 };
 use host_core::link::{Port, SimulatedPort};
 use host_core::run::simulated;
-use std::cell::RefCell;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 
 pub const SEED: u64 = 1;
 
@@ -96,14 +95,14 @@ pub struct Come {
 pub struct Until {
     pub moment: Moment,
     pub way: Way,
-    pub come: Rc<RefCell<Come>>,
+    pub come: Arc<Mutex<Come>>,
 }
 
 impl Operator for Until {
     fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone> {
         let (at, now) = (self.moment, (view.electrode, view.step, view.phase));
         let is_time = view.phase != Phase::On || view.left_s < at.left_s;
-        let mut come = self.come.borrow_mut();
+        let mut come = self.come.lock().unwrap();
         if now == (at.electrode, at.step, at.phase) && is_time && !come.has_come {
             come.has_come = true;
             come.channel = usize::from(view.channel - 1);
@@ -119,13 +118,13 @@ impl Operator for Until {
 pub struct Happening {
     pub port: SimulatedPort,
     pub way: Way,
-    pub come: Rc<RefCell<Come>>,
+    pub come: Arc<Mutex<Come>>,
 }
 
 impl Happening {
     /// Whether the wire is as it was.
     fn is_whole(&mut self) -> bool {
-        let mut come = self.come.borrow_mut();
+        let mut come = self.come.lock().unwrap();
         if !come.has_come {
             return true;
         }

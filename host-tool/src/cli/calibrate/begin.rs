@@ -3,7 +3,7 @@
 use super::CalibrateArgs;
 use crate::cli::perform::SEED;
 use host_core::calibration::{self, CalibrationError, Head, Kept, Plan, journal_of};
-use host_core::link::{Client, Paced, Port};
+use host_core::link::{Connection, Paced, Port};
 use host_core::record::HostFacts;
 use host_core::run::identity;
 use host_core::wearer::Wearer;
@@ -84,7 +84,7 @@ pub fn open(args: &CalibrateArgs, plan: &Plan, head: &mut Head) -> anyhow::Resul
     if let Some(world) = port.world() {
         world.body = args.body.unwrap_or_default().body(seed)?;
     }
-    let (client, info) = Client::open(port)?;
+    let (client, info) = Connection::open(port)?;
     let identity = identity(&info, in_process);
     head.simulated = identity.simulated;
     head.device = match identity.unique_id {

@@ -8,7 +8,7 @@ use hal_sim::body::{CHANNELS, Load, Still};
 use hal_sim::native::native;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
-use host_core::link::{Client, Error, Interruption, Port, SimulatedPort};
+use host_core::link::{Connection, Error, Interruption, Port, SimulatedPort};
 use host_core::run::{DeviceName, OpenError};
 
 /// A current: at 10 kΩ half of a stage's 120 V or less.
@@ -120,7 +120,7 @@ impl Pattern {
 
 /// A board on the bench.
 pub struct Bench {
-    client: Client<Box<dyn Port>>,
+    client: Connection<Box<dyn Port>>,
     /// Who answered.
     pub info: HelloInfo,
     pattern: Option<Pattern>,
@@ -142,7 +142,7 @@ impl Bench {
             }
             _ => name.connect()?,
         };
-        let (client, info) = Client::open_interruptible(port, Some(interruption))?;
+        let (client, info) = Connection::open_interruptible(port, Some(interruption))?;
         Ok(Self {
             client,
             info,
@@ -196,6 +196,7 @@ impl Bench {
     pub fn go_on(&mut self) -> Result<(), Error> {
         if let (Some(pattern), true) = (self.pattern, self.is_on) {
             let asked = firmware::link::Request::Amplitudes {
+                at: None,
                 mask: 1 << pattern.index(),
                 values: [pattern.amplitude()].into_iter().collect(),
                 widths: Default::default(),

@@ -9,7 +9,7 @@ use firmware::link::{Code, Request};
 use firmware::pulse::CHANNELS;
 use firmware::units::Amplitude;
 use hal_sim::body::shared::{Electrode, Readings, SAMPLE_US, Shared, SharedSpec};
-use host_core::link::{Client, Error, Incoming, Port};
+use host_core::link::{Connection, Error, Incoming, Port};
 use host_core::run::DeviceName;
 use host_core::session::Session;
 use std::sync::PoisonError;
@@ -22,7 +22,7 @@ const MOST_ERROR: f64 = 0.5;
 
 /// A condition as it goes on.
 struct Playing<'a> {
-    client: Client<Box<dyn Port>>,
+    client: Connection<Box<dyn Port>>,
     condition: &'a Condition,
     /// Of the first of its electrodes, which are alike but for what they reach.
     electrode: Electrode,
@@ -80,7 +80,7 @@ impl<'a> Playing<'a> {
         // Each by what it can.
         let all_n: f64 = electrodes.iter().map(|it| strength_n(spec, it)).sum();
         let share = |it: &&Electrode| (1e3 * wanted_n * strength_n(spec, it) / all_n) as u32;
-        let (client, _) = Client::open(port).map_err(told)?;
+        let (client, _) = Connection::open(port).map_err(told)?;
         let mut playing = Self {
             client,
             condition,
@@ -131,6 +131,7 @@ impl<'a> Playing<'a> {
         }
         let amplitude = Amplitude::new((1e3 * self.amplitude_ma).round() as u32);
         vec![Request::Amplitudes {
+            at: None,
             mask: (1 << count.min(CHANNELS)) - 1,
             values: std::iter::repeat_n(amplitude, count).collect(),
             widths: Default::default(), // the trains' own

@@ -251,6 +251,7 @@ where
         let mask = channels.iter().fold(0, |mask, it| mask | 1 << it.index());
         let ua = 5_000 + self.random.below(10_001) as u32;
         Request::Amplitudes {
+            at: None,
             mask,
             values: channels.iter().map(|_| Amplitude::new(ua)).collect(),
             widths: Default::default(),

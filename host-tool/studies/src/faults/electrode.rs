@@ -191,6 +191,7 @@ fn wanted(session: &Session, drawn: &Drawn<'_>) -> Request {
         false => Amplitude::new(4_000),
     });
     Request::Amplitudes {
+        at: None,
         mask,
         values: values.collect(),
         widths: Default::default(),

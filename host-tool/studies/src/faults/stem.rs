@@ -125,7 +125,7 @@ impl Stem {
 
     /// From the begin of the window on with `observer`, to the end of the last fork; `at` is
     /// called at each of `cycles`, which ascend.
-    pub fn watched<O: Observer + Send + Clone>(
+    pub fn watched<O: Observer + Send + Clone + 'static>(
         &self,
         observer: O,
         cycles: &[Cycle],

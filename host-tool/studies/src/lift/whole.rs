@@ -18,7 +18,7 @@ use hal_sim::body::sagittal::{ELBOW, JOINTS};
 use hal_sim::native::native;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
-use host_core::link::{Client, Error, Incoming, Port, SimulatedPort};
+use host_core::link::{Connection, Error, Incoming, Port, SimulatedPort};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -112,7 +112,7 @@ fn played(study: &Study, joints: &[ModulationSpec], trace: &Trace) -> Result<Bur
     let boot = Micros::new(0);
     let body = Box::new(Still::new(0.0));
     let world = World::new(Box::new(native(boot)), body, boot, Faults::default(), 1);
-    let (mut client, _) = Client::open(SimulatedPort::new(world))?;
+    let (mut client, _) = Connection::open(SimulatedPort::new(world))?;
     set_up(&mut client, study, joints)?;
     client.arm()?;
     if let Some(degrees) = trace.encoders_deg.first() {
@@ -156,7 +156,7 @@ fn played(study: &Study, joints: &[ModulationSpec], trace: &Trace) -> Result<Bur
 
 /// Configures what the study stimulates with.
 fn set_up(
-    client: &mut Client<SimulatedPort>,
+    client: &mut Connection<SimulatedPort>,
     study: &Study,
     joints: &[ModulationSpec],
 ) -> Result<(), Error> {
@@ -206,7 +206,7 @@ fn words(degrees: &[[f64; JOINTS]; ARMS], at_us: u64) -> impl Iterator<Item = Re
 }
 
 /// Lets time go on; nothing may be refused until then.
-fn heed(client: &mut Client<SimulatedPort>, until_us: u64) -> Result<(), LiftError> {
+fn heed(client: &mut Connection<SimulatedPort>, until_us: u64) -> Result<(), LiftError> {
     while let Some(incoming) = client.next(until_us)? {
         match incoming {
             Incoming::Refused(_, refused) => return Err(Error::Refused(refused).into()),

@@ -10,7 +10,7 @@ use firmware::link::Request;
 use firmware::units::Amplitude;
 use hal_sim::body::bench::elbow::BICEPS;
 use hal_sim::body::{Drive, Pulse};
-use host_core::link::{Client, Incoming, Port};
+use host_core::link::{Connection, Incoming, Port};
 use host_core::run::DeviceName;
 use host_core::session::Session;
 use std::fmt::Write;
@@ -83,6 +83,7 @@ impl Stimulation {
             _ => Default::default(), // the train's own
         };
         Request::Amplitudes {
+            at: None,
             mask: 1 << self.pair(),
             values: [Amplitude::new(milli)].into_iter().collect(),
             widths,
@@ -126,7 +127,7 @@ impl Stimulation {
         port: Box<dyn Port>,
     ) -> Result<u64, String> {
         let told = |error: host_core::link::Error| error.to_string();
-        let (mut client, _) = Client::open(port).map_err(told)?;
+        let (mut client, _) = Connection::open(port).map_err(told)?;
         for request in session.requests() {
             client
                 .request(self.widened(protocol, request))
@@ -165,7 +166,7 @@ impl Stimulation {
 }
 
 /// Goes on to `until_us`; a refusal ends it.
-pub(super) fn listen(client: &mut Client<Box<dyn Port>>, until_us: u64) -> Result<(), String> {
+pub(super) fn listen(client: &mut Connection<Box<dyn Port>>, until_us: u64) -> Result<(), String> {
     while let Some(incoming) = client.next(until_us).map_err(|e| e.to_string())? {
         if let Incoming::Refused(_, refused) = incoming {
             return Err(host_core::link::Error::Refused(refused).to_string());

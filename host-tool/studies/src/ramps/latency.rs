@@ -7,7 +7,7 @@ use crate::laboratory::{Heard, Notes};
 use firmware::link::Request;
 use firmware::units::Amplitude;
 use hal_sim::body::Drive;
-use host_core::link::{Client, Port};
+use host_core::link::{Connection, Port};
 use host_core::run::DeviceName;
 use host_core::session::Session;
 
@@ -55,6 +55,7 @@ fn session(rate_hz: u32, is_triggered: bool) -> String {
 /// This current, mA.
 fn wanted(ma: u32) -> Request {
     Request::Amplitudes {
+        at: None,
         mask: 1,
         values: [Amplitude::new(1_000 * ma)].into_iter().collect(),
         widths: Default::default(), // the train's own
@@ -63,7 +64,7 @@ fn wanted(ma: u32) -> Request {
 
 /// A device that stimulates, and what reaches its electrodes.
 struct Opened {
-    client: Client<Box<dyn Port>>,
+    client: Connection<Box<dyn Port>>,
     heard: Heard,
 }
 
@@ -76,7 +77,7 @@ impl Opened {
         let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
         world.body = Box::new(Notes::on(&heard));
         let told = |e: host_core::link::Error| failed(e.to_string());
-        let (mut client, _) = Client::open(port).map_err(told)?;
+        let (mut client, _) = Connection::open(port).map_err(told)?;
         for request in session.requests() {
             client.request(request).map_err(told)?;
         }

@@ -5,6 +5,7 @@
 //! accesses with their cycle, sampled interrupt lines. Out: which exception
 //! goes first, what memory may be used for, when SysTick wants attention.
 
+mod compare;
 mod floating;
 pub mod latency;
 pub mod mpu;
@@ -18,6 +19,7 @@ mod trace;
 #[cfg(test)]
 mod tests;
 
+pub use compare::{Compared, Hit};
 pub use floating::Preempted;
 pub use latency::{Latencies, Latency};
 pub(crate) use nvic::number;
@@ -25,7 +27,7 @@ pub(crate) use scb::{actlr, ccr, hfsr};
 
 use super::bus::LINE_WORDS;
 use super::semihosting::Semihosting;
-use super::{Fault, Registers};
+use super::{Fault, Registers, Size};
 use crate::chip::Cycle;
 use nvic::{Nvic, bit};
 use std::ops::Range;
@@ -53,6 +55,8 @@ pub struct System {
     running: u16,
     /// Semihosting, if it is on; a reset leaves it alone.
     pub semihosting: Option<Semihosting>,
+    /// A debugger is attached, and a comparator watches data.
+    is_watching: bool,
     /// How long interrupts waited, since power-on.
     pub latencies: Latencies,
     /// Lowest main stack pointer after an exception's entry, since power-on.
@@ -68,7 +72,8 @@ impl System {
         self.semihosting = old.semihosting;
         self.latencies = old.latencies;
         self.deepest_msp = old.deepest_msp;
-        self.trace.debugger = old.trace.debugger;
+        self.trace = old.trace.reset();
+        self.is_watching = old.is_watching;
     }
 
     /// Whether both do the same from now on: all but what is counted for people is equal.
@@ -115,6 +120,55 @@ impl System {
     /// A debugger was attached or let go: DHCSR.C_DEBUGEN.
     pub fn set_debugger(&mut self, attached: bool) {
         self.trace.debugger = attached;
+        self.follow_comparators();
+    }
+
+    /// Whether a debugger is attached.
+    pub const fn has_debugger(&self) -> bool {
+        self.trace.debugger
+    }
+
+    /// Comparators of data that a debugger has.
+    pub const COMPARATORS: usize = compare::COMPARATORS;
+
+    /// Has one comparator watch each of `parts`, an address and log2 of its bytes (0–15). If
+    /// not enough are free, it says so, and all stays as it was.
+    pub fn compare(&mut self, parts: &[(u32, u32)], what: Compared) -> bool {
+        let done = self.trace.comparators.add(parts, what);
+        self.follow_comparators();
+        done
+    }
+
+    /// Frees the comparators of `parts`.
+    pub fn compare_no_more(&mut self, parts: &[(u32, u32)], what: Compared) {
+        self.trace.comparators.remove(parts, what);
+        self.follow_comparators();
+    }
+
+    /// Frees all comparators.
+    pub fn clear_comparators(&mut self) {
+        self.trace.comparators.clear();
+        self.follow_comparators();
+    }
+
+    fn follow_comparators(&mut self) {
+        self.is_watching = self.trace.debugger && self.trace.comparators.watch();
+    }
+
+    /// Whether [`Self::look`] must be told of instructions' accesses to data.
+    #[inline]
+    pub(super) const fn is_watching(&self) -> bool {
+        self.is_watching
+    }
+
+    /// An instruction accesses data; whether that is watched.
+    pub(super) fn look(&mut self, address: u32, size: Size, is_write: bool) -> bool {
+        self.trace.comparators.look(address, size, is_write)
+    }
+
+    /// The first access that was watched since this was asked.
+    pub(super) const fn take_hit(&mut self) -> Option<Hit> {
+        self.trace.comparators.take()
     }
 
     /// Whether CCR has any of `bits`.

@@ -161,6 +161,7 @@ impl System {
                     written?;
                     self.nvic.set_prigroup(self.scb.prigroup >> 8);
                 } else if let Some(written) = self.trace.write(address, value, at) {
+                    self.follow_comparators();
                     written?;
                 } else if self.floating.write(address, value).is_none() {
                     return Err(unmodelled(address));
@@ -267,7 +268,7 @@ fn check_size(address: u32, size: Size) -> Modelled {
 const fn unmodelled(address: u32) -> Unmodelled {
     Unmodelled(match address {
         0xE000_0000..=0xE000_0FFF => "ITM",
-        0xE000_1000..=0xE000_1FFF => "DWT but for CTRL and CYCCNT",
+        0xE000_1000..=0xE000_1FFF => "DWT but for CTRL, CYCCNT and comparators",
         0xE000_2000..=0xE000_2FFF => "FPB",
         0xE000_ED40..=0xE000_ED7F => "SCB feature registers",
         0xE000_EDF0 => "writing DHCSR",

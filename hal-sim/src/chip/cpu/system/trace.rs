@@ -1,6 +1,7 @@
-//! Debug and trace registers as far as a program uses them without a
-//! debugger: DEMCR, DHCSR, DWT's cycle counter (Arm ARM C1.6, C1.8).
+//! Debug and trace registers as far as programs and debuggers use them: DEMCR, DHCSR, DWT's
+//! cycle counter (Arm ARM C1.6, C1.8); its comparators are `compare`'s.
 
+use super::compare::Comparators;
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{Modelled, Unmodelled};
 
@@ -13,6 +14,10 @@ const DWT_CTRL: u32 = 0x4000_0000;
 /// DHCSR.C_DEBUGEN.
 const C_DEBUGEN: u32 = 1;
 
+/// DWT_COMP0, and the end of the comparators' registers.
+const COMP0: u32 = 0xE000_1020;
+const COMP_END: u32 = 0xE000_1060;
+
 /// The registers.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Trace {
@@ -22,9 +27,20 @@ pub struct Trace {
     count: u32,
     /// A debugger is attached: DHCSR.C_DEBUGEN reads 1.
     pub debugger: bool,
+    /// Which data is watched.
+    pub comparators: Comparators,
 }
 
 impl Trace {
+    /// What a system reset leaves, which is the debugger's.
+    pub fn reset(self) -> Self {
+        Self {
+            debugger: self.debugger,
+            comparators: self.comparators,
+            ..Self::default()
+        }
+    }
+
     const fn counts(&self) -> bool {
         self.trcena && self.cyccntena
     }
@@ -50,7 +66,7 @@ impl Trace {
     }
 
     /// Reads the register at `address`; `None`: not one of these.
-    pub const fn read(&self, address: u32, at: Cycle) -> Option<u32> {
+    pub fn read(&mut self, address: u32, at: Cycle) -> Option<u32> {
         Some(match address {
             0xE000_1000 => DWT_CTRL | self.cyccntena as u32,
             0xE000_1004 => self.counter(at),
@@ -62,6 +78,7 @@ impl Trace {
                     0
                 }
             }
+            COMP0..COMP_END => return self.comparators.read(address - COMP0),
             _ => return None,
         })
     }
@@ -85,6 +102,7 @@ impl Trace {
                 self.trcena = value & TRCENA != 0;
                 self.set_counter(counter, at);
             }
+            COMP0..COMP_END => return self.comparators.write(address - COMP0, value),
             _ => return None,
         }
         Some(Ok(()))

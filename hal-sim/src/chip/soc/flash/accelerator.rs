@@ -248,6 +248,14 @@ impl Accelerator {
         self.prefetch = Prefetch::NONE;
     }
 
+    /// A programmer replaced what lies in the flash: no line is held.
+    pub(super) fn forget(&mut self) {
+        self.code.clear();
+        self.data.clear();
+        self.current = NONE;
+        self.prefetch = Prefetch::NONE;
+    }
+
     /// The operation under way ends at `end`, since the core clock changed.
     pub(super) fn occupy_until(&mut self, end: Cycle) {
         self.busy_until = end;

@@ -19,6 +19,7 @@ use crate::chip::cpu::bus::{Denied, Modelled, Read, Unmodelled, refuse};
 use crate::random;
 use accelerator::Accelerator;
 use programming::Programming;
+pub use programming::SECTORS;
 use std::sync::Arc;
 
 /// Bytes of main memory.
@@ -97,6 +98,16 @@ impl Flash {
         let place = self.bytes_mut().get_mut(start..end).ok_or(outside)?;
         place.copy_from_slice(bytes);
         self.code_version = self.code_version.wrapping_add(1);
+        Ok(())
+    }
+
+    /// [`Self::load`] into a chip that has run: its caches forget what they held.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn replace(&mut self, address: u32, bytes: &[u8]) -> Result<(), OutsideFlash> {
+        self.load(address, bytes)?;
+        self.accelerator.forget();
         Ok(())
     }
 

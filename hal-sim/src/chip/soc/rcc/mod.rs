@@ -214,6 +214,12 @@ impl Rcc {
         Ok(self.enables[bus] & !self.resets[bus] & mask != 0)
     }
 
+    /// Clocks that were enabled just now have run for long enough: a probe's next access comes
+    /// late, while the simulator's debugger lets no time pass.
+    pub const fn settle(&mut self) {
+        self.fresh = [0; BUSES];
+    }
+
     /// Whether the enable bit at this place, bus and bit, is set.
     pub const fn is_set(&self, (bus, bit): (usize, u32)) -> bool {
         self.enables[bus] >> bit & 1 != 0

@@ -4,6 +4,7 @@ use super::{APB1, APB2, CSSC, CSSF, LPENR_RESET, PLLCFGR_FIELDS, PLLCFGR_RESET, 
 use super::{LSI_START_NS, cr};
 use crate::chip::soc::clock::cycles_in;
 use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
+use crate::chip::soc::word::merged;
 
 const CSR: u32 = 0x74;
 const LSION: u32 = 1;
@@ -104,8 +105,11 @@ impl Peripheral for Rcc {
     }
 
     fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
-        refuse(size != Size::Word, "RCC: writes narrower than a word")?;
-        match offset {
+        // Words, half-words and bytes (RM0090 section 7.3).
+        let register = offset & !3;
+        let old = self.read(register, Size::Word, at)?;
+        let value = merged(old, offset, size, value);
+        match register {
             0x00 => self.write_cr(value, at)?,
             0x04 if value & PLLCFGR_FIELDS == self.pllcfgr & PLLCFGR_FIELDS => {}
             0x04 => {

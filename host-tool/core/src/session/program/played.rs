@@ -1,5 +1,6 @@
 //! The programs of a session: what each channel is ordered, burst by burst.
 
+use firmware::pulse::WINDOW_US;
 use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 
@@ -90,6 +91,16 @@ impl Programs {
             } => Some(points),
             _ => None,
         }
+    }
+
+    /// From one time at which orders may change to the next, µs: whole windows of the device,
+    /// and at most the shortest period, so that no channel has two bursts in between. Nothing
+    /// without channels.
+    #[must_use]
+    pub fn tick_us(&self) -> Option<u64> {
+        let window_us = u64::from(WINDOW_US);
+        let windows = self.shortest_period_us()? / window_us;
+        Some(windows.max(1) * window_us)
     }
 
     /// The longest time, µs, in which a channel has begun and played two passes, or its only

@@ -8,7 +8,7 @@ use firmware::link::{Event, Request};
 use firmware::safety::StopCause;
 use firmware::units::Amplitude;
 use hal_sim::random::standard_normal;
-use host_core::link::{Client, Error, Incoming, Interruption, Port};
+use host_core::link::{Connection, Error, Incoming, Interruption, Port};
 use host_core::run::event;
 use host_core::session::Session;
 use std::fmt;
@@ -89,7 +89,7 @@ pub enum DeviceError {
 /// A device that is armed for one search, its channels silent but for presentations.
 /// Joint, wall, force control and muscle models of the session stay out of it.
 pub struct OnDevice<'a, P> {
-    client: Client<P>,
+    client: Connection<P>,
     search: &'a Search,
     /// Of a device that no simulator in this process is.
     operator: Option<&'a mut dyn Operator>,
@@ -119,7 +119,7 @@ impl<'a, P: Port> OnDevice<'a, P> {
         interruption: Option<Interruption>,
         seed: u64,
     ) -> Result<Self, DeviceError> {
-        let (mut client, _) = Client::open_interruptible(port, interruption)?;
+        let (mut client, _) = Connection::open_interruptible(port, interruption)?;
         let is_simulated = client.port().world().is_some();
         let needs_sensor = search.declared().needs_baseline();
         let has_eye = search.declared().observer == Observer::Eye && !is_simulated;

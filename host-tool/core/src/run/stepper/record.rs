@@ -1,10 +1,11 @@
 //! What a run's record is told of what arrives.
 
-use super::{Run, RunError, TAKE_US};
+use super::{Paused, RunError, Stepper, TAKE_US};
 use crate::link::{Incoming, Port, Refused};
+use crate::record::MarkerKind;
 use crate::run::{Seen, identity, pulses, trial};
 use crate::session::{nearest, newtons};
-use firmware::link::{Code, Event, HelloInfo};
+use firmware::link::{Code, Event};
 use firmware::safety::StopCause;
 
 /// Most events and refusals that a record keeps: more than a device sends that is not broken.
@@ -13,12 +14,12 @@ const MOST_EVENTS: usize = 10_000;
 /// Most readings of electrodes that it keeps: of ten channels, each several times.
 const MOST_READINGS: usize = 100;
 
-impl<P: Port> Run<'_, '_, P> {
+impl<P: Port> Stepper<'_, P> {
     /// The record says who answered.
-    pub(super) fn identify(&mut self, info: &HelloInfo) -> Result<(), RunError> {
-        let in_process = self.client.port().world().is_some();
-        let identity = identity(info, in_process);
-        if let Some(recorder) = &mut self.recorder {
+    pub(super) fn identify(&mut self) -> Result<(), RunError> {
+        let in_process = self.connection.port().world().is_some();
+        let identity = identity(&self.info, in_process);
+        if let Some(recorder) = &mut self.attached.recorder {
             recorder.identity(&identity)?;
         }
         self.trial.identity = Some(identity);
@@ -28,8 +29,8 @@ impl<P: Port> Run<'_, '_, P> {
     /// The record of a run that was not started says what the electrode check
     /// had read.
     pub(super) fn read_electrodes(&mut self) -> Result<(), RunError> {
-        let now_us = self.client.port().now_us();
-        while let Ok(Some(incoming)) = self.client.next(now_us) {
+        let now_us = self.connection.port().now_us();
+        while let Ok(Some(incoming)) = self.connection.next(now_us) {
             if let Incoming::Event(_, event) = incoming {
                 self.file_electrode(&event)?;
             }
@@ -52,7 +53,7 @@ impl<P: Port> Run<'_, '_, P> {
             return Ok(true);
         }
         let reading = trial::electrode(&self.trial.channels, channel, applied, current_ua);
-        if let Some(recorder) = &mut self.recorder {
+        if let Some(recorder) = &mut self.attached.recorder {
             recorder.electrode(reading)?;
         }
         self.trial.electrode_check.push(reading);
@@ -61,8 +62,8 @@ impl<P: Port> Run<'_, '_, P> {
 
     /// The record says how the device's clock ran.
     pub(super) fn clock(&mut self) {
-        let clock = self.client.clock_fit().map(identity::clock);
-        if let Some(recorder) = &mut self.recorder {
+        let clock = self.connection.clock_fit().map(identity::clock);
+        if let Some(recorder) = &mut self.attached.recorder {
             recorder.clock(clock);
         }
         self.trial.clock = clock;
@@ -77,10 +78,10 @@ impl<P: Port> Run<'_, '_, P> {
         };
         let idle = counted("triggers without a train").unwrap_or(0);
         let told = counted("pulses started").map(|n| (n as u32).wrapping_sub(self.checked));
-        let played = match self.client.port().world() {
+        let played = match self.connection.port().world() {
             Some(world) => {
                 let trace = &world.recorder.trace;
-                let left = pulses::played(self.session, trace, self.epoch_us);
+                let left = pulses::played(&self.session, trace, self.started_us.unwrap_or(0));
                 Some(self.taken.0 + left)
             }
             None => told.map(u64::from),
@@ -88,17 +89,17 @@ impl<P: Port> Run<'_, '_, P> {
         self.trial.pulses = played;
         if played == Some(0) {
             let length_us = (self.trial.duration_s * 1e6).round() as u64;
-            let why = pulses::why_silent(self.session, length_us, idle);
+            let why = pulses::why_silent(&self.session, length_us, idle);
             self.trial.silent = Some(why.to_owned());
         }
-        if let Some(recorder) = &mut self.recorder {
+        if let Some(recorder) = &mut self.attached.recorder {
             recorder.played(played, self.trial.silent.as_deref());
         }
     }
 
     /// From time to time, what a simulated device has put out goes to who takes it.
     pub(super) fn take_outputs(&mut self) {
-        let now_us = self.client.port().now_us();
+        let now_us = self.connection.port().now_us();
         if now_us >= self.taken.1 + TAKE_US {
             self.taken.1 = now_us;
             // What came in the latest steps may still change.
@@ -109,19 +110,19 @@ impl<P: Port> Run<'_, '_, P> {
     /// And in the end all that is left.
     pub(super) fn take_the_last_outputs(&mut self) {
         self.take_until(u64::MAX);
-        let now_us = self.client.port().now_us();
-        if let Some(outputs) = &mut self.outputs {
+        let now_us = self.connection.port().now_us();
+        if let Some(outputs) = &mut self.attached.outputs {
             outputs.end(now_us);
         }
     }
 
     fn take_until(&mut self, until_us: u64) {
-        if let Some(outputs) = &mut self.outputs
-            && let Some(world) = self.client.port().world()
+        if let Some(outputs) = &mut self.attached.outputs
+            && let Some(world) = self.connection.port().world()
         {
             let piece = world.recorder.trace.take(until_us);
-            self.taken.0 += pulses::played(self.session, &piece, self.epoch_us);
-            outputs.take(&piece, self.epoch_us);
+            self.taken.0 += pulses::played(&self.session, &piece, self.started_us.unwrap_or(0));
+            outputs.take(&piece, self.started_us.unwrap_or(0));
         }
     }
 
@@ -135,7 +136,7 @@ impl<P: Port> Run<'_, '_, P> {
         let t_s = self.t_s();
         self.trial.duration_s = t_s;
         let text = error.to_string();
-        if let Some(recorder) = &mut self.recorder {
+        if let Some(recorder) = &mut self.attached.recorder {
             let _ = recorder.event(t_s, &text); // the first error is the one to tell
         }
         self.trial.events.push((t_s, text));
@@ -145,27 +146,32 @@ impl<P: Port> Run<'_, '_, P> {
         match incoming {
             Incoming::Telemetry(at_us, telemetry) => {
                 if at_us >= self.epoch {
-                    let true_deg = self.client.port().true_deg();
+                    let true_deg = self.connection.port().true_deg();
                     let t_s = self.since_start_s(at_us);
                     let mut sample = trial::sample(&telemetry, t_s, true_deg);
                     if self.session.limb.is_some() {
-                        let force = self.client.port().hand_n().into_iter().flatten();
+                        let force = self.connection.port().hand_n().into_iter().flatten();
                         sample.hand_true_n = force.map(Some).collect();
                     }
-                    if let Some(recorder) = &mut self.recorder {
+                    if let Some(recorder) = &mut self.attached.recorder {
                         recorder.sample(&sample)?;
                     }
-                    self.observer.see(Seen::Sample(&sample));
+                    self.attached.observer.see(Seen::Sample(&sample));
                     self.trial.samples.push(sample);
                 }
             }
+            Incoming::Event(at_us, Event::TriggerEdge) => {
+                self.file_line(MarkerKind::Trigger, at_us)?;
+            }
+            Incoming::Event(at_us, Event::SyncEdge) => self.file_line(MarkerKind::Sync, at_us)?,
             Incoming::Event(at_us, event) => {
                 if self.file_electrode(&event)? {
                     return Ok(());
                 }
                 let text = trial::event(&event);
                 let t_s = self.since_start_s(at_us);
-                self.observer.see(Seen::Event(t_s, &event));
+                self.attached.observer.see(Seen::Event(t_s, &event));
+                self.event = Some((t_s, event));
                 self.note(t_s, text.clone())?;
                 let is_finished = event == Event::Stopped(StopCause::Finished);
                 self.is_finished |= is_finished;
@@ -173,7 +179,15 @@ impl<P: Port> Run<'_, '_, P> {
                     event,
                     Event::Faulted(_) | Event::Stopping(_) | Event::Stopped(_)
                 );
-                if is_end && !is_finished && self.ended.is_none() {
+                if self.is_paused() && event == Event::Stopped(StopCause::Request) {
+                    self.paused = Paused::Isolated;
+                }
+                let is_by_hand = self.is_paused()
+                    && matches!(
+                        event,
+                        Event::Stopping(StopCause::Request) | Event::Stopped(StopCause::Request)
+                    );
+                if is_end && !is_finished && !is_by_hand && self.ended.is_none() {
                     self.ended = Some(self.ended_by(&event, t_s, text));
                 }
             }
@@ -183,13 +197,13 @@ impl<P: Port> Run<'_, '_, P> {
                 self.refused += 1;
                 let at_us = self.now();
                 let t_s = self.since_start_s(at_us);
-                self.observer.see(Seen::Refused(t_s, &refused));
+                self.attached.observer.see(Seen::Refused(t_s, &refused));
                 let nearest = self.nearest(seq, &refused).unwrap_or_default();
                 self.note(t_s, format!("{refused}{nearest}"))?;
                 self.last_refused = Some((t_s, refused));
             }
-            Incoming::Status(status) => self.observer.see(Seen::Status(&status)),
-            Incoming::Acknowledged(..) => {}
+            Incoming::Status(_, status) => self.attached.observer.see(Seen::Status(&status)),
+            Incoming::Acknowledged(..) | Incoming::Hello(_) => {}
         }
         Ok(())
     }
@@ -217,7 +231,7 @@ impl<P: Port> Run<'_, '_, P> {
         }
         let text = format!("{} more events, which are not recorded", self.left_out);
         let t_s = self.t_s();
-        if let Some(recorder) = &mut self.recorder {
+        if let Some(recorder) = &mut self.attached.recorder {
             let _ = recorder.event(t_s, &text); // written again at the end
         }
         self.trial.events.push((t_s, text));
@@ -228,7 +242,7 @@ impl<P: Port> Run<'_, '_, P> {
             self.left_out += 1;
             return Ok(());
         }
-        if let Some(recorder) = &mut self.recorder {
+        if let Some(recorder) = &mut self.attached.recorder {
             recorder.event(t_s, &text)?;
         }
         self.trial.events.push((t_s, text));

@@ -1,23 +1,27 @@
 //! Why a run ends that was not to end: the device stopped, or it says nothing any more.
 
-use super::{Run, RunError, SILENCE_US, Wish};
+use super::{RunError, SILENCE_US, Stepper, Wish};
 use crate::link::{Error, Port};
 use crate::run::trial;
 use firmware::link::{Event, Request};
 use firmware::safety::StopCause;
 
-impl<P: Port> Run<'_, '_, P> {
+impl<P: Port> Stepper<'_, P> {
     /// The device has said something now.
     pub(super) fn hear(&mut self) {
-        self.heard_us = self.client.port().now_us();
-        self.heard_stalled_us = self.client.stalled_in_sum_us();
+        self.heard_us = self.connection.port().now_us();
+        self.heard_stalled_us = self.connection.stalled_in_sum_us();
     }
 
     /// # Errors
     /// The device has been silent for too long, while this computer listened.
     pub(super) fn check_silence(&mut self) -> Result<(), RunError> {
-        let silence_us = self.client.port().now_us().saturating_sub(self.heard_us);
-        let stalled_us = self.client.stalled_in_sum_us() - self.heard_stalled_us;
+        let silence_us = self
+            .connection
+            .port()
+            .now_us()
+            .saturating_sub(self.heard_us);
+        let stalled_us = self.connection.stalled_in_sum_us() - self.heard_stalled_us;
         if silence_us.saturating_sub(stalled_us) <= SILENCE_US {
             return Ok(());
         }
@@ -55,7 +59,7 @@ impl<P: Port> Run<'_, '_, P> {
             );
             return RunError::Ended { t_s, why, advice };
         }
-        let stalled_ms = self.client.stalled_us() / 1000;
+        let stalled_ms = self.connection.stalled_us() / 1000;
         // The time since the last setpoint belongs to the silence, too.
         if stalled_ms >= timeout_ms / 2 {
             let then = format!(
@@ -75,10 +79,10 @@ impl<P: Port> Run<'_, '_, P> {
 
     /// Does what the observer wishes.
     pub(super) fn poll_observer(&mut self) -> Result<(), RunError> {
-        match self.observer.wish() {
+        match self.attached.observer.wish() {
             Wish::Nothing => {}
             Wish::Status => {
-                self.client.post(Request::Status)?;
+                self.connection.post(Request::Status)?;
             }
             Wish::Stop => {
                 return Err(RunError::Interrupted { t_s: self.t_s() });

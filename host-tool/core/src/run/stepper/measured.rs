@@ -1,12 +1,12 @@
 //! What the host measures of a simulated wearer, or takes for measured, at each setpoint.
 
-use super::Run;
+use super::{RunError, Stepper};
 use crate::link::{Port, stamp};
 use crate::session::SessionLimb;
 use firmware::control::SensorSource;
 use firmware::link::Request;
 
-impl<P: Port> Run<'_, '_, P> {
+impl<P: Port> Stepper<'_, P> {
     pub(super) fn measures_posture(&self) -> bool {
         let limb = self.session.limb.as_ref();
         limb.is_some_and(SessionLimb::is_measured)
@@ -15,7 +15,7 @@ impl<P: Port> Run<'_, '_, P> {
     /// A measurement of each of the arm's angles now.
     pub(super) fn posture(&mut self) -> Vec<Request> {
         let at = stamp(self.now());
-        let angles = self.client.port().posture_deg().into_iter().flatten();
+        let angles = self.connection.port().posture_deg().into_iter().flatten();
         let measured = (0u8..).zip(angles).map(|(joint, deg)| {
             let centideg = (deg * 100.0).round() as i16; // saturates
             Request::Measurement {
@@ -43,11 +43,36 @@ impl<P: Port> Run<'_, '_, P> {
         self.session.sensor() == Some(SensorSource::Host)
     }
 
-    /// Asks a simulated trigger input for its edges of `from..to`, µs after the
-    /// start. A board has a real one.
-    pub(super) fn trigger(&mut self, from: u64, to: u64) {
-        let begin = self.epoch_us;
-        if let (Some(trigger), Some(world)) = (&self.session.trigger, self.client.port().world()) {
+    /// Angles that the host sends, or takes for measured, are there before the first pulse.
+    pub(super) fn check_measured(&mut self) -> Result<(), RunError> {
+        if self.measures_posture() {
+            if self.connection.port().posture_deg().is_none() {
+                return Err(RunError::NoPosture("this device".to_owned()));
+            }
+            for request in self.posture() {
+                self.connection.request(request)?;
+            }
+        }
+        if !self.session.modulations.is_empty() {
+            let port = self.connection.port();
+            if port.world().is_none() && port.image().is_none() {
+                return Err(RunError::ScriptedAngles("this device".to_owned()));
+            }
+            for request in self.joint_angles(0) {
+                self.connection.request(request)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Asks a simulated trigger input for its edges up to `to`, µs after the start, that it
+    /// was not asked for yet. A board has a real one.
+    pub(super) fn trigger(&mut self, to: u64) {
+        let (begin, from) = (self.started_us.unwrap_or(0), self.triggered_us);
+        self.triggered_us = to;
+        if let (Some(trigger), Some(world)) =
+            (&self.session.trigger, self.connection.port().world())
+        {
             for at in trigger.edges.between(from, to) {
                 world.hold_trigger(begin + at, trigger.held_us);
             }

@@ -1,0 +1,128 @@
+//! Amplitudes that wait for their time.
+
+use super::Stimuli;
+use crate::seal::Seal;
+use crate::units::Micros;
+use heapless::Deque;
+
+/// Most orders that wait.
+pub const MAX_TIMED: usize = 16;
+
+/// An order that holds from a time on.
+#[derive(Clone, Copy, Hash, Debug)]
+pub struct Timed {
+    /// Number of the request.
+    pub seq: u16,
+    /// Device time from which it holds.
+    pub at: Micros,
+    /// What is ordered.
+    pub stimuli: Stimuli,
+}
+
+/// The orders that wait, by rising time, each under a seal.
+#[derive(Debug)]
+pub(super) struct Waiting(Deque<(Timed, Seal), MAX_TIMED>);
+
+impl Waiting {
+    /// None.
+    pub(super) const NONE: Self = Self(Deque::new());
+
+    /// Forgets all.
+    pub(super) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Whether as many wait as may.
+    pub(super) fn is_full(&self) -> bool {
+        self.0.is_full()
+    }
+
+    /// When the last of them is due.
+    pub(super) fn latest(&self) -> Option<Micros> {
+        self.0.back().map(|(order, _)| order.at)
+    }
+
+    /// When the next of them is due.
+    #[inline(always)]
+    pub(super) fn next(&self) -> Option<Micros> {
+        self.0.front().map(|(order, _)| order.at)
+    }
+
+    /// Puts `order` behind the others; without room for it nothing changes.
+    pub(super) fn push(&mut self, order: &Timed) {
+        let _ = self.0.push_back((*order, Seal::of(order)));
+    }
+
+    /// The next order, and whether its memory is as it was left.
+    pub(super) fn pop(&mut self) -> Option<(Timed, bool)> {
+        let (order, seal) = self.0.pop_front()?;
+        Some((order, seal.holds(&order)))
+    }
+
+    /// An order whose number has changed under its seal.
+    #[cfg(test)]
+    pub(super) fn push_spoiled(&mut self, order: &Timed) {
+        let seal = Seal::of(order);
+        let seq = order.seq ^ 1;
+        let _ = self.0.push_back((Timed { seq, ..*order }, seal));
+    }
+
+    /// Whether the memory of the next order is as it was left.
+    pub(super) fn is_whole(&self) -> bool {
+        self.0.front().is_none_or(|(order, seal)| seal.holds(order))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pulse::CHANNELS;
+    use crate::units::Amplitude;
+
+    const ORDER: Timed = Timed {
+        seq: 7,
+        at: Micros::new(u32::MAX - 3),
+        stimuli: Stimuli {
+            mask: 0b10_0000_0001,
+            values: [Amplitude::new(20_000); CHANNELS],
+            widths: [200; CHANNELS],
+        },
+    };
+
+    /// Whether `spoiled` in the place of [`ORDER`] is found while it waits and as it is taken.
+    fn is_found(spoiled: Timed) -> bool {
+        let mut waiting = Waiting::NONE;
+        waiting.push(&ORDER);
+        waiting.0.front_mut().unwrap().0 = spoiled;
+        let is_found = !waiting.is_whole();
+        let (_, is_whole) = waiting.pop().unwrap();
+        assert_eq!(is_whole, !is_found);
+        is_found
+    }
+
+    #[test]
+    fn every_bit_of_an_order_that_waits_is_summed() {
+        assert!(!is_found(ORDER));
+        for bit in 0..32 {
+            let at = Micros::new(ORDER.at.get() ^ 1 << bit);
+            assert!(is_found(Timed { at, ..ORDER }), "time, bit {bit}");
+            for n in 0..CHANNELS {
+                let mut order = ORDER;
+                order.stimuli.values[n] = Amplitude::new(20_000 ^ 1 << bit);
+                assert!(is_found(order), "amplitude {n}, bit {bit}");
+            }
+        }
+        for bit in 0..16 {
+            let seq = ORDER.seq ^ 1 << bit;
+            assert!(is_found(Timed { seq, ..ORDER }), "number, bit {bit}");
+            let mut order = ORDER;
+            order.stimuli.mask ^= 1 << bit;
+            assert!(is_found(order), "mask, bit {bit}");
+            for n in 0..CHANNELS {
+                let mut order = ORDER;
+                order.stimuli.widths[n] ^= 1 << bit;
+                assert!(is_found(order), "width {n}, bit {bit}");
+            }
+        }
+    }
+}

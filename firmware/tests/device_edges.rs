@@ -1,0 +1,98 @@
+//! The edges of sync and trigger that are reported, against the pins.
+
+use crate::device_desk::*;
+use crate::device_timed::stay;
+use firmware::link::{Event, Request};
+use firmware::pulse::{Levels, TrainSpec, Trigger, WINDOW_US};
+use firmware::units::Micros;
+
+/// The clock wraps a tenth of a second after boot.
+const BOOT: Micros = Micros::new(u32::MAX - 100_000);
+
+/// Rising edges of the sync output, µs since boot.
+fn sync_edges(desk: &Desk) -> Vec<u64> {
+    let mut last = false;
+    let rises = desk.record.levels.iter().filter(|(_, levels)| {
+        let is = levels.0 & Levels::SYNC != 0;
+        std::mem::replace(&mut last, is) != is && is
+    });
+    rises.map(|(t, _)| *t).collect()
+}
+
+/// Times of this event, µs since boot.
+fn told(desk: &Desk, event: Event) -> Vec<u64> {
+    let at = |heard| match heard {
+        Heard::Event(at, e) if e == event => Some((at - BOOT).us().cast_unsigned().into()),
+        _ => None,
+    };
+    decode(&desk.record.bytes)
+        .into_iter()
+        .filter_map(at)
+        .collect()
+}
+
+/// Each leading edge of sync, the fall's included and the electrode check's not, of those in
+/// one window the first.
+#[test]
+fn leading_edges_of_sync_are_told_with_their_time() {
+    let doublet = TrainSpec {
+        burst_count: 3,
+        burst_interval_us: 1_001,
+        ..PLAIN
+    };
+    let near = TrainSpec {
+        gap_us: 5,
+        width_us: 50,
+        burst_count: 2,
+        burst_interval_us: 200,
+        ..PLAIN
+    };
+    for train in [PLAIN, doublet, near] {
+        let mut desk = Desk::open(BOOT);
+        desk.prepare(wearer(), &[channel(PLAIN), channel(train)]);
+        desk.must(Request::Sync { channel: Some(1) });
+        desk.start();
+        desk.must(all(2, 10_000));
+        stay(&mut desk, 200_000);
+        desk.must(Request::Stop);
+        desk.wait(100_000);
+        let mut edges = sync_edges(&desk);
+        assert!(edges.len() > 10);
+        edges.dedup_by_key(|edge| *edge / u64::from(WINDOW_US));
+        assert_eq!(told(&desk, Event::SyncEdge), edges, "{train:?}");
+        assert!(told(&desk, Event::TriggerEdge).is_empty());
+    }
+}
+
+/// Each edge while it stimulates, with or without a train that waits for it.
+#[test]
+fn edges_of_the_trigger_are_told_while_stimulating() {
+    let once = at_once(TrainSpec {
+        trigger: Some(Trigger::Start),
+        repeats: 1,
+        ..PLAIN
+    });
+    let mut desk = Desk::open(BOOT);
+    let edge = |desk: &mut Desk| {
+        let t = desk.time();
+        desk.sensors.trigger = Some(desk.now());
+        desk.wait(1_000);
+        desk.sensors.trigger = None;
+        t
+    };
+    desk.prepare(wearer(), &[once]);
+    edge(&mut desk);
+    desk.start();
+    desk.must(all(1, 10_000));
+    let mut edges = Vec::new();
+    for wait_us in [3_001, 60_017, 30_113] {
+        edges.push(edge(&mut desk)); // the second finds the train's period not over
+        stay(&mut desk, wait_us);
+    }
+    desk.must(Request::Stop);
+    desk.wait(100_000);
+    edge(&mut desk);
+    assert_eq!(told(&desk, Event::TriggerEdge), edges);
+    assert!(told(&desk, Event::SyncEdge).is_empty());
+    assert_eq!(desk.status().counters.idle_triggers, 3);
+}

@@ -1,0 +1,259 @@
+//! The comparators of the DWT, as far as they watch data (Arm ARM C1.8; TRM 8.1): what a
+//! debugger stops the core by.
+//!
+//! In: the addresses of instructions' data accesses. Out: the first that a comparator matched
+//! since it was asked. Not watched: what exceptions stack, DMA. It takes no time.
+
+use crate::chip::cpu::Size;
+use crate::chip::cpu::bus::{Modelled, Unmodelled};
+
+/// How many there are.
+pub const COMPARATORS: usize = 4;
+
+/// FUNCTION.MATCHED.
+const MATCHED: u32 = 1 << 24;
+
+/// Accesses that are watched; the value is FUNCTION's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compared {
+    /// Loads.
+    Reads = 5,
+    /// Stores.
+    Writes = 6,
+    /// Both.
+    Accesses = 7,
+}
+
+impl Compared {
+    const fn has(self, is_write: bool) -> bool {
+        match self {
+            Self::Reads => !is_write,
+            Self::Writes => is_write,
+            Self::Accesses => true,
+        }
+    }
+}
+
+/// An access that was watched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hit {
+    /// The first byte that was both accessed and watched.
+    pub address: u32,
+    /// What its comparator watches.
+    pub what: Compared,
+}
+
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+struct Comparator {
+    /// COMP.
+    address: u32,
+    /// MASK: log2 of the bytes it covers.
+    log2_bytes: u32,
+    /// FUNCTION.
+    what: Option<Compared>,
+    is_matched: bool,
+}
+
+impl Comparator {
+    /// The first byte of `bytes` from `address` on that it watches: "to enable matching an
+    /// address wherever it appears on a bus" (DDI 0337, 11.6), a word's access has four.
+    const fn first_in(&self, address: u32, bytes: u32) -> Option<u32> {
+        let start = self.address >> self.log2_bytes << self.log2_bytes;
+        let before = start.wrapping_sub(address);
+        if before < bytes {
+            return Some(start);
+        }
+        let within = address.wrapping_sub(start);
+        if within >> self.log2_bytes == 0 {
+            return Some(address);
+        }
+        None
+    }
+}
+
+/// All of them. A system reset leaves them alone.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Comparators {
+    each: [Comparator; COMPARATORS],
+    hit: Option<Hit>,
+}
+
+impl Comparators {
+    /// Whether one watches anything.
+    pub fn watch(&self) -> bool {
+        self.each.iter().any(|each| each.what.is_some())
+    }
+
+    /// An instruction accesses `size` at `address`; whether that is watched.
+    pub fn look(&mut self, address: u32, size: Size, is_write: bool) -> bool {
+        let mut is_watched = false;
+        for each in &mut self.each {
+            let Some(what) = each.what.filter(|what| what.has(is_write)) else {
+                continue;
+            };
+            if let Some(address) = each.first_in(address, size.bytes()) {
+                each.is_matched = true;
+                is_watched = true;
+                self.hit.get_or_insert(Hit { address, what });
+            }
+        }
+        is_watched
+    }
+
+    /// The first access that was watched since this was asked.
+    pub const fn take(&mut self) -> Option<Hit> {
+        self.hit.take()
+    }
+
+    /// Has one comparator watch each of `parts`, an address and log2 of bytes; parts that are
+    /// watched so already need none. If not enough are free, all stays as it was.
+    pub fn add(&mut self, parts: &[(u32, u32)], what: Compared) -> bool {
+        let mut each = self.each;
+        for &part in parts {
+            if each.iter().any(|it| it.is_of(part, what)) {
+                continue;
+            }
+            let Some(free) = each.iter_mut().find(|it| it.what.is_none()) else {
+                return false;
+            };
+            *free = Comparator {
+                address: part.0,
+                log2_bytes: part.1,
+                what: Some(what),
+                is_matched: false,
+            };
+        }
+        self.each = each;
+        true
+    }
+
+    /// Frees those that watch `parts`.
+    pub fn remove(&mut self, parts: &[(u32, u32)], what: Compared) {
+        for each in &mut self.each {
+            if parts.iter().any(|&part| each.is_of(part, what)) {
+                *each = Comparator::default();
+            }
+        }
+    }
+
+    /// Frees all.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The register at `offset` from COMP0; `None`: not one of these.
+    pub fn read(&mut self, offset: u32) -> Option<u32> {
+        let each = self.each.get_mut(offset as usize / 16)?;
+        match offset & 0xF {
+            0 => Some(each.address),
+            4 => Some(each.log2_bytes),
+            8 => {
+                let matched = u32::from(std::mem::take(&mut each.is_matched)) * MATCHED;
+                Some(matched | each.what.map_or(0, |what| what as u32))
+            }
+            _ => None,
+        }
+    }
+
+    /// Writes it.
+    pub fn write(&mut self, offset: u32, value: u32) -> Option<Modelled> {
+        let each = self.each.get_mut(offset as usize / 16)?;
+        match offset & 0xF {
+            0 => each.address = value,
+            4 => each.log2_bytes = value & 0xF,
+            8 => {
+                each.what = match value {
+                    0 => None,
+                    5 => Some(Compared::Reads),
+                    6 => Some(Compared::Writes),
+                    7 => Some(Compared::Accesses),
+                    _ => return Some(Err(Unmodelled("DWT_FUNCTION but for watching data"))),
+                };
+            }
+            _ => return None,
+        }
+        Some(Ok(()))
+    }
+}
+
+impl Comparator {
+    fn is_of(&self, (address, log2_bytes): (u32, u32), what: Compared) -> bool {
+        (self.address, self.log2_bytes) == (address, log2_bytes) && self.what == Some(what)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_access_is_watched_if_it_shares_a_byte() {
+        let mut all = Comparators::default();
+        assert!(all.add(&[(0x2000_0006, 1)], Compared::Writes));
+        for (address, size, hit) in [
+            (0x2000_0004, Size::Word, Some(0x2000_0006)),
+            (0x2000_0006, Size::Half, Some(0x2000_0006)),
+            (0x2000_0007, Size::Byte, Some(0x2000_0007)),
+            (0x2000_0004, Size::Half, None),
+            (0x2000_0005, Size::Byte, None),
+            (0x2000_0008, Size::Word, None),
+            (0x1FFF_FFFC, Size::Word, None),
+        ] {
+            assert_eq!(all.look(address, size, true), hit.is_some(), "{address:#x}");
+            assert_eq!(all.take().map(|hit| hit.address), hit, "{address:#x}");
+            assert!(!all.look(address, size, false), "a read");
+        }
+        // The end of memory, and a block.
+        assert!(all.add(&[(u32::MAX, 0), (0x2001_8000, 15)], Compared::Reads));
+        assert!(all.look(u32::MAX - 3, Size::Word, false));
+        assert!(all.look(0x2001_FFFF, Size::Byte, false));
+        assert!(!all.look(0x2002_0000, Size::Byte, false));
+        let first = Hit {
+            address: u32::MAX,
+            what: Compared::Reads,
+        };
+        assert_eq!((all.take(), all.take()), (Some(first), None));
+    }
+
+    #[test]
+    fn there_are_four() {
+        let mut all = Comparators::default();
+        let parts = [0, 4, 8, 12].map(|offset| (0x2000_0000 + offset, 2));
+        assert!(all.add(&parts[..3], Compared::Accesses));
+        assert!(!all.add(&[parts[3], (0x2000_0010, 2)], Compared::Accesses));
+        assert!(
+            all.add(&parts, Compared::Accesses),
+            "three are watched already"
+        );
+        assert!(!all.add(&parts[..1], Compared::Reads));
+        all.remove(&parts[1..2], Compared::Writes);
+        assert!(!all.add(&parts[..1], Compared::Reads));
+        all.remove(&parts[1..2], Compared::Accesses);
+        assert!(all.add(&parts[..1], Compared::Reads));
+        all.clear();
+        assert!(!all.watch());
+    }
+
+    #[test]
+    fn the_registers_show_and_set_them() {
+        let mut all = Comparators::default();
+        assert!(all.add(&[(0x2000_0000, 2)], Compared::Writes));
+        assert_eq!(
+            [0, 4, 8].map(|at| all.read(at)),
+            [Some(0x2000_0000), Some(2), Some(6)]
+        );
+        assert!(all.look(0x2000_0000, Size::Word, true));
+        assert_eq!([8, 8].map(|at| all.read(at)), [Some(6 | MATCHED), Some(6)]);
+        for (offset, value) in [(0x30, 0x2000_0104), (0x34, 3), (0x38, 5)] {
+            assert_eq!(all.write(offset, value), Some(Ok(())));
+        }
+        // The bits below the mask do not count.
+        assert!(all.look(0x2000_0100, Size::Byte, false));
+        assert_eq!(all.take().unwrap().address, 0x2000_0100);
+        assert!(all.write(0x38, 4).unwrap().is_err());
+        assert_eq!(
+            (all.write(0x3C, 0), all.write(0x40, 0), all.read(0x3C)),
+            (None, None, None)
+        );
+    }
+}

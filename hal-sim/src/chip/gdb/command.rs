@@ -1,0 +1,343 @@
+//! What packets mean (gdb manual, "Remote Protocol", Packets, General Query Packets).
+//!
+//! In: a packet's contents. Out: an answer, or what is to become of the core. An unknown packet
+//! has an empty answer, as the protocol wants; one that cannot be understood is refused.
+
+use super::memory::MAP;
+use super::monitor::{self, Order};
+use super::packet::{LONGEST, hex, number, unhex};
+use super::points::{By, Points, unwatch, watch};
+use super::refused::Refused;
+use super::registers;
+use crate::chip::board::Board;
+use crate::chip::cpu::system::Compared;
+use crc::{CRC_32_MPEG_2, Crc};
+
+/// What a client and its server agreed on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Agreed {
+    /// What the client can read in stop replies and errors (qSupported).
+    Knows {
+        /// `swbreak`, `hwbreak`.
+        breaks: [bool; 2],
+        /// Errors in words.
+        words: bool,
+    },
+    /// No more acknowledgements, once this one is sent.
+    NoAcknowledgements,
+}
+
+/// What a packet comes to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Meaning {
+    /// The answer.
+    Answer(Vec<u8>),
+    /// `OK`, and an agreement; or another answer.
+    Agree(Agreed, Vec<u8>),
+    /// Why the core stopped is asked for.
+    Status,
+    /// The core runs, one instruction if it steps.
+    Go {
+        /// It steps.
+        steps: bool,
+    },
+    /// The client lets go of the core.
+    Detach,
+    /// The program ends; `is_answered`: the client waits for OK.
+    Kill {
+        /// It is answered.
+        is_answered: bool,
+    },
+    /// The program begins anew, halted; `is_answered`: the client waits for why it stopped.
+    Restart {
+        /// It is answered.
+        is_answered: bool,
+    },
+    /// A `monitor` command and what it says.
+    Monitor(Order, String),
+}
+
+use Meaning::{Agree, Answer, Detach, Go, Kill, Monitor, Restart, Status};
+
+type Understood = Result<Meaning, Refused>;
+
+const OK: &[u8] = b"OK";
+
+fn ok() -> Understood {
+    Ok(Answer(OK.to_vec()))
+}
+
+fn text(answer: impl Into<String>) -> Understood {
+    Ok(Answer(answer.into().into_bytes()))
+}
+
+/// What `packet` means to `board`, of which memory, registers and points are served here.
+///
+/// # Errors
+/// It cannot be understood or obeyed.
+pub fn understand(board: &mut Board<Points>, packet: &[u8]) -> Understood {
+    let Some((&first, rest)) = packet.split_first() else {
+        return text("");
+    };
+    match first {
+        b'?' => Ok(Status),
+        b'!' => ok(),
+        b'g' => text(hex(&registers::read_all(&board.cpu))),
+        b'G' => {
+            let bytes = unhex(rest).ok_or(Refused::Malformed)?;
+            let done = registers::write_all(&mut board.cpu, &bytes);
+            done.ok_or(Refused::Malformed).and_then(|()| ok())
+        }
+        b'p' => {
+            let number = number(rest).ok_or(Refused::Malformed)?;
+            let value = registers::read(&board.cpu, number as usize);
+            text(hex(&value.ok_or(NO_REGISTER)?))
+        }
+        b'P' => write_register(board, rest),
+        b'm' => {
+            let (address, count) = pair(rest)?;
+            let most = LONGEST / 2; // what fits into an answer
+            text(hex(&board.peek(address, most.min(count as usize))?))
+        }
+        b'M' | b'X' => {
+            let (place, data) = split(rest, b':').ok_or(Refused::Malformed)?;
+            let data = match first {
+                b'M' => unhex(data).ok_or(Refused::Malformed)?,
+                _ => data.to_vec(),
+            };
+            let (address, count) = pair(place)?;
+            if data.len() != count as usize {
+                return Err(Refused::Malformed);
+            }
+            board.poke(address, &data).and_then(|()| ok())
+        }
+        b'Z' | b'z' => point(board, first == b'Z', rest),
+        b'c' | b's' => {
+            if !rest.is_empty() {
+                jump(board, rest)?;
+            }
+            Ok(Go {
+                steps: first == b's',
+            })
+        }
+        // No signal reaches a program without a system.
+        b'C' | b'S' => {
+            let (signal, to) = split(rest, b';').map_or((rest, None), |(s, to)| (s, Some(to)));
+            number(signal).ok_or(Refused::Malformed)?;
+            to.map_or(Ok(()), |to| jump(board, to))?;
+            Ok(Go {
+                steps: first == b'S',
+            })
+        }
+        b'H' => match rest.split_first() {
+            Some((b'c' | b'g', thread)) if is_own(thread) => ok(),
+            _ => Err(Refused::Malformed),
+        },
+        b'T' if is_own(rest) => ok(),
+        b'T' => Err(Refused::Malformed),
+        b'D' => Ok(Detach),
+        b'k' => Ok(Kill { is_answered: false }),
+        b'R' => Ok(Restart { is_answered: false }),
+        b'v' => verb(board, rest),
+        b'q' | b'Q' => query(board, packet),
+        _ => text(""),
+    }
+}
+
+/// Whether `packet` does something to a program that is debugged.
+pub fn needs_core(packet: &[u8]) -> bool {
+    let first = packet.first();
+    first.is_some_and(|first| b"cCsSZGPMX".contains(first))
+        || packet.starts_with(b"vCont;")
+        || packet.starts_with(b"vFlash")
+}
+
+const NO_REGISTER: Refused = Refused::Address("there is no register with this number");
+
+/// `address,length`.
+fn pair(text: &[u8]) -> Result<(u32, u32), Refused> {
+    let (address, length) = split(text, b',').ok_or(Refused::Malformed)?;
+    let numbers = number(address).zip(number(length));
+    numbers.ok_or(Refused::Malformed)
+}
+
+fn split(text: &[u8], at: u8) -> Option<(&[u8], &[u8])> {
+    let place = text.iter().position(|&byte| byte == at)?;
+    Some((&text[..place], &text[place + 1..]))
+}
+
+/// Whether a thread is the only one that there is, or any.
+fn is_own(thread: &[u8]) -> bool {
+    thread == b"-1" || matches!(number(thread), Some(0 | 1))
+}
+
+fn jump(board: &mut Board<Points>, to: &[u8]) -> Result<(), Refused> {
+    let to = number(to).ok_or(Refused::Malformed)?;
+    board.cpu.registers.r[15] = to & !1;
+    Ok(())
+}
+
+fn write_register(board: &mut Board<Points>, rest: &[u8]) -> Understood {
+    let (register, value) = split(rest, b'=').ok_or(Refused::Malformed)?;
+    let number = number(register).ok_or(Refused::Malformed)? as usize;
+    let value = unhex(value).ok_or(Refused::Malformed)?;
+    if number >= registers::COUNT {
+        return Err(NO_REGISTER);
+    }
+    let done = registers::write(&mut board.cpu, number, &value);
+    done.ok_or(Refused::Malformed).and_then(|()| ok())
+}
+
+/// `Z` and `z`: type, address, kind. Conditions and commands are not offered.
+fn point(board: &mut Board<Points>, sets: bool, rest: &[u8]) -> Understood {
+    let (kind, place) = split(rest, b',').ok_or(Refused::Malformed)?;
+    let (address, length) = pair(place)?;
+    let what = match kind {
+        b"0" | b"1" => {
+            let by = if kind == b"0" {
+                By::Software
+            } else {
+                By::Hardware
+            };
+            match sets {
+                true => board.observer.add(address, by)?,
+                false => board.observer.remove(address, by),
+            }
+            return ok();
+        }
+        b"2" => Compared::Writes,
+        b"3" => Compared::Reads,
+        b"4" => Compared::Accesses,
+        _ => return text(""),
+    };
+    let system = &mut board.cpu.system;
+    match sets {
+        true => watch(system, address, length, what)?,
+        false => unwatch(system, address, length, what)?,
+    }
+    ok()
+}
+
+/// Packets that begin with `v`.
+fn verb(board: &mut Board<Points>, rest: &[u8]) -> Understood {
+    if rest == b"Cont?" {
+        return text("vCont;c;C;s;S");
+    }
+    if let Some(actions) = rest.strip_prefix(b"Cont;") {
+        return resume(actions);
+    }
+    if let Some(place) = rest.strip_prefix(b"FlashErase:") {
+        let (address, count) = pair(place)?;
+        return board.erase(address, count).and_then(|()| ok());
+    }
+    if let Some(rest) = rest.strip_prefix(b"FlashWrite:") {
+        let (address, data) = split(rest, b':').ok_or(Refused::Malformed)?;
+        let address = number(address).ok_or(Refused::Malformed)?;
+        return board.program(address, data).and_then(|()| ok());
+    }
+    match rest {
+        b"FlashDone" => ok(),
+        _ if rest.starts_with(b"Kill;") => Ok(Kill { is_answered: true }),
+        _ if rest.starts_with(b"Run;") => Ok(Restart { is_answered: true }),
+        _ if rest.starts_with(b"Attach;") => Ok(Status),
+        _ => text(""),
+    }
+}
+
+/// `vCont`: the first action that is for the only thread.
+fn resume(actions: &[u8]) -> Understood {
+    let mut own = None;
+    for action in actions.split(|&byte| byte == b';') {
+        let (action, thread) = split(action, b':').unwrap_or((action, b"-1"));
+        let steps = match action.split_first() {
+            Some((b'c', [])) => false,
+            Some((b's', [])) => true,
+            Some((b'C', signal)) if number(signal).is_some() => false,
+            Some((b'S', signal)) if number(signal).is_some() => true,
+            _ => return Err(Refused::Malformed),
+        };
+        if is_own(thread) {
+            own.get_or_insert(Go { steps });
+        }
+    }
+    own.ok_or(Refused::Malformed)
+}
+
+/// Packets that begin with `q` or `Q`.
+fn query(board: &mut Board<Points>, packet: &[u8]) -> Understood {
+    if let Some(features) = packet.strip_prefix(b"qSupported") {
+        return Ok(supported(features));
+    }
+    if let Some(annex) = packet.strip_prefix(b"qXfer:features:read:") {
+        let place = annex.strip_prefix(b"target.xml:");
+        return part(registers::DESCRIPTION, place.ok_or(Refused::Malformed)?);
+    }
+    if let Some(place) = packet.strip_prefix(b"qXfer:memory-map:read::") {
+        return part(MAP, place);
+    }
+    if let Some(line) = packet.strip_prefix(b"qRcmd,") {
+        let line = unhex(line).ok_or(Refused::Malformed)?;
+        let (order, said) = monitor::understand(&String::from_utf8_lossy(&line));
+        return Ok(Monitor(order, said));
+    }
+    if let Some(place) = packet.strip_prefix(b"qCRC:") {
+        return sum(board, place);
+    }
+    if packet.starts_with(b"qThreadExtraInfo,") {
+        return text(hex(b"Cortex-M4F"));
+    }
+    match packet {
+        b"QStartNoAckMode" => Ok(Agree(Agreed::NoAcknowledgements, OK.to_vec())),
+        b"qfThreadInfo" => text("m1"),
+        b"qsThreadInfo" => text("l"),
+        b"qC" => text("QC1"),
+        // Quitting gdb lets go of a chip instead of killing it.
+        _ if packet.starts_with(b"qAttached") => text("1"),
+        _ => text(""),
+    }
+}
+
+fn supported(features: &[u8]) -> Meaning {
+    let asked: Vec<&[u8]> = features.split(|byte| b":;".contains(byte)).collect();
+    let has = |feature: &[u8]| asked.contains(&feature);
+    let agreed = Agreed::Knows {
+        breaks: [has(b"swbreak+"), has(b"hwbreak+")],
+        words: has(b"error-message+"),
+    };
+    let own = format!(
+        "PacketSize={LONGEST:x};QStartNoAckMode+;qXfer:features:read+;qXfer:memory-map:read+;\
+         vContSupported+;swbreak+;hwbreak+"
+    );
+    Agree(agreed, own.into_bytes())
+}
+
+/// `offset,length` of a document.
+fn part(document: &str, place: &[u8]) -> Understood {
+    let (offset, length) = pair(place)?;
+    let rest = document.as_bytes().get(offset as usize..);
+    let rest = rest.ok_or(Refused::Malformed)?;
+    let length = (length as usize).min(LONGEST - 1);
+    let (mark, shown) = match rest.get(..length) {
+        Some(shown) if shown.len() < rest.len() => (b'm', shown),
+        _ => (b'l', rest),
+    };
+    Ok(Answer([&[mark], shown].concat()))
+}
+
+/// `qCRC`: gdb's own sum of memory, which `compare-sections` compares.
+fn sum(board: &Board<Points>, place: &[u8]) -> Understood {
+    /// As much as flash has: gdb asks for sections.
+    const MOST: u32 = 1 << 20;
+    let (address, count) = pair(place)?;
+    if count > MOST {
+        return Err(Refused::Address("more than 1 MiB"));
+    }
+    let bytes = board.peek(address, count as usize)?;
+    if bytes.len() < count as usize {
+        return Err(Refused::Address(
+            "nothing answers at some of these addresses",
+        ));
+    }
+    let sum = Crc::<u32>::new(&CRC_32_MPEG_2).checksum(&bytes);
+    text(format!("C{sum:x}"))
+}

@@ -1,0 +1,140 @@
+//! `monitor` commands: words that launchers send, from the servers of OpenOCD, J-Link and pyOCD.
+//!
+//! In: a line. Out: what to do with the core, and what is said. What has no meaning here is
+//! answered in words, so that a launcher goes on and a person reads why.
+
+/// What a command does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Nothing to the core.
+    Nothing,
+    /// Halts it.
+    Halt,
+    /// Lets it run.
+    Resume,
+    /// Resets the chip; the core halts at its first instruction, or runs.
+    Reset {
+        /// It halts.
+        halts: bool,
+    },
+    /// BKPT 0xAB asks the debugger, or not.
+    Semihosting(bool),
+    /// Removes breakpoints and watchpoints.
+    Clear,
+}
+
+const HELP: &str = "\
+reset [halt|init|run]  reset the chip; the core halts at its first instruction, or (run) runs
+halt, resume           stop the core, let it run
+clear                  remove all breakpoints and watchpoints
+arm semihosting enable|disable  print what the program writes by BKPT 0xAB here
+version                which server this is
+help                   this text
+";
+
+const NO_PROBE: &str = "nothing to do: the chip is simulated, there is no probe in between\n";
+const NO_TRACE: &str = "refused: the simulated chip has no trace port (ITM, SWO, TPIU, ETM)\n";
+
+/// What `line` orders, and what is said to it.
+pub fn understand(line: &str) -> (Order, String) {
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let (order, text) = match *words.as_slice() {
+        ["reset"] => (Order::Reset { halts: true }, ""),
+        ["reset", "halt" | "init" | "0" | "1" | "2"] | ["soft_reset_halt" | "jtag_reset"] => {
+            (Order::Reset { halts: true }, "")
+        }
+        ["reset", "run"] => (Order::Reset { halts: false }, ""),
+        ["halt"] => (Order::Halt, ""),
+        ["resume" | "go"] => (Order::Resume, ""),
+        ["clear" | "clrbp"] | ["rbp" | "rwp", "all"] => (Order::Clear, ""),
+        ["arm", "semihosting", "enable" | "1"] | ["semihosting", "enable" | "1"] => (
+            Order::Semihosting(true),
+            "what the program writes by BKPT 0xAB is printed here\n",
+        ),
+        ["arm", "semihosting", "disable" | "0"] | ["semihosting", "disable" | "0"] => {
+            (Order::Semihosting(false), "")
+        }
+        ["version"] => (
+            Order::Nothing,
+            concat!(
+                "Flexor's chip simulator ",
+                env!("CARGO_PKG_VERSION"),
+                ", STM32F405RG\n"
+            ),
+        ),
+        [] | ["help"] => (Order::Nothing, HELP),
+        ["swo" | "tpiu" | "itm" | "etm" | "SWO", ..] | [_, "swo" | "tpiu" | "itm", ..] => {
+            (Order::Nothing, NO_TRACE)
+        }
+        [
+            "speed"
+            | "adapter"
+            | "adapter_khz"
+            | "interface"
+            | "transport"
+            | "endian"
+            | "gdb_breakpoint_override"
+            | "wait_halt"
+            | "sleep"
+            | "poll"
+            | "gdb_sync"
+            | "select"
+            | "device",
+            ..,
+        ]
+        | ["flash", "breakpoints" | "device" | "download", ..] => (Order::Nothing, NO_PROBE),
+        _ => {
+            let text =
+                format!("unknown command: {line}; `monitor help` lists those that are there\n");
+            return (Order::Nothing, text);
+        }
+    };
+    (order, text.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn launchers_commands_are_understood() {
+        for (line, order) in [
+            ("reset halt", Order::Reset { halts: true }),
+            ("  reset   init ", Order::Reset { halts: true }),
+            ("reset", Order::Reset { halts: true }),
+            ("reset run", Order::Reset { halts: false }),
+            ("halt", Order::Halt),
+            ("resume", Order::Resume),
+            ("clrbp", Order::Clear),
+            ("arm semihosting enable", Order::Semihosting(true)),
+            ("semihosting disable", Order::Semihosting(false)),
+        ] {
+            assert_eq!(understand(line).0, order, "{line}");
+        }
+    }
+
+    #[test]
+    fn what_has_no_meaning_is_answered_in_words() {
+        for (line, words) in [
+            ("help", "reset [halt|init|run]"),
+            ("version", "STM32F405"),
+            ("speed 4000", "no probe"),
+            ("adapter speed 2000", "no probe"),
+            ("flash breakpoints = 1", "no probe"),
+            ("swo enable", "refused"),
+            ("SWO EnableTarget 0 0 1 0", "refused"),
+            ("stm32f4x.tpiu enable", "unknown"),
+            ("tpiu config internal", "refused"),
+            ("itm port 0 on", "refused"),
+            ("reset hlat", "unknown command: reset hlat"),
+            ("flash erase_sector 0 0 1", "unknown"),
+        ] {
+            let (order, text) = understand(line);
+            assert_eq!(order, Order::Nothing, "{line}");
+            assert!(
+                text.contains(words) && text.ends_with('\n'),
+                "{line}: {text}"
+            );
+        }
+    }
+}

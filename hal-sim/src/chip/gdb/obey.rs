@@ -1,0 +1,160 @@
+//! What the attached client wants, done to the board.
+
+use super::command::{self, Agreed, Meaning};
+use super::monitor::Order;
+use super::packet::Heard;
+use super::refused::Refused;
+use super::{Core, Debugger, Outlives, SIGTRAP};
+use crate::chip::board::BoardError;
+use crate::chip::cpu::semihosting::Semihosting;
+use firmware::link::message::ResetCause;
+
+impl Debugger {
+    /// Does what the client wants.
+    ///
+    /// # Errors
+    /// It ended the run.
+    pub(super) fn obey(&mut self, heard: Heard) -> Result<(), BoardError> {
+        let is_attached = self.is_attached();
+        let meaning = match &heard {
+            Heard::Packet(packet) if !is_attached && command::needs_core(packet) => {
+                Err(Refused::Address("nothing is debugged: attach or run first"))
+            }
+            Heard::Packet(packet) => command::understand(&mut self.board, packet),
+            Heard::TooLong => Err(Refused::TooLong),
+            Heard::Damaged | Heard::Again => Err(Refused::Malformed),
+            Heard::Interrupt => {
+                if is_attached && self.core != Core::Halted {
+                    self.halt("T02thread:1;".to_owned());
+                }
+                return Ok(());
+            }
+        };
+        match meaning {
+            Ok(Meaning::Answer(answer)) => self.send(&answer),
+            Ok(Meaning::Agree(agreed, answer)) => {
+                self.send(&answer);
+                self.agree(agreed);
+            }
+            Ok(Meaning::Status) => {
+                self.owe_nothing();
+                if !is_attached {
+                    self.attach();
+                } else if self.core != Core::Halted {
+                    self.halt(SIGTRAP.to_owned());
+                }
+                self.send_status();
+            }
+            Ok(Meaning::Go { steps }) => self.go(steps),
+            Ok(Meaning::Detach) => {
+                self.send(b"OK");
+                self.leave_client();
+                self.let_go();
+            }
+            Ok(Meaning::Kill { is_answered }) => {
+                if is_answered {
+                    self.send(b"OK");
+                }
+                self.leave_client();
+                if self.outlives == Outlives::Nothing {
+                    return Err(BoardError::Killed);
+                }
+                self.forget_debugger();
+                self.reset();
+            }
+            Ok(Meaning::Restart { is_answered }) => {
+                self.owe_nothing();
+                if !is_attached {
+                    self.attach();
+                }
+                self.reset();
+                if is_answered {
+                    self.send_status();
+                }
+            }
+            Ok(Meaning::Monitor(order, said)) => self.order(order, &said),
+            Err(refused) => {
+                let in_words = self
+                    .client
+                    .as_ref()
+                    .is_some_and(|client| client.reads_words);
+                self.send(refused.answer(in_words).as_bytes());
+            }
+        }
+        Ok(())
+    }
+
+    /// No stop reply is waited for.
+    fn owe_nothing(&mut self) {
+        if let Some(client) = &mut self.client {
+            client.waits = false;
+        }
+    }
+
+    fn agree(&mut self, agreed: Agreed) {
+        let Some(client) = &mut self.client else {
+            return;
+        };
+        match agreed {
+            Agreed::Knows { breaks, words } => {
+                (client.knows_breaks, client.reads_words) = (breaks, words);
+            }
+            Agreed::NoAcknowledgements => client.acknowledges = false,
+        }
+    }
+
+    /// The client may go: another can have the core.
+    fn leave_client(&mut self) {
+        if let Some(client) = &mut self.client {
+            (client.has_left, client.waits) = (true, false);
+        }
+    }
+
+    fn go(&mut self, steps: bool) {
+        if let Some(client) = &mut self.client {
+            client.waits = true;
+        }
+        if self.core == Core::Halted {
+            self.start(steps);
+        }
+    }
+
+    fn start(&mut self, steps: bool) {
+        if self.pass_breakpoint_instruction() && steps {
+            return self.halt(SIGTRAP.to_owned());
+        }
+        self.core = if steps { Core::Steps } else { Core::Runs };
+        self.board.observer.leaves = true;
+    }
+
+    /// The chip is reset and its core halts at the first instruction.
+    fn reset(&mut self) {
+        self.stopped_by = None;
+        self.halt(SIGTRAP.to_owned());
+        if let Err(error) = self.board.be_reset(ResetCause::Software) {
+            self.print(&format!("{error}\n"));
+        }
+    }
+
+    fn order(&mut self, order: Order, said: &str) {
+        self.print(said);
+        match order {
+            Order::Nothing => {}
+            Order::Halt if self.core == Core::Halted => {}
+            Order::Halt => self.halt(SIGTRAP.to_owned()),
+            Order::Resume if self.core == Core::Halted => self.start(false),
+            Order::Resume => {}
+            Order::Reset { halts } => {
+                self.reset();
+                if !halts {
+                    self.start(false);
+                }
+            }
+            Order::Semihosting(is_on) => {
+                self.board.cpu.system.semihosting = is_on.then(Semihosting::default);
+            }
+            Order::Clear => self.clear_points(),
+        }
+        self.send(b"OK");
+    }
+}

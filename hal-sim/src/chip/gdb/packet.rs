@@ -1,0 +1,184 @@
+//! The frame of the remote protocol: `$`, contents, `#`, two digits of a sum (gdb manual,
+//! "Remote Protocol", Overview).
+//!
+//! In: bytes in any portions, whatever they are. Out: packets, and what stands between them.
+
+/// Most bytes that a packet's contents may have on the wire, which qSupported says.
+pub const LONGEST: usize = 0x4000;
+
+/// Something that a client said.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// A packet with the right sum: its contents without escapes.
+    Packet(Vec<u8>),
+    /// A packet with another sum, or with none.
+    Damaged,
+    /// A packet with the right sum and more than [`LONGEST`] bytes.
+    TooLong,
+    /// The last answer was damaged on its way (`-`).
+    Again,
+    /// Ctrl-C.
+    Interrupt,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+enum Place {
+    #[default]
+    Between,
+    Contents,
+    /// After `#`.
+    Sum,
+    /// After the sum's first digit.
+    LastDigit(u8),
+}
+
+/// Takes bytes apart.
+#[derive(Debug, Default)]
+pub struct Receiver {
+    place: Place,
+    contents: Vec<u8>,
+    sum: u8,
+    is_too_long: bool,
+}
+
+impl Receiver {
+    /// The next byte; gives what it completes. `$` is never part of a packet: one that was cut
+    /// off is forgotten. Between packets what means nothing is ignored.
+    pub fn push(&mut self, byte: u8) -> Option<Heard> {
+        if byte == b'$' {
+            *self = Self {
+                place: Place::Contents,
+                ..Self::default()
+            };
+            return None;
+        }
+        match (self.place, byte) {
+            (Place::Between, 0x03) => return Some(Heard::Interrupt),
+            (Place::Between, b'-') => return Some(Heard::Again),
+            (Place::Between, _) => {}
+            (Place::Contents, b'#') => self.place = Place::Sum,
+            (Place::Contents, _) => {
+                self.sum = self.sum.wrapping_add(byte);
+                match self.contents.len() < LONGEST {
+                    true => self.contents.push(byte),
+                    false => self.is_too_long = true,
+                }
+            }
+            (Place::Sum, high) => self.place = Place::LastDigit(high),
+            (Place::LastDigit(high), low) => return Some(self.end(high, low)),
+        }
+        None
+    }
+
+    fn end(&mut self, high: u8, low: u8) -> Heard {
+        let ended = std::mem::take(self);
+        if number(&[high, low]) != Some(ended.sum.into()) {
+            return Heard::Damaged;
+        }
+        match ended.is_too_long {
+            true => Heard::TooLong,
+            false => Heard::Packet(without_escapes(&ended.contents)),
+        }
+    }
+}
+
+fn without_escapes(contents: &[u8]) -> Vec<u8> {
+    let mut bytes = contents.iter();
+    let mut plain = Vec::with_capacity(contents.len());
+    while let Some(&byte) = bytes.next() {
+        match byte {
+            b'}' => plain.extend(bytes.next().map(|escaped| escaped ^ 0x20)),
+            _ => plain.push(byte),
+        }
+    }
+    plain
+}
+
+/// A packet with these contents, in which no byte has to be escaped.
+pub fn framed(contents: &[u8]) -> Vec<u8> {
+    let sum = contents.iter().copied().fold(0, u8::wrapping_add);
+    let mut packet = vec![b'$'];
+    packet.extend(contents);
+    packet.extend(format!("#{sum:02x}").bytes());
+    packet
+}
+
+/// Bytes as hexadecimal digits.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Hexadecimal digits as bytes; `None`: something else, or an odd number of them.
+pub fn unhex(digits: &[u8]) -> Option<Vec<u8>> {
+    let (pairs, rest) = digits.as_chunks::<2>();
+    let bytes = pairs.iter().map(|pair| Some(number(pair)? as u8)); // two digits
+    rest.is_empty().then(|| bytes.collect())?
+}
+
+/// A hexadecimal number of 32 bits; `None`: something else, or more.
+pub fn number(digits: &[u8]) -> Option<u32> {
+    if digits.is_empty() {
+        return None;
+    }
+    digits.iter().try_fold(0u32, |value, &digit| {
+        let digit = char::from(digit).to_digit(16)?;
+        Some(value.checked_mul(16)? | digit)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heard(bytes: &[u8]) -> Vec<Heard> {
+        let mut receiver = Receiver::default();
+        bytes.iter().filter_map(|&b| receiver.push(b)).collect()
+    }
+
+    #[test]
+    fn packets_are_found_between_whatever_stands_there() {
+        let packet = |text: &str| Heard::Packet(text.into());
+        assert_eq!(
+            heard(b"+$g#67\x03$?#3f"),
+            [packet("g"), Heard::Interrupt, packet("?")]
+        );
+        assert_eq!(heard(b"no packet }*#00"), []);
+        assert_eq!(heard(b"$g#68$g#6"), [Heard::Damaged]);
+        assert_eq!(heard(b"$g#zz-"), [Heard::Damaged, Heard::Again]);
+        // Cut off, and begun again.
+        assert_eq!(heard(b"$m0800$g#67"), [packet("g")]);
+        assert_eq!(heard(b"$m08#$g#67"), [packet("g")]);
+        assert_eq!(heard(&framed(b"")), [packet("")]);
+    }
+
+    #[test]
+    fn escapes_stand_for_the_bytes_of_the_frame() {
+        let packet = framed(b"X0,3:}\x03}\x04}]");
+        assert_eq!(heard(&packet), [Heard::Packet(b"X0,3:#$}".to_vec())]);
+        // An interrupt's byte in a packet is data.
+        assert_eq!(heard(&framed(b"X\x03")), [Heard::Packet(b"X\x03".to_vec())]);
+    }
+
+    #[test]
+    fn a_packet_beyond_the_longest_is_told_as_such() {
+        let longest = vec![b'a'; LONGEST];
+        assert_eq!(heard(&framed(&longest)), [Heard::Packet(longest.clone())]);
+        let longer = framed(&[&longest[..], b"a"].concat());
+        assert_eq!(heard(&longer), [Heard::TooLong]);
+        assert_eq!(heard(&[&longer[..], b"$g#67"].concat()).len(), 2);
+    }
+
+    #[test]
+    fn numbers_and_bytes_are_digits_and_nothing_else() {
+        assert_eq!(number(b"fFffffff"), Some(u32::MAX));
+        for wrong in ["", "100000000", "g", "+1", "-1", " 1"] {
+            assert_eq!(number(wrong.as_bytes()), None, "{wrong}");
+        }
+        assert_eq!(unhex(b"00fF"), Some(vec![0, 255]));
+        assert_eq!(
+            (unhex(b"0"), unhex(b"0x"), unhex(b"")),
+            (None, None, Some(vec![]))
+        );
+        assert_eq!(hex(&[1, 0xAB]), "01ab");
+    }
+}

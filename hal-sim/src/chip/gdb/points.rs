@@ -1,0 +1,189 @@
+//! Where a debugger wants the core to stop: breakpoints and watchpoints.
+//!
+//! As on the chip: six hardware breakpoints, which compare addresses of code below
+//! 0x2000_0000 (Arm ARM C1.11, FPB version 1; TRM 9.1), and four comparators of data (TRM
+//! 8.1). Software breakpoints cost nothing: no instruction is replaced, so that flash may have
+//! any number, as probes with "flash breakpoints" offer it.
+
+use super::refused::Refused;
+use crate::chip::cpu::Observer;
+use crate::chip::cpu::system::{Compared, System};
+
+/// Comparators of the FPB for instructions (TRM 9.1).
+const HARDWARE: usize = 6;
+/// End of the code that they see.
+const CODE_END: u32 = 0x2000_0000;
+/// log2 of the most bytes that one comparator of data covers (DDI 0337, 11.6: MASK has four
+/// bits).
+const WIDEST: u32 = 15;
+
+/// What sets a breakpoint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum By {
+    /// `Z0`.
+    Software,
+    /// `Z1`.
+    Hardware,
+}
+
+/// Where the core stops, and how it was let go last.
+#[derive(Clone, Debug, Default)]
+pub struct Points {
+    at: Vec<(u32, By)>,
+    /// It was let go and has not run an instruction since: a breakpoint where
+    /// it stands is the one that it stopped at.
+    pub(super) leaves: bool,
+}
+
+impl Observer for Points {
+    #[inline]
+    fn stops_before(&mut self, pc: u32) -> bool {
+        !self.at.is_empty() && self.at.iter().any(|&(at, _)| at == pc)
+    }
+}
+
+impl Points {
+    /// Sets a breakpoint; one that is set already stays.
+    ///
+    /// # Errors
+    /// Hardware breakpoints: there are six, for code.
+    pub fn add(&mut self, address: u32, by: By) -> Result<(), Refused> {
+        let point = (address & !1, by);
+        if self.at.contains(&point) {
+            return Ok(());
+        }
+        let is_hardware = |point: &&(u32, By)| point.1 == By::Hardware;
+        if by == By::Hardware && address >= CODE_END {
+            return Err(Refused::Address("the FPB sees code below 0x20000000 only"));
+        }
+        if by == By::Hardware && self.at.iter().filter(is_hardware).count() == HARDWARE {
+            return Err(Refused::Full("all six breakpoint comparators are in use"));
+        }
+        self.at.push(point);
+        Ok(())
+    }
+
+    /// Removes it, if it is set.
+    pub fn remove(&mut self, address: u32, by: By) {
+        self.at.retain(|&point| point != (address & !1, by));
+    }
+
+    /// What set the breakpoint at `address`.
+    pub fn at(&self, address: u32) -> Option<By> {
+        let found = self.at.iter().find(|point| point.0 == address);
+        found.map(|point| point.1)
+    }
+
+    /// Removes all.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+}
+
+/// Watches `bytes` from `address` on, with as many comparators as it takes; one that does so
+/// already stays.
+///
+/// # Errors
+/// Not so many are free.
+pub fn watch(system: &mut System, address: u32, bytes: u32, what: Compared) -> Result<(), Refused> {
+    match system.compare(&parts(address, bytes)?, what) {
+        true => Ok(()),
+        false => Err(Refused::Full(
+            "not enough of the four DWT comparators are free",
+        )),
+    }
+}
+
+/// No longer watches them.
+///
+/// # Errors
+/// As [`watch`].
+pub fn unwatch(
+    system: &mut System,
+    address: u32,
+    bytes: u32,
+    what: Compared,
+) -> Result<(), Refused> {
+    system.compare_no_more(&parts(address, bytes)?, what);
+    Ok(())
+}
+
+/// What each comparator covers, address and log2 of bytes: a power of two, aligned to it. More
+/// than there are comparators stand for too many.
+fn parts(address: u32, bytes: u32) -> Result<Vec<(u32, u32)>, Refused> {
+    let last = bytes.checked_sub(1).ok_or(Refused::Malformed)?;
+    let last = address.checked_add(last);
+    let last = last.ok_or(Refused::Address("memory ends before that"))?;
+    let (mut from, mut parts) = (address, Vec::new());
+    while parts.len() <= System::COMPARATORS {
+        let log2 = from.trailing_zeros().min(WIDEST);
+        let left = (last - from).saturating_add(1);
+        let log2 = log2.min(left.ilog2()); // at least 1 byte is left
+        parts.push((from, log2));
+        match from.checked_add(1 << log2) {
+            Some(next) if next <= last => from = next,
+            _ => break,
+        }
+    }
+    Ok(parts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_is_covered_by_aligned_powers_of_two() {
+        for (address, bytes, wanted) in [
+            (0x2000_0000, 4, vec![(0x2000_0000, 2)]),
+            (0x2000_0003, 1, vec![(0x2000_0003, 0)]),
+            (0x2000_0004, 8, vec![(0x2000_0004, 2), (0x2000_0008, 2)]),
+            (
+                0x2000_0001,
+                4,
+                vec![(0x2000_0001, 0), (0x2000_0002, 1), (0x2000_0004, 0)],
+            ),
+            (0x2000_0000, 0x8000, vec![(0x2000_0000, 15)]),
+            (
+                0x2000_0000,
+                0x1_0000,
+                vec![(0x2000_0000, 15), (0x2000_8000, 15)],
+            ),
+            (u32::MAX, 1, vec![(u32::MAX, 0)]),
+        ] {
+            assert_eq!(parts(address, bytes), Ok(wanted), "{address:#x} {bytes}");
+        }
+        assert_eq!(parts(0, u32::MAX).unwrap().len(), System::COMPARATORS + 1);
+        assert_eq!(parts(0, 0), Err(Refused::Malformed));
+        assert!(parts(u32::MAX, 2).is_err());
+    }
+
+    #[test]
+    fn there_are_six_hardware_breakpoints_for_code_and_any_number_of_others() {
+        let mut points = Points::default();
+        for n in 0..6 {
+            points.add(0x0800_0000 + 2 * n, By::Hardware).unwrap();
+        }
+        points.add(0x0800_0001, By::Hardware).unwrap(); // is set already
+        assert!(matches!(
+            points.add(0x0800_0100, By::Hardware),
+            Err(Refused::Full(_))
+        ));
+        assert!(matches!(
+            points.add(0x2000_0000, By::Hardware),
+            Err(Refused::Address(_))
+        ));
+        for n in 0..100 {
+            points.add(0x0800_1000 + 2 * n, By::Software).unwrap();
+        }
+        points.remove(0x0800_0002, By::Hardware);
+        points.remove(0x0800_0002, By::Hardware);
+        points.add(0x0800_0100, By::Hardware).unwrap();
+        assert_eq!(points.at(0x0800_0100), Some(By::Hardware));
+        assert_eq!(
+            (points.at(0x0800_1000), points.at(0x0800_0002)),
+            (Some(By::Software), None)
+        );
+        assert!(points.stops_before(0x0800_1000) && !points.stops_before(0x0800_0002));
+    }
+}

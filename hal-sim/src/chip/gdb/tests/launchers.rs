@@ -1,0 +1,375 @@
+//! Clients that come and go, and what launchers ask of a probe's server.
+
+use super::*;
+use crc::{CRC_32_MPEG_2, Crc};
+
+/// BKPT 0; MOVS R0, #7; B to the BKPT.
+const BKPT: [u16; 3] = [0xBE00, 0x2007, 0xE7FC];
+/// MOVS R0, #4 (SYS_WRITE0); ADR R1, text; BKPT 0xAB; MOVS R0, #0x18 (SYS_EXIT); LDR R1, reason;
+/// BKPT 0xAB; "hi\n"; ADP_Stopped_ApplicationExit.
+const SPEAKS: [u16; 10] = [
+    0x2004, 0xA102, 0xBEAB, 0x2018, 0x4901, 0xBEAB, 0x6968, 0x000A, 0x0026, 0x0002,
+];
+
+#[test]
+fn a_port_that_is_only_looked_at_stays_open() {
+    let served = Served::for_ever(&LOOP);
+    for _ in 0..20 {
+        drop(served.connect());
+    }
+    let mut idle = served.connect();
+    let mut browser = served.connect();
+    browser.write(b"GET / HTTP/1.1\r\nHost: chip\r\n\r\n");
+    let mut gdb = served.connect();
+    assert_eq!(gdb.exchange("?"), HALTED);
+    assert_eq!(gdb.register(15), CODE, "nobody let it go");
+    // Who looked and stayed is told who has the core, and can have it afterwards.
+    let own = gdb.stream.local_addr().unwrap();
+    let told = format!("E.{own} debugs this chip: one debugger at a time");
+    assert_eq!(idle.exchange("?"), told);
+    assert_eq!(served.connect().exchange("qSupported"), told);
+    gdb.exchanges(&[("s", HALTED)]);
+    drop(gdb);
+    let mut answer = idle.exchange("?");
+    while answer == told {
+        answer = idle.exchange("?");
+    }
+    assert_eq!(answer, HALTED);
+    assert_eq!(
+        idle.register(15),
+        CODE + 2,
+        "the core waited where it stood"
+    );
+}
+
+#[test]
+fn detaching_lets_the_core_run_and_attaching_halts_it() {
+    let served = Served::for_ever(&LOOP);
+    let mut gdb = served.connect();
+    assert_eq!(gdb.exchange(&format!("Z1,{:x},2", CODE + 6)), "OK");
+    gdb.exchanges(&[("c", HALTED), ("D", "OK")]);
+    let r0 = |gdb: &mut Gdb| {
+        u32::from_str_radix(&gdb.exchange("g")[..8], 16)
+            .unwrap()
+            .swap_bytes()
+    };
+    // The one that detached needs not hang up, nor is the breakpoint of nobody heeded.
+    let mut next = served.connect();
+    assert_eq!(next.exchange("?"), HALTED);
+    let (first, second) = (r0(&mut next), r0(&mut next));
+    assert!(first > 3, "it ran");
+    assert_eq!(first, second, "it stands");
+    assert!(
+        gdb.stream
+            .read(&mut [0; 8])
+            .map_or(true, |count| count == 0),
+        "it was let go"
+    );
+    // One that hangs up while the core runs lets it run, without its breakpoints.
+    assert_eq!(next.exchange("vCont?"), "vCont;c;C;s;S");
+    next.send("c");
+    drop(next);
+    let mut last = served.attach();
+    assert_ne!(r0(&mut last), second);
+}
+
+#[test]
+fn killing_resets_the_chip_and_the_port_stays_open() {
+    let served = Served::for_ever(&LOOP);
+    for kill in ["k", "vKill;1"] {
+        let mut gdb = served.attach();
+        assert_eq!(gdb.register(15), CODE, "{kill}");
+        gdb.exchanges(&[("s", HALTED), ("s", HALTED)]);
+        match kill {
+            "k" => gdb.send(kill),
+            _ => assert_eq!(gdb.exchange(kill), "OK"),
+        }
+    }
+    let mut gdb = served.attach();
+    assert_eq!(gdb.register(15), CODE);
+    // As `target extended-remote` begins again.
+    gdb.exchanges(&[
+        ("!", "OK"),
+        ("s", HALTED),
+        ("vKill;1", "OK"),
+        ("vRun;", HALTED),
+    ]);
+    assert_eq!(gdb.register(15), CODE);
+    gdb.exchanges(&[("s", HALTED)]);
+    gdb.send("R00");
+    assert_eq!(gdb.register(15), CODE);
+    gdb.exchanges(&[
+        ("D", "OK"),
+        ("c", "E0e"),
+        ("Z1,8000040,2", "E0e"),
+        ("vAttach;1", HALTED),
+    ]);
+    assert_ne!(gdb.register(15), CODE, "it ran meanwhile");
+}
+
+#[test]
+fn killing_ends_a_session_s_run() {
+    let served = Served::new(&LOOP, Outlives::Nothing, 20);
+    let mut gdb = served.connect();
+    gdb.exchanges(&[("s", HALTED)]);
+    gdb.send("k");
+    assert!(matches!(
+        served.device.join().unwrap(),
+        Err(BoardError::Killed)
+    ));
+}
+
+#[test]
+fn a_session_goes_on_alone_when_its_debugger_hangs_up() {
+    let served = Served::new(&LOOP, Outlives::Nothing, 20);
+    drop(served.connect());
+    let mut gdb = served.connect();
+    assert_eq!(gdb.exchange(&format!("Z1,{:x},2", CODE + 6)), "OK");
+    drop(gdb);
+    assert!(served.device.join().unwrap().is_ok());
+}
+
+/// A debugger's image needs no USB port, however long it runs.
+#[test]
+fn an_image_that_opens_no_usb_port_is_left_running() {
+    // WFI; B to it.
+    let image = program(&[0xBF30, 0xE7FD], &[("Reset", CODE, 4)]);
+    let outputs = [None; CHANNELS];
+    let mut board = Board::power_on(image, outputs, Pace::Lazy, Points::default()).unwrap();
+    let sensors = Sensors::default();
+    while board.cpu.cycle < 10 * 168_000_000 {
+        assert!(matches!(board.boot_on(&sensors, None), Ok(false)));
+    }
+    let limited = board.boot_on(&sensors, Some(3));
+    assert!(matches!(limited, Err(BoardError::NoPort { .. })));
+}
+
+#[test]
+fn monitor_commands_reset_halt_and_let_run() {
+    let served = Served::for_ever(&LOOP);
+    let mut gdb = served.connect();
+    let ok = || (String::new(), "OK".to_owned());
+    gdb.exchanges(&[("s", HALTED), ("s", HALTED), ("P0=0000ffff", "OK")]);
+    assert_eq!(gdb.monitor("reset halt"), ok());
+    assert_eq!((gdb.register(15), gdb.register(0)), (CODE, 0));
+    assert_eq!(gdb.monitor("reset run"), ok());
+    while gdb.register(15) == CODE {} // until it runs
+    assert_eq!(gdb.monitor("halt"), ok());
+    let there = gdb.register(15);
+    assert_eq!(gdb.register(15), there);
+    assert_eq!(gdb.monitor("resume"), ok());
+    // A launcher that continues what runs already waits for its stop as ever.
+    gdb.send("c");
+    gdb.write(&[3]);
+    assert_eq!(gdb.receive(), "T02thread:1;");
+    let (said, answer) = gdb.monitor("help");
+    assert!(
+        said.contains("reset [halt|init|run]") && answer == "OK",
+        "{said} {answer}"
+    );
+    let (said, answer) = gdb.monitor("frobnicate");
+    assert!(
+        said.starts_with("unknown command: frobnicate") && answer == "OK",
+        "{said}"
+    );
+    assert_eq!(gdb.exchange(&format!("Z0,{:x},2", CODE + 6)), "OK");
+    assert_eq!(gdb.monitor("clrbp"), ok());
+    gdb.send("c");
+    gdb.write(&[3]);
+    assert_eq!(gdb.receive(), "T02thread:1;");
+    gdb.exchanges(&[("qRcmd,7", "E16"), ("qRcmd,zz", "E16")]);
+}
+
+#[test]
+fn flash_is_erased_and_written_as_load_does() {
+    let served = Served::for_ever(&LOOP);
+    let mut gdb = served.connect();
+    let before = gdb.exchange("m8000000,40");
+    // MOVS R0, #9 where the LOOP begins, in a sector that was erased.
+    let vectors = unhex(before.as_bytes()).unwrap();
+    gdb.exchanges(&[
+        ("m8004000,2", "ffff"),
+        ("vFlashErase:08000000,00004000", "OK"),
+    ]);
+    gdb.exchanges(&[("m8000000,4", "ffffffff")]);
+    let mut packet = b"vFlashWrite:8000000:".to_vec();
+    packet.extend(&vectors);
+    gdb.write(&framed(&packet));
+    assert_eq!(gdb.receive(), "OK");
+    let packet = [
+        format!("vFlashWrite:{CODE:x}:").as_bytes(),
+        &[0x09, 0x20, 0xFE, 0xE7],
+    ]
+    .concat();
+    gdb.write(&framed(&packet));
+    assert_eq!(gdb.receive(), "OK");
+    gdb.exchanges(&[("vFlashDone", "OK")]);
+    assert_eq!(gdb.exchange("m8000000,40"), before);
+    gdb.monitor("reset halt");
+    gdb.exchanges(&[("s", HALTED)]);
+    assert_eq!((gdb.register(0), gdb.register(15)), (9, CODE + 2));
+    // The sum by which compare-sections compares.
+    let sum = Crc::<u32>::new(&CRC_32_MPEG_2).checksum(&vectors);
+    assert_eq!(gdb.exchange("qCRC:8000000,40"), format!("C{sum:x}"));
+    gdb.exchanges(&[
+        // Bits that are 0 stay so; outside the flash; half of it outside.
+        ("vFlashWrite:8000000:\u{7f}", "E0e"),
+        ("vFlashErase:20000000,4000", "E0e"),
+        ("vFlashErase:80fc000,8000", "E0e"),
+        ("vFlashWrite:80fffff:ab", "E0e"),
+        ("vFlashWrite:7ffffff:a", "E0e"),
+        ("vFlashErase:8000000", "E16"),
+        ("vFlashWrite:x:a", "E16"),
+        ("qCRC:30000000,4", "E0e"),
+        ("qCRC:2001fff0,20", "E0e"),
+        ("qCRC:0,ffffffff", "E0e"),
+    ]);
+    // Nothing to start from any more: the server goes on, and a start locks the core up.
+    gdb.exchanges(&[("vFlashErase:8000000,100000", "OK")]);
+    assert_eq!(gdb.monitor("reset halt").1, "OK");
+    assert_eq!(gdb.register(15), u32::MAX - 1);
+    gdb.send("c");
+    assert!(gdb.receive().starts_with('O'));
+    assert_eq!(gdb.receive(), "T0bthread:1;", "SIGSEGV");
+}
+
+#[test]
+fn a_bkpt_stops_the_core_and_is_passed() {
+    let served = Served::for_ever(&BKPT);
+    let mut gdb = served.connect();
+    for _ in 0..2 {
+        gdb.exchanges(&[("c", HALTED)]);
+        assert_eq!(gdb.register(15), CODE);
+        gdb.exchanges(&[("s", HALTED)]);
+        assert_eq!(gdb.register(15), CODE + 2);
+    }
+    gdb.exchanges(&[("c", HALTED), ("c", HALTED)]);
+    assert_eq!((gdb.register(15), gdb.register(0)), (CODE, 7));
+}
+
+#[test]
+fn what_a_program_says_by_semihosting_is_printed() {
+    let served = Served::for_ever(&SPEAKS);
+    let mut gdb = served.connect();
+    gdb.exchanges(&[("c", HALTED)]);
+    assert_eq!(gdb.register(15), CODE + 4, "BKPT 0xAB, and nobody hears");
+    gdb.monitor("reset halt");
+    let (said, answer) = gdb.monitor("arm semihosting enable");
+    assert!(said.contains("BKPT 0xAB") && answer == "OK", "{said}");
+    gdb.send("c");
+    assert_eq!(gdb.receive(), format!("O{}", hex(b"hi\n")));
+    assert_eq!(gdb.receive(), "W00");
+}
+
+#[test]
+fn what_is_malformed_is_answered() {
+    let served = Served::for_ever(&LOOP);
+    let mut gdb = served.connect();
+    gdb.exchanges(&[
+        ("m", "E16"),
+        ("m8000000", "E16"),
+        ("mzz,4", "E16"),
+        ("m8000000,123456789", "E16"),
+        ("M20000000,4:00", "E16"),
+        ("M20000000,1:0", "E16"),
+        ("X20000000,2:a", "E16"),
+        ("Z1", "E16"),
+        ("Z1,zz,2", "E16"),
+        ("vCont;", "E16"),
+        ("vCont;x", "E16"),
+        ("vCont;c:2", "E16"),
+        ("c8000g", "E16"),
+        ("Cxx", "E16"),
+        ("Hg2", "E16"),
+        ("T2", "E16"),
+        ("Hg0", "OK"),
+        ("Hc-1", "OK"),
+        ("T1", "OK"),
+        ("qXfer:features:read:other.xml:0,10", "E16"),
+        ("qXfer:features:read:target.xml:ffffff,10", "E16"),
+        ("qCRC:zz", "E16"),
+        // What nobody offers has an empty answer, also what is not known at all.
+        ("", ""),
+        ("vMustReplyEmpty", ""),
+        ("QNonStop:1", ""),
+        ("qTStatus", ""),
+        ("\u{1}\u{7f}", ""),
+        ("qAttached", "1"),
+        ("qC", "QC1"),
+        ("qfThreadInfo", "m1"),
+        ("qsThreadInfo", "l"),
+        ("qThreadExtraInfo,1", "436f727465782d4d3446"),
+    ]);
+    // A wrong sum is asked for again, and so can an answer be.
+    gdb.write(b"$g#00");
+    assert_eq!(gdb.byte(), b'-');
+    gdb.exchanges(&[("qC", "QC1")]);
+    gdb.write(b"-");
+    assert_eq!(gdb.receive(), "QC1");
+    // Beyond the size that was agreed; one that was cut off; what is no packet.
+    let long = "m".repeat(packet::LONGEST + 1);
+    gdb.exchanges(&[(&long, "E07")]);
+    gdb.write(b"+++\0\xFFnothing$m8000000");
+    gdb.exchanges(&[("qC", "QC1")]);
+    // Without acknowledgements a wrong sum is an error.
+    gdb.exchanges(&[("QStartNoAckMode", "OK")]);
+    gdb.write(b"$g#00");
+    assert_eq!(gdb.receive(), "E16");
+    gdb.send("qC");
+    assert_eq!(gdb.byte(), b'$');
+    assert_eq!(gdb.receive(), "QC1");
+    // A client that goes within a packet leaves nothing of it to the next.
+    gdb.write(b"$M20000000,4:01");
+    drop(gdb);
+    served.attach().exchanges(&[("m20000000,4", "00000000")]);
+}
+
+/// What gdb sends for Cortex-Debug's server type `external` (its `src/external.ts`, `launch`):
+/// target-select extended-remote, monitor reset halt, load, monitor reset halt, a breakpoint,
+/// continue; at the end detach.
+#[test]
+fn cortex_debug_s_external_server_mode_is_served() {
+    let served = Served::for_ever(&LOOP);
+    let mut gdb = served.connect();
+    gdb.write(b"+");
+    let own = gdb.exchange(
+        "qSupported:multiprocess+;swbreak+;hwbreak+;qRelocInsn+;fork-events+;vfork-events+;\
+         exec-events+;vContSupported+;QThreadEvents+;no-resumed+;memory-tagging+",
+    );
+    assert!(own.contains("QStartNoAckMode+"), "{own}");
+    gdb.exchanges(&[("vMustReplyEmpty", ""), ("QStartNoAckMode", "OK")]);
+    let hardware = format!("{HALTED}hwbreak:;");
+    gdb.exchanges(&[("!", "OK"), ("Hg0", "OK"), ("qTStatus", ""), ("?", HALTED)]);
+    gdb.exchanges(&[
+        ("qfThreadInfo", "m1"),
+        ("qsThreadInfo", "l"),
+        ("qAttached:1", "1"),
+    ]);
+    gdb.exchanges(&[("Hc-1", "OK"), ("qOffsets", ""), ("qSymbol::", "")]);
+    assert_eq!(gdb.monitor("reset halt").1, "OK");
+    let flash = gdb.exchange("m8000000,48");
+    gdb.exchanges(&[("X8000000,0:", "OK"), ("vFlashErase:8000000,4000", "OK")]);
+    let image = [
+        &b"vFlashWrite:8000000:"[..],
+        &unhex(flash.as_bytes()).unwrap(),
+    ]
+    .concat();
+    gdb.write(&framed(&image));
+    assert_eq!(gdb.receive(), "OK");
+    gdb.exchanges(&[("vFlashDone", "OK")]);
+    assert_eq!(gdb.monitor("reset halt").1, "OK");
+    assert_eq!(gdb.register(15), CODE);
+    assert_eq!(gdb.exchange(&format!("Z1,{:x},2", CODE + 4)), "OK");
+    gdb.exchanges(&[("vCont?", "vCont;c;C;s;S"), ("vCont;c", &hardware)]);
+    assert_eq!(gdb.exchange(&format!("z1,{:x},2", CODE + 4)), "OK");
+    gdb.send("vCont;c");
+    gdb.write(&[3]);
+    assert_eq!(gdb.receive(), "T02thread:1;");
+    gdb.exchanges(&[("D;1", "OK")]);
+    drop(gdb);
+    // `attach`: the core is halted where it is.
+    let mut gdb = served.connect();
+    gdb.exchanges(&[("!", "OK"), ("?", HALTED)]);
+    assert_eq!(gdb.monitor("halt").1, "OK");
+    assert_ne!(gdb.register(15), CODE);
+}

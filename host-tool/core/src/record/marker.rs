@@ -1,0 +1,138 @@
+//! `markers.csv`: what a person did at the controls while a trial ran, and the edges of
+//! trigger input and sync output, each with device time and host time. An analysis aligns
+//! other instruments by it; a rerun repeats the keys from it.
+
+use super::table::Rows;
+use super::{RecordError, columns};
+use std::io::{self, Write};
+use std::path::Path;
+
+/// What a marker marks.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum MarkerKind {
+    /// All channels were stopped by hand, to be resumed.
+    Pause,
+    /// They were armed and started again.
+    Resume,
+    /// A channel's intensity was raised by a step.
+    Raise,
+    /// It was lowered by a step.
+    Lower,
+    /// A text was typed.
+    Mark,
+    /// The session was ended by hand.
+    Stop,
+    /// Edge of the trigger input.
+    Trigger,
+    /// Leading edge of the sync output.
+    Sync,
+}
+
+/// The words for kinds in `markers.csv`.
+pub(super) const KINDS: [(MarkerKind, &str); 8] = [
+    (MarkerKind::Pause, "pause"),
+    (MarkerKind::Resume, "resume"),
+    (MarkerKind::Raise, "raise"),
+    (MarkerKind::Lower, "lower"),
+    (MarkerKind::Mark, "mark"),
+    (MarkerKind::Stop, "stop"),
+    (MarkerKind::Trigger, "trigger"),
+    (MarkerKind::Sync, "sync"),
+];
+
+impl MarkerKind {
+    /// The word in `markers.csv`.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        let found = KINDS.iter().find(|(kind, _)| *kind == self);
+        found.map_or("", |(_, word)| word)
+    }
+
+    /// Whether a person did it, so that a rerun repeats it.
+    #[must_use]
+    pub const fn is_by_hand(self) -> bool {
+        !matches!(self, Self::Trigger | Self::Sync)
+    }
+}
+
+/// One row of `markers.csv`.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Marker {
+    /// Device time since the start of the trains, s.
+    pub t_s: f64,
+    /// Device time since its boot, µs, which does not wrap.
+    pub device_us: u64,
+    /// Host time since the start of the trains, µs: of a key when it took effect, of an edge
+    /// when the host heard of it.
+    pub host_us: u64,
+    /// What it marks.
+    pub kind: MarkerKind,
+    /// The channel whose intensity was meant, from 1.
+    pub channel: Option<u8>,
+    /// The channel's intensity from then on, percent of the session's own amplitudes.
+    pub intensity_percent: Option<u16>,
+    /// What was typed; or why a key had no effect.
+    pub text: String,
+}
+
+/// Writes the header of `markers.csv`.
+pub(super) fn write_header(out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "{}", columns::header(&columns::MARKERS, &[]))
+}
+
+/// Writes one row in one piece.
+pub(super) fn write_row(out: &mut impl Write, marker: &Marker) -> io::Result<()> {
+    let optional = |value: Option<u64>| value.map(|it| it.to_string()).unwrap_or_default();
+    let mut row = csv::Writer::from_writer(Vec::new());
+    row.write_record([
+        format!("{:.6}", marker.t_s),
+        marker.device_us.to_string(),
+        marker.host_us.to_string(),
+        marker.kind.word().to_owned(),
+        optional(marker.channel.map(u64::from)),
+        optional(marker.intensity_percent.map(u64::from)),
+        marker.text.clone(),
+    ])?;
+    let row = row
+        .into_inner()
+        .map_err(|why| io::Error::other(why.to_string()))?;
+    out.write_all(&row)
+}
+
+/// Reads `markers.csv` without the edges of the sync output, which are many; errors as
+/// [`read_samples`](super::read_samples).
+///
+/// # Errors
+/// The file cannot be read, or a row is none of this table.
+pub fn read_markers(path: &Path) -> Result<Vec<Marker>, RecordError> {
+    let rows = Rows::open(path)?;
+    if rows.is_empty() {
+        return Ok(Vec::new());
+    }
+    let column = |name: &str| rows.column(name);
+    let (t, device, host) = (column("t_s")?, column("device_us")?, column("host_us")?);
+    let (kind, channel) = (column("kind")?, column("channel")?);
+    let (intensity, text) = (column("intensity_percent")?, column("text")?);
+    let kept: Kept = rows.map(|row| {
+        Ok(Marker {
+            t_s: row.get(t)?,
+            device_us: row.get(device)?,
+            host_us: row.get(host)?,
+            kind: row.state(&KINDS, kind)?,
+            channel: row.optional(channel)?,
+            intensity_percent: row.optional(intensity)?,
+            text: row.text(text).to_owned(),
+        })
+    })?;
+    Ok(kept.0)
+}
+
+/// All but the edges of the sync output.
+struct Kept(Vec<Marker>);
+
+impl FromIterator<Marker> for Kept {
+    fn from_iter<I: IntoIterator<Item = Marker>>(markers: I) -> Self {
+        let markers = markers.into_iter();
+        Self(markers.filter(|it| it.kind != MarkerKind::Sync).collect())
+    }
+}

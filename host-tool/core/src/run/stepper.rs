@@ -1,0 +1,403 @@
+//! A session on a device, step by step: open, configure, arm, start, step until a device
+//! time or an event, stop, close.
+//!
+//! [`run`](super::run()) is its first user. A program of your own drives it the same way; the
+//! result does not depend on where the steps end.
+
+mod close;
+mod controls;
+mod ended;
+mod listen;
+mod measured;
+mod post;
+mod record;
+mod snapshot;
+
+use super::stages::{check_opposition, check_stages};
+use super::{Observer, Outcome, Outputs, RunError, Seen, SessionFile, Stopped, Wish, trial};
+use crate::link::{Connection, Error, Port, Refused};
+use crate::record::{Recorder, Trial};
+use crate::session::Session;
+use firmware::link::{Counters, Event, HelloInfo};
+use firmware::pulse::CHANNELS;
+use std::borrow::Cow;
+use std::collections::VecDeque;
+use std::ops::DerefMut;
+
+use controls::Paused;
+pub use controls::{Control, INTENSITY_STEP, Keys, repeating};
+use listen::Listened;
+use post::Programmed;
+
+/// A device that says nothing for so long is lost, µs. It owes telemetry every
+/// 100 ms at least.
+const SILENCE_US: u64 = 1_000_000;
+
+/// From one time that a simulated device's outputs are taken to the next, µs.
+const TAKE_US: u64 = 1_000_000;
+
+/// What goes with a session while it runs. By default nothing does.
+pub struct Attached<'a> {
+    /// Streams every row to the disk as it comes.
+    pub recorder: Option<Box<dyn DerefMut<Target = Recorder> + 'a>>,
+    /// Takes the outputs of a simulated device while it runs; else its world keeps them.
+    pub outputs: Option<Box<dyn Outputs + 'a>>,
+    /// Sees the session run, and may end it.
+    pub observer: Box<dyn Observer + 'a>,
+}
+
+impl Default for Attached<'_> {
+    fn default() -> Self {
+        Self {
+            recorder: None,
+            outputs: None,
+            observer: Box::new(|_: f64| {}),
+        }
+    }
+}
+
+/// How far a step goes at most.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Until {
+    /// To this time, µs after the start of the trains, and at most 2 ms further: to the first
+    /// moment from then on at which the host looks at its device anyway.
+    Time(u64),
+    /// To this time at most, or to the first event before it.
+    Event(u64),
+}
+
+/// Why a step is over.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Stepped {
+    /// The time that was given has come.
+    Reached,
+    /// The device reported an event, so many seconds after the start of the trains.
+    Event(f64, Event),
+    /// The session's length is over, or every train of a fixed number of pulses has played:
+    /// what is left is to close.
+    Over,
+}
+
+/// A session on a device.
+///
+/// ```
+/// use host_core::run::{Attached, DeviceName, SessionFile, Stepped, Stepper, Until};
+///
+/// let file = SessionFile::parse("one.toml", r#"
+/// title = "one channel"
+/// duration_s = 0.5
+/// [[channel]]
+/// number = 1
+/// name = "flexor"
+/// stage = { kind = "current", full_scale_ma = 100.0 }
+/// limit = 15.0
+/// train = { shape = "biphasic-cathodic-first", width_us = 200, frequency_hz = 50.0 }
+/// [setpoints]
+/// kind = "amplitudes"
+/// values = [{ channel = 1, value = 8.0 }]
+/// rate_hz = 50
+/// "#)?;
+/// let port = DeviceName::Native.open(&file.session, 1)?;
+/// let mut stepper = Stepper::open(&file, port, Attached::default())?;
+/// stepper.configure()?;
+/// stepper.arm()?;
+/// stepper.start()?;
+/// assert_eq!(stepper.step(Until::Time(250_000))?, Stepped::Reached);
+/// assert!((250_000..252_000).contains(&stepper.time_us()));
+/// assert_eq!(stepper.step(Until::Time(u64::MAX))?, Stepped::Over);
+/// let (outcome, _port) = stepper.close(Ok(()));
+/// assert!(outcome.error.is_none());
+/// assert!(outcome.trial.pulses.is_some_and(|pulses| pulses > 20));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Stepper<'a, P> {
+    session: Cow<'a, Session>,
+    connection: Connection<P>,
+    info: HelloInfo,
+    trial: Trial,
+    attached: Attached<'a>,
+    /// Pulses that were taken, and up to when, in the port's time.
+    taken: (u64, u64),
+    /// When the trains started, device time in µs.
+    epoch: u64,
+    /// The same in the port's time; none before the start.
+    started_us: Option<u64>,
+    /// The setpoint that is next, by its number.
+    index: u64,
+    /// Up to when a simulated trigger input has been asked for edges, µs after the start.
+    triggered_us: u64,
+    /// A board's count of this run's pulses after the electrode check, where no
+    /// trace tells.
+    checked: u32,
+    /// What the device had counted before: nothing if it booted for this.
+    begun: Counters,
+    refused: usize,
+    /// The latest of them and when it came, s after the start.
+    last_refused: Option<(f64, Refused)>,
+    /// Why the device ended it, if it did.
+    ended: Option<RunError>,
+    /// The latest event, s after the start, until a step has returned it.
+    event: Option<(f64, Event)>,
+    /// Events that came beyond the most that are kept.
+    left_out: u64,
+    /// Every train of a fixed number of pulses has played: the session is over.
+    is_finished: bool,
+    /// The latest forces at the hand that were asked for, with their numbers.
+    wishes: VecDeque<(u16, [i32; 3])>,
+    programmed: Programmed,
+    /// By channel on the link (0–9), percent of the session's own amplitudes.
+    intensity: [u16; CHANNELS],
+    /// Whether stimulation is interrupted by hand.
+    paused: Paused,
+    /// Somebody at the controls ended the session.
+    is_stopped: bool,
+    /// When the controls were looked at last, µs after the start.
+    controlled_us: u64,
+    /// When the device last said something, in the port's time.
+    heard_us: u64,
+    /// How long this computer had stalled in sum by then, µs.
+    heard_stalled_us: u64,
+}
+
+/// What a signal ended, `t_s` after the start, is told as such.
+pub(super) fn signalled(error: RunError, t_s: Option<f64>, stopped: Stopped) -> RunError {
+    match error {
+        RunError::Link(Error::Interrupted(signal)) => RunError::Signal {
+            signal,
+            t_s,
+            stopped,
+        },
+        error => error,
+    }
+}
+
+impl<'a, P: Port> Stepper<'a, P> {
+    /// Opens the device behind `port` for `file`'s session; nothing is configured yet.
+    ///
+    /// # Errors
+    /// The device does not answer or another host holds it; a signal came. The port is lost.
+    pub fn open(file: &'a SessionFile, port: P, attached: Attached<'a>) -> Result<Self, RunError> {
+        let trial = trial::begin_trial(file);
+        Self::begin(Cow::Borrowed(&file.session), trial, port, attached)
+    }
+
+    /// The same, and the session is the stepper's own.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_owned(
+        file: SessionFile,
+        port: P,
+        attached: Attached<'a>,
+    ) -> Result<Self, RunError> {
+        let trial = trial::begin_trial(&file);
+        Self::begin(Cow::Owned(file.session), trial, port, attached)
+    }
+
+    fn begin(
+        session: Cow<'a, Session>,
+        trial: Trial,
+        port: P,
+        mut attached: Attached<'a>,
+    ) -> Result<Self, RunError> {
+        let interruption = attached.observer.interruption();
+        let opened = Connection::open_interruptible(port, interruption);
+        let (connection, info) =
+            opened.map_err(|error| signalled(error.into(), None, Stopped::NotOpen))?;
+        attached.observer.see(Seen::Hello(&info));
+        Ok(Self {
+            session,
+            connection,
+            info,
+            trial,
+            attached,
+            taken: (0, 0),
+            epoch: 0,
+            started_us: None,
+            index: 1,
+            triggered_us: 0,
+            checked: 0,
+            begun: Counters::default(),
+            refused: 0,
+            last_refused: None,
+            ended: None,
+            event: None,
+            left_out: 0,
+            is_finished: false,
+            wishes: VecDeque::new(),
+            programmed: Programmed::default(),
+            intensity: [100; CHANNELS],
+            paused: Paused::No,
+            is_stopped: false,
+            controlled_us: 0,
+            heard_us: 0,
+            heard_stalled_us: 0,
+        })
+    }
+
+    /// The device that answered.
+    pub const fn info(&self) -> &HelloInfo {
+        &self.info
+    }
+
+    /// The session that runs.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// Everything recorded so far.
+    pub const fn trial(&self) -> &Trial {
+        &self.trial
+    }
+
+    /// The port.
+    pub fn port(&mut self) -> &mut P {
+        self.connection.port()
+    }
+
+    /// µs since the trains started, in the port's time; 0 before.
+    pub fn time_us(&mut self) -> u64 {
+        let now_us = self.connection.port().now_us();
+        now_us.saturating_sub(self.started_us.unwrap_or(now_us))
+    }
+
+    /// Sends the setup.
+    ///
+    /// # Errors
+    /// The session does not fit the device; refused, not answered, lost.
+    pub fn configure(&mut self) -> Result<(), RunError> {
+        self.identify()?;
+        // It may have played for others, or another trial, since it booted.
+        let is_new = (self.connection.port().world()).is_some_and(|world| !world.is_used());
+        if !is_new {
+            self.begun = self.connection.status()?.counters;
+        }
+        check_stages(&self.session, &self.info.stages)?;
+        check_opposition(&self.session, &self.info.stages)?;
+        for request in self.session.requests() {
+            self.connection.request(request)?;
+        }
+        if self.measures() && self.connection.port().glove_deg().is_none() {
+            return Err(RunError::NoGlove("this device".to_owned()));
+        }
+        self.connection.subscribe(self.session.telemetry_ms)?;
+        Ok(())
+    }
+
+    /// Checks the electrodes and arms.
+    ///
+    /// # Errors
+    /// Refused (an electrode, an input), not answered, lost; what the host must measure and
+    /// cannot.
+    pub fn arm(&mut self) -> Result<(), RunError> {
+        let is_seen = self.connection.port().world().is_some();
+        let before = match (is_seen, self.started_us) {
+            (true, _) | (false, None) => self.begun.pulses,
+            (false, Some(_)) => self.connection.status()?.counters.pulses,
+        };
+        self.connection.arm()?;
+        self.poll_observer()?;
+        if !is_seen {
+            let pulses = self.connection.status()?.counters.pulses;
+            let checked = pulses.wrapping_sub(before);
+            self.checked = self.checked.wrapping_add(checked);
+        }
+        self.check_measured()
+    }
+
+    /// Starts the trains.
+    ///
+    /// # Errors
+    /// Refused, not answered, lost.
+    pub fn start(&mut self) -> Result<(), RunError> {
+        self.epoch = self.start_trains()?;
+        let now_us = self.connection.port().now_us();
+        self.hear();
+        let is_simulated = self.connection.port().world().is_some();
+        // In a simulated world, host time and device time are one.
+        let now = match is_simulated {
+            true => now_us,
+            false => self.device_time(now_us),
+        };
+        // The epoch is at most a few milliseconds from now.
+        self.started_us = Some((now_us + self.epoch).saturating_sub(now));
+        self.post_programs(0)
+    }
+
+    /// Starts the armed trains: the device time then, µs.
+    fn start_trains(&mut self) -> Result<u64, RunError> {
+        // The first setpoint is there before the first pulse.
+        for request in self.first_orders() {
+            self.connection.request(request)?;
+        }
+        Ok(self.connection.start()?)
+    }
+
+    /// Streams setpoints and files what arrives, as far as `until` says; nothing before
+    /// [`Self::start`].
+    ///
+    /// # Errors
+    /// The device ended the session or is lost, a signal came, the observer ended it, the
+    /// record cannot be written: [`Self::close`] is what is left.
+    pub fn step(&mut self, until: Until) -> Result<Stepped, RunError> {
+        let Some(begin) = self.started_us else {
+            return Ok(Stepped::Reached);
+        };
+        let (to_us, ends_at_event) = match until {
+            Until::Time(to_us) => (to_us, false),
+            Until::Event(to_us) => (to_us, true),
+        };
+        self.event = None;
+        let to_us = begin.saturating_add(to_us);
+        loop {
+            if let (true, Some((t_s, event))) = (ends_at_event, self.event.take()) {
+                return Ok(Stepped::Event(t_s, event));
+            }
+            if self.connection.port().now_us() >= to_us {
+                return Ok(Stepped::Reached);
+            }
+            let duration_us = self.session.duration_us;
+            let due = self.session.setpoints.due_us(self.index);
+            self.trigger(due);
+            let listened = self.listen(begin + due.min(duration_us), to_us, ends_at_event)?;
+            if listened == Listened::Paused {
+                continue;
+            }
+            self.take_outputs();
+            if due >= duration_us || self.is_finished || self.is_stopped {
+                self.attached.observer.see(Seen::Progress(1.0));
+                return Ok(Stepped::Over);
+            }
+            self.post(self.session.setpoints.due_us(self.index - 1), due)?;
+            if self.index.is_multiple_of(90) {
+                let part = due as f64 / duration_us as f64;
+                self.attached.observer.see(Seen::Progress(part));
+            }
+            self.index += 1;
+        }
+    }
+
+    /// All steps to the session's end.
+    pub(super) fn run_to_end(&mut self) -> Result<(), RunError> {
+        self.configure()?;
+        self.arm()?;
+        self.start()?;
+        self.step(Until::Time(u64::MAX)).map(drop)
+    }
+
+    /// Device time now, µs.
+    fn now(&mut self) -> u64 {
+        let now_us = self.connection.port().now_us();
+        self.device_time(now_us)
+    }
+
+    /// Device time at `port_us` of the port's, µs; the epoch before any answer.
+    fn device_time(&self, port_us: u64) -> u64 {
+        self.connection.device_time(port_us).unwrap_or(self.epoch)
+    }
+
+    /// Seconds from the start of the trains to the device time `at_us`.
+    fn since_start_s(&self, at_us: u64) -> f64 {
+        trial::since_s(at_us, self.epoch)
+    }
+}

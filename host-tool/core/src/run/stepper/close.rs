@@ -1,0 +1,92 @@
+//! The end of a session: a stop, whatever happened, and what is left to record.
+
+use super::listen::MOST_AT_ONCE;
+use super::{Outcome, RunError, Seen, Stepper, Stopped, signalled, trial};
+use crate::link::{Error, Incoming, Port};
+use firmware::link::Event;
+
+/// Longest wait for the outputs to be reported isolated after a stop, µs.
+const STOP_US: u64 = 300_000;
+
+impl<P: Port> Stepper<'_, P> {
+    /// Asks the device to stop, and waits for its answer, whatever signal comes.
+    ///
+    /// # Errors
+    /// Not answered, or the device is lost: it stops by itself.
+    pub fn stop(&mut self) -> Result<(), Error> {
+        self.connection.ignore_signals();
+        self.connection.stop().map(drop)
+    }
+
+    /// Stops the device and gives the outcome and the port back. `ran` says how the session
+    /// ended: the first error of its steps is the outcome's.
+    pub fn close(mut self, ran: Result<(), RunError>) -> (Outcome, P) {
+        let is_started = self.started_us.is_some();
+        let t_s = is_started.then(|| self.t_s());
+        // Whatever happened, ask for a stop; a lost device stops by itself.
+        let stopped = self.stop();
+        if !is_started {
+            // The first error is the one to tell.
+            let _ = self.read_electrodes();
+        }
+        let finished = match &stopped {
+            Ok(()) if is_started => self.finish(),
+            _ => Ok(()),
+        };
+        let result = match (ran, stopped) {
+            (Ok(()), Ok(())) => finished,
+            (Ok(()), Err(error)) => Err(error.into()),
+            (Err(error), Ok(())) => Err(signalled(error, t_s, Stopped::Acknowledged)),
+            (Err(error), Err(why)) => Err(signalled(error, t_s, Stopped::Unanswered(why))),
+        };
+        if self.is_stopped && result.is_ok() {
+            self.trial.duration_s = self.t_s();
+        }
+        self.clock();
+        self.count_left_out();
+        if let Err(error) = &result {
+            self.cut_short(error);
+        }
+        if is_started {
+            self.take_the_last_outputs();
+            self.count_pulses();
+        }
+        let outcome = Outcome {
+            trial: self.trial,
+            device: Some(self.info),
+            epoch_us: self.started_us,
+            refused: self.refused,
+            error: result.err(),
+        };
+        (outcome, self.connection.into_port())
+    }
+
+    /// After a stop: waits until the outputs are reported isolated, asks for
+    /// counters.
+    fn finish(&mut self) -> Result<(), RunError> {
+        let wait_us = if self.is_finished { 0 } else { STOP_US };
+        let until = self.connection.port().now_us() + wait_us;
+        for _ in 0..MOST_AT_ONCE {
+            let Some(incoming) = self.connection.next(until)? else {
+                break;
+            };
+            let is_end = matches!(
+                incoming,
+                Incoming::Event(_, Event::Stopped(_) | Event::Faulted(_))
+            );
+            self.file(incoming)?;
+            if is_end {
+                break;
+            }
+        }
+        let status = self.connection.status()?;
+        self.attached.observer.see(Seen::Status(&status));
+        self.trial.counters = trial::counters(&self.begun, &status.counters);
+        self.connection.subscribe(0)?;
+        let world = self.connection.port().world();
+        match world.map_or(0, |world| world.body.unsettled()) {
+            0 => Ok(()),
+            stretches => Err(RunError::Unsettled(stretches)),
+        }
+    }
+}

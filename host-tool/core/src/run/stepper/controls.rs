@@ -1,0 +1,336 @@
+//! Hands on the controls: pause and resume, intensity by steps, markers, a stop. Each is
+//! recorded with device time and host time, and repeated from there.
+
+use super::{Observer, RunError, Seen, Stepper, Wish};
+use crate::link::{Error, Interruption, Port};
+use crate::record::{Marker, MarkerKind};
+use crate::session::Setpoint;
+use firmware::safety::Stimulus;
+use firmware::units::Amplitude;
+use std::collections::VecDeque;
+
+/// A step of a channel's intensity, percent of the session's own amplitudes.
+pub const INTENSITY_STEP: u16 = 5;
+
+/// Most rows that a trial in memory keeps; the file has all.
+const MOST_MARKERS: usize = 10_000;
+
+/// What a person at the controls does.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Control {
+    /// Stops all channels; the session's time goes on.
+    Pause,
+    /// Checks the electrodes again, arms and starts; amplitudes rise as at the start.
+    Resume,
+    /// Raises the intensity of a channel (from 1) by [`INTENSITY_STEP`].
+    Raise(u8),
+    /// Lowers it by as much, to 0 at least.
+    Lower(u8),
+    /// Notes a text.
+    Mark(String),
+    /// Ends the session.
+    Stop,
+}
+
+impl Control {
+    /// What a row of `markers.csv` says was done; nothing for an edge.
+    #[must_use]
+    pub fn of(marker: &Marker) -> Option<Self> {
+        Some(match (marker.kind, marker.channel) {
+            (MarkerKind::Pause, _) => Self::Pause,
+            (MarkerKind::Resume, _) => Self::Resume,
+            (MarkerKind::Raise, Some(channel)) => Self::Raise(channel),
+            (MarkerKind::Lower, Some(channel)) => Self::Lower(channel),
+            (MarkerKind::Mark, _) => Self::Mark(marker.text.clone()),
+            (MarkerKind::Stop, _) => Self::Stop,
+            _ => return None,
+        })
+    }
+
+    const fn kind(&self) -> MarkerKind {
+        match self {
+            Self::Pause => MarkerKind::Pause,
+            Self::Resume => MarkerKind::Resume,
+            Self::Raise(_) => MarkerKind::Raise,
+            Self::Lower(_) => MarkerKind::Lower,
+            Self::Mark(_) => MarkerKind::Mark,
+            Self::Stop => MarkerKind::Stop,
+        }
+    }
+
+    const fn channel(&self) -> Option<u8> {
+        match self {
+            Self::Raise(channel) | Self::Lower(channel) => Some(*channel),
+            _ => None,
+        }
+    }
+}
+
+/// Whether stimulation is interrupted by hand.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(super) enum Paused {
+    /// It is not.
+    #[default]
+    No,
+    /// The device was asked to stop, and falls.
+    Falling,
+    /// Its outputs are isolated.
+    Isolated,
+}
+
+impl<P: Port> Stepper<'_, P> {
+    /// Does what a person at the controls asks for, at once.
+    ///
+    /// # Errors
+    /// The device is lost, or the record cannot be written. What only cannot be done (a
+    /// channel at its limit, an electrode that is off at a resume) is recorded and shown.
+    pub fn control(&mut self, control: &Control) -> Result<(), RunError> {
+        let (host_us, device_us) = (self.time_us(), self.now());
+        let refused = match control {
+            Control::Pause => self.pause()?,
+            Control::Resume => self.resume()?,
+            Control::Raise(channel) => self.raise(*channel),
+            Control::Lower(channel) => self.lower(*channel),
+            Control::Mark(_) => None,
+            Control::Stop => {
+                self.is_stopped = true;
+                None
+            }
+        };
+        let text = match (control, refused) {
+            (_, Some(refused)) => refused,
+            (Control::Mark(text), None) => text.clone(),
+            _ => String::new(),
+        };
+        let channel = control.channel();
+        let intensity = channel.map(|channel| self.intensity_percent(channel));
+        let marker = Marker {
+            t_s: self.since_start_s(device_us),
+            device_us,
+            host_us,
+            kind: control.kind(),
+            channel,
+            intensity_percent: intensity,
+            text,
+        };
+        self.attached.observer.see(Seen::Control(&marker));
+        self.keep_marker(marker)
+    }
+
+    /// The intensity of a channel (from 1), percent of the session's own amplitudes.
+    pub fn intensity_percent(&self, channel: u8) -> u16 {
+        let index = usize::from(channel.wrapping_sub(1));
+        self.intensity.get(index).copied().unwrap_or(0)
+    }
+
+    /// Whether stimulation is interrupted by hand.
+    pub fn is_paused(&self) -> bool {
+        self.paused != Paused::No
+    }
+
+    /// Files an edge of trigger input or sync output.
+    pub(super) fn file_line(&mut self, kind: MarkerKind, at_us: u64) -> Result<(), RunError> {
+        let marker = Marker {
+            t_s: self.since_start_s(at_us),
+            device_us: at_us,
+            host_us: self.time_us(),
+            kind,
+            channel: None,
+            intensity_percent: None,
+            text: String::new(),
+        };
+        self.keep_marker(marker)
+    }
+
+    fn keep_marker(&mut self, marker: Marker) -> Result<(), RunError> {
+        if let Some(recorder) = &mut self.attached.recorder {
+            recorder.marker(&marker)?;
+        }
+        let is_kept = marker.kind != MarkerKind::Sync;
+        if is_kept && self.trial.markers.len() < MOST_MARKERS {
+            self.trial.markers.push(marker);
+        }
+        Ok(())
+    }
+
+    /// Asks the observer for what is done at the controls, and does it. Called where no
+    /// message waits, and once a microsecond at most, so that a rerun does it at the same
+    /// moment.
+    pub(super) fn take_controls(&mut self) -> Result<(), RunError> {
+        let now_us = self.time_us();
+        if now_us <= self.controlled_us {
+            return Ok(());
+        }
+        self.controlled_us = now_us;
+        // After one that took time the next waits for its own moment.
+        while self.time_us() == now_us
+            && let Some(control) = self.attached.observer.control(now_us)
+        {
+            self.control(&control)?;
+        }
+        Ok(())
+    }
+
+    /// Why it had no effect, if it had none.
+    fn pause(&mut self) -> Result<Option<String>, RunError> {
+        if self.is_paused() {
+            return Ok(Some("paused already".to_owned()));
+        }
+        if self.session.is_counted() {
+            // Started again, trains of a fixed number of pulses would all play again.
+            self.is_stopped = true;
+            return Ok(Some(
+                "trains with `repeats` cannot be resumed: the session ends".to_owned(),
+            ));
+        }
+        self.paused = Paused::Falling;
+        self.connection.stop()?;
+        Ok(None)
+    }
+
+    fn resume(&mut self) -> Result<Option<String>, RunError> {
+        match self.paused {
+            Paused::No => return Ok(Some("not paused".to_owned())),
+            Paused::Falling => return Ok(Some("not isolated yet".to_owned())),
+            Paused::Isolated => {}
+        }
+        let resumed = self.arm().and_then(|()| self.start_trains());
+        match resumed {
+            Ok(_) => {
+                self.paused = Paused::No;
+                self.hear();
+                // Armed again, muscles are at the model levels of the session's begin.
+                let now_us = self.time_us();
+                for request in self.session.rungs(0, now_us) {
+                    self.connection.request(request)?;
+                }
+                Ok(None)
+            }
+            Err(RunError::Link(Error::Refused(refused))) => Ok(Some(refused.to_string())),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn raise(&mut self, channel: u8) -> Option<String> {
+        let raised = self.intensity_percent(channel) + INTENSITY_STEP;
+        let Some(most) = self.highest_intensity(channel) else {
+            return Some(not_driven(channel));
+        };
+        if raised > most {
+            return Some(format!(
+                "channel {channel} is at its limit: {raised} % of its amplitudes is above it"
+            ));
+        }
+        self.set_intensity(channel, raised);
+        None
+    }
+
+    fn lower(&mut self, channel: u8) -> Option<String> {
+        if self.highest_intensity(channel).is_none() {
+            return Some(not_driven(channel));
+        }
+        let lowered = self
+            .intensity_percent(channel)
+            .saturating_sub(INTENSITY_STEP);
+        self.set_intensity(channel, lowered);
+        None
+    }
+
+    fn set_intensity(&mut self, channel: u8, percent: u16) {
+        let index = usize::from(channel.wrapping_sub(1));
+        if let Some(slot) = self.intensity.get_mut(index) {
+            *slot = percent;
+        }
+    }
+
+    /// The largest intensity at which every amplitude of a channel (from 1) is within its
+    /// limit, percent; none for a channel whose amplitudes the host does not set.
+    fn highest_intensity(&self, channel: u8) -> Option<u16> {
+        let peak = self.session.setpoints.peak(channel.checked_sub(1)?)?;
+        let limit = self.session.limit_of(channel)?.get();
+        let most = u64::from(limit) * 100 / u64::from(peak.get().max(1));
+        Some(u16::try_from(most).unwrap_or(u16::MAX))
+    }
+
+    /// What is sent in place of `setpoint`: its amplitudes at the channels' intensities.
+    pub(super) fn at_intensity(&self, setpoint: Setpoint) -> Setpoint {
+        let Setpoint::Amplitudes(values) = setpoint else {
+            return setpoint;
+        };
+        let scaled = values.into_iter().map(|it| self.scaled(it));
+        Setpoint::Amplitudes(scaled.collect())
+    }
+
+    /// An amplitude of a channel on the link (0–9) at its intensity, rounded down to a whole
+    /// thousandth, so that no rounding raises.
+    pub(super) fn scaled(&self, (channel, stimulus): (u8, Stimulus)) -> (u8, Stimulus) {
+        let percent = self.intensity.get(usize::from(channel)).copied();
+        let percent = u64::from(percent.unwrap_or(0));
+        let amplitude = u64::from(stimulus.amplitude.get()) * percent / 100;
+        let amplitude = Amplitude::new(u32::try_from(amplitude).unwrap_or(u32::MAX));
+        let scaled = Stimulus {
+            amplitude,
+            ..stimulus
+        };
+        (channel, scaled)
+    }
+}
+
+fn not_driven(channel: u8) -> String {
+    format!("channel {channel} has no intensity: a control law drives it, or nothing does")
+}
+
+/// What a person did at the controls in a record, to be done again.
+#[derive(Clone, Debug, Default)]
+pub struct Keys {
+    /// Each with host time since the start of the trains, µs.
+    left: VecDeque<(u64, Control)>,
+}
+
+impl Keys {
+    /// The keys of a trial's markers.
+    #[must_use]
+    pub fn of(markers: &[Marker]) -> Self {
+        let keys = markers.iter();
+        let keys = keys.filter_map(|it| Some((it.host_us, Control::of(it)?)));
+        Self {
+            left: keys.collect(),
+        }
+    }
+
+    /// The next one, if it was pressed by `now_us`, host time since the start of the trains.
+    fn due(&mut self, now_us: u64) -> Option<Control> {
+        let (_, control) = self.left.pop_front_if(|(at_us, _)| *at_us <= now_us)?;
+        Some(control)
+    }
+}
+
+/// An observer at whose run `keys` are pressed again.
+pub fn repeating<O: Observer>(keys: Keys, observer: O) -> impl Observer {
+    Repeating { keys, observer }
+}
+
+struct Repeating<O> {
+    keys: Keys,
+    observer: O,
+}
+
+impl<O: Observer> Observer for Repeating<O> {
+    fn see(&mut self, seen: Seen<'_>) {
+        self.observer.see(seen);
+    }
+
+    fn wish(&mut self) -> Wish {
+        self.observer.wish()
+    }
+
+    fn control(&mut self, now_us: u64) -> Option<Control> {
+        self.keys
+            .due(now_us)
+            .or_else(|| self.observer.control(now_us))
+    }
+
+    fn interruption(&self) -> Option<Interruption> {
+        self.observer.interruption()
+    }
+}

@@ -1,0 +1,42 @@
+//! A session as it is now, to go on with more than once.
+
+use super::{Attached, Stepper};
+use crate::link::{Port, SimulatedPort};
+use std::borrow::Cow;
+
+impl<P: Port> Stepper<'_, P> {
+    /// The session and the simulated device as they are now, which go on alone; nothing is
+    /// attached. None where the device or its wearer cannot be copied: of the devices only the
+    /// chip simulator can.
+    #[must_use]
+    pub fn snapshot(&self) -> Option<Stepper<'static, SimulatedPort>> {
+        Some(Stepper {
+            session: Cow::Owned(self.session.clone().into_owned()),
+            connection: self.connection.snapshot()?,
+            info: self.info.clone(),
+            trial: self.trial.clone(),
+            attached: Attached::default(),
+            taken: self.taken,
+            epoch: self.epoch,
+            started_us: self.started_us,
+            index: self.index,
+            triggered_us: self.triggered_us,
+            checked: self.checked,
+            begun: self.begun,
+            refused: self.refused,
+            last_refused: self.last_refused.clone(),
+            ended: None,
+            event: self.event,
+            left_out: self.left_out,
+            is_finished: self.is_finished,
+            wishes: self.wishes.clone(),
+            programmed: self.programmed.clone(),
+            intensity: self.intensity,
+            paused: self.paused,
+            is_stopped: self.is_stopped,
+            controlled_us: self.controlled_us,
+            heard_us: self.heard_us,
+            heard_stalled_us: self.heard_stalled_us,
+        })
+    }
+}

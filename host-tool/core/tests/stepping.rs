@@ -1,0 +1,132 @@
+//! Sessions step by step: the same as in one go, wherever the steps end.
+
+use firmware::link::Event;
+use firmware::safety::StopCause;
+use hal_sim::random::word;
+use host_core::record::{Recorder, Trial};
+use host_core::run::{
+    Attached, Control, DeviceName, Outcome, SessionFile, Stepped, Stepper, Until, begin_trial, run,
+};
+use std::path::Path;
+
+const FINGER: &str = include_str!("../../sessions/ten_channels_and_finger.toml");
+const WIDTHS: &str = include_str!("../../sessions/width_ramp.toml");
+const TRIGGERED: &str = include_str!("../../sessions/trigger.toml");
+
+fn file(text: &str, duration_us: u64) -> SessionFile {
+    let mut file = SessionFile::parse("session.toml", text).unwrap();
+    file.session.duration_us = duration_us;
+    file
+}
+
+/// Played in steps that end wherever the stream `seed` says.
+fn stepped(file: &SessionFile, seed: u64) -> Outcome {
+    let port = DeviceName::Native.open(&file.session, 1).unwrap();
+    let mut stepper = Stepper::open(file, port, Attached::default()).unwrap();
+    stepper.configure().unwrap();
+    stepper.arm().unwrap();
+    stepper.start().unwrap();
+    let mut steps = 0;
+    loop {
+        steps += 1;
+        let to_us = stepper.time_us() + word(seed, steps) % 40_000;
+        let until = match word(seed, steps) % 3 {
+            0 => Until::Event(to_us),
+            _ => Until::Time(to_us),
+        };
+        match stepper.step(until).unwrap() {
+            Stepped::Over => break,
+            Stepped::Reached => {
+                let late_us = stepper.time_us() - to_us;
+                assert!(late_us <= 2_000, "{late_us} µs late");
+            }
+            Stepped::Event(..) => assert!(matches!(until, Until::Event(_))),
+        }
+    }
+    assert!(steps > 20, "{steps}");
+    stepper.close(Ok(())).0
+}
+
+#[test]
+fn where_steps_end_changes_nothing() {
+    for text in [FINGER, WIDTHS, TRIGGERED] {
+        let file = file(text, 1_500_000);
+        let port = DeviceName::Native.open(&file.session, 1).unwrap();
+        let (whole, _) = run(&file, port, None, |_| ());
+        assert!(whole.error.is_none(), "{:?}", whole.error);
+        for seed in 0..3 {
+            let outcome = stepped(&file, seed);
+            let parts = |outcome: &Outcome| {
+                let Trial {
+                    samples,
+                    counters,
+                    events,
+                    markers,
+                    pulses,
+                    ..
+                } = outcome.trial.clone();
+                (samples, counters, events, markers, pulses)
+            };
+            assert!(outcome.error.is_none());
+            assert_eq!(parts(&outcome), parts(&whole), "{seed}");
+        }
+    }
+}
+
+#[test]
+fn a_step_ends_with_an_event() {
+    let file = file(FINGER, 3_000_000);
+    let port = DeviceName::Native.open(&file.session, 1).unwrap();
+    let mut stepper = Stepper::open(&file, port, Attached::default()).unwrap();
+    let mut until = |until| stepper.step(until).unwrap();
+    // Nothing happens before the start.
+    assert_eq!(until(Until::Time(u64::MAX)), Stepped::Reached);
+    stepper.configure().unwrap();
+    stepper.arm().unwrap();
+    stepper.start().unwrap();
+    let mut until = |until| stepper.step(until).unwrap();
+    assert_eq!(until(Until::Time(500_000)), Stepped::Reached);
+    stepper.control(&Control::Pause).unwrap();
+    let mut next = || stepper.step(Until::Event(u64::MAX)).unwrap();
+    let stopping = Event::Stopping(StopCause::Request);
+    let is = |stepped, wanted| matches!(stepped, Stepped::Event(_, event) if event == wanted);
+    assert!(is(next(), stopping));
+    assert!(is(next(), Event::Stopped(StopCause::Request)));
+    let fallen_us = stepper.time_us();
+    // fall_ms and a pulse.
+    assert!((500_000..560_000).contains(&fallen_us), "{fallen_us}");
+    assert_eq!(stepper.step(Until::Event(u64::MAX)).unwrap(), Stepped::Over);
+    let (outcome, _) = stepper.close(Ok(()));
+    assert!(outcome.error.is_none(), "{:?}", outcome.error);
+}
+
+#[test]
+fn a_session_of_its_own_is_stepped_on_another_thread_and_recorded() {
+    let folder = std::env::temp_dir().join(format!("flexor-steps-{}", std::process::id()));
+    let file = file(WIDTHS, 400_000);
+    let into = folder.clone();
+    let played = std::thread::spawn(move || {
+        let recorder = Recorder::create(&into, 0, &begin_trial(&file)).unwrap();
+        let port = DeviceName::Native.open(&file.session, 1).unwrap();
+        let attached = Attached {
+            recorder: Some(Box::new(Box::new(recorder))),
+            ..Attached::default()
+        };
+        let mut stepper = Stepper::open_owned(file, port, attached).unwrap();
+        stepper.configure().unwrap();
+        stepper.arm().unwrap();
+        stepper.start().unwrap();
+        assert_eq!(stepper.step(Until::Time(u64::MAX)).unwrap(), Stepped::Over);
+        let (outcome, _) = stepper.close(Ok(()));
+        outcome.trial
+    });
+    let trial = played.join().unwrap();
+    let rows = std::fs::read_to_string(first_folder(&folder).join("samples.csv")).unwrap();
+    assert_eq!(rows.lines().count(), trial.samples.len() + 1);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+fn first_folder(dir: &Path) -> std::path::PathBuf {
+    let mut inside = std::fs::read_dir(dir).unwrap().map(|it| it.unwrap().path());
+    inside.find(|path| path.is_dir()).unwrap()
+}

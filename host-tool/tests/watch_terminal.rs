@@ -1,0 +1,135 @@
+//! `flexor run --watch` at a terminal: keys reach the device, are recorded, and repeated.
+
+use crate::program::{folder, one_channel, ran, written};
+use crate::record_again::files;
+use crate::seated::{Seated, size};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+const UP: &str = "\x1b[A";
+const DOWN: &str = "\x1b[B";
+
+/// Nothing takes so long unless it hangs.
+const PATIENCE: Duration = Duration::from_secs(50);
+
+/// The rows of the record's markers that a key made: kind, intensity, text.
+fn keys(folder: &Path) -> Vec<(String, String, String)> {
+    let dir = std::fs::read_dir(folder.join("out")).unwrap();
+    let mut trials = dir.map(|it| it.unwrap().path());
+    let Some(trial) = trials.find(|it| it.join("markers.csv").is_file()) else {
+        return Vec::new();
+    };
+    let text = std::fs::read_to_string(trial.join("markers.csv")).unwrap();
+    let rows = text.lines().skip(1).map(|line| {
+        let fields: Vec<&str> = line.splitn(7, ',').collect();
+        let field = |index: usize| fields[index].to_owned();
+        (field(3), field(5), field(6))
+    });
+    rows.collect()
+}
+
+/// Reads the terminal until the record has a row of this kind.
+fn records(seated: &mut Seated, folder: &Path, kind: &str) {
+    let begin = Instant::now();
+    while !folder.join("out").is_dir() || !keys(folder).iter().any(|it| it.0 == kind) {
+        seated.read();
+        assert!(begin.elapsed() < PATIENCE, "no {kind}");
+    }
+}
+
+/// Lets time pass at the terminal.
+fn waits(seated: &mut Seated, ms: u64) {
+    let begin = Instant::now();
+    while begin.elapsed() < Duration::from_millis(ms) {
+        seated.read();
+    }
+}
+
+#[test]
+fn keys_pause_change_and_mark_a_session_that_is_repeated_to_the_byte() {
+    let folder = folder("watch_keys");
+    written(&folder, "session.toml", one_channel(60.0, 50));
+    let words = "run session.toml --watch --out out";
+    let mut seated = Seated::start(&folder, words, size(100, 30));
+    seated.sees("STIMULATING");
+    for (key, kind) in [(UP, "raise"), (DOWN, "lower"), (" ", "pause")] {
+        seated.types(key);
+        records(&mut seated, &folder, kind);
+    }
+    seated.sees("PAUSED");
+    waits(&mut seated, 700);
+    seated.types(" ");
+    records(&mut seated, &folder, "resume");
+    seated.types("mfelt, \"so\"\r");
+    records(&mut seated, &folder, "mark");
+    seated.types("q");
+    assert_eq!(seated.ended(), Some(0), "{}", seated.seen);
+    let keys = keys(&folder);
+    let rows: Vec<_> = keys.iter().map(|(a, b, c)| (&**a, &**b, &**c)).collect();
+    let expected = [
+        ("raise", "105", ""),
+        ("lower", "100", ""),
+        ("pause", "", ""),
+        ("resume", "", ""),
+        ("mark", "", "\"felt, \"\"so\"\"\""),
+        ("stop", "", ""),
+    ];
+    assert_eq!(rows, expected);
+    let (code, people, error) = ran(&folder, &["rerun", "out", "--out", "again"]);
+    assert_eq!(code, Some(0), "{people}{error}");
+    // The host's facts are its own.
+    let same = |dir: &str| {
+        let mut files = files(&folder.join(dir));
+        files.retain(|(name, _)| !name.ends_with("run.json") && !name.ends_with("report.html"));
+        files
+    };
+    assert!(same("out") == same("again"));
+}
+
+#[test]
+fn a_key_held_down_raises_by_its_press() {
+    let folder = folder("watch_held");
+    written(&folder, "session.toml", one_channel(60.0, 50));
+    let words = "run session.toml --watch --out out";
+    let mut seated = Seated::start(&folder, words, size(100, 30));
+    seated.sees("STIMULATING");
+    for _ in 0..50 {
+        seated.types(UP);
+    }
+    records(&mut seated, &folder, "raise");
+    waits(&mut seated, 200);
+    seated.types("q");
+    assert_eq!(seated.ended(), Some(0), "{}", seated.seen);
+    let raised = keys(&folder).into_iter().filter(|it| it.0 == "raise");
+    // A computer that stalls may part one press from the rest.
+    let raised = raised.count();
+    assert!((1..=3).contains(&raised), "{raised}");
+}
+
+#[test]
+fn a_terminal_that_is_closed_stops_the_session_and_keeps_the_record() {
+    let folder = folder("watch_closed");
+    written(&folder, "session.toml", one_channel(60.0, 50));
+    let words = "run session.toml --watch --out out";
+    let mut seated = Seated::start(&folder, words, size(100, 30));
+    seated.sees("STIMULATING");
+    seated.types(UP);
+    records(&mut seated, &folder, "raise");
+    assert_eq!(seated.close().code(), Some(129));
+    assert!(keys(&folder).iter().any(|it| it.0 == "raise"));
+    let summary = std::fs::read_to_string(folder.join("out/summary.json")).unwrap();
+    assert!(summary.contains("SIGHUP"), "{summary}");
+}
+
+#[test]
+fn without_a_terminal_it_is_refused() {
+    let folder = folder("watch_refused");
+    written(&folder, "session.toml", one_channel(1.0, 50));
+    for more in [&[][..], &["--json"]] {
+        let words = [&["run", "session.toml", "--watch", "--out", "out"], more].concat();
+        let (code, _, error) = ran(&folder, &words);
+        assert_eq!(code, Some(2), "{error}");
+        assert!(error.contains("--watch needs a terminal"), "{error}");
+        assert!(!folder.join("out").exists());
+    }
+}
