@@ -18,11 +18,11 @@ use crate::link_native::native_world;
 pub(super) struct Bench {
     pub(super) period_us: u64,
     pub(super) offset_us: u64,
-    rise_ms: u64,
-    rise_bursts: u64,
+    pub(super) rise_ms: u64,
+    pub(super) rise_bursts: u64,
     /// Thousandths.
-    limit: u64,
-    start: u64,
+    pub(super) limit: u64,
+    pub(super) start: u64,
     pub(super) own_us: u64,
 }
 
