@@ -6,7 +6,7 @@ use std::fmt::Write;
 use firmware::pulse::CHANNELS;
 use firmware::safety::Stimulus;
 use firmware::units::{Amplitude, Micros};
-use hal_sim::trace::State;
+use hal_sim::trace::{State, Trace};
 use host_core::link::{Connection, Port, SimulatedPort};
 use host_core::session::{Session, Setpoint};
 use proptest::prelude::*;
@@ -15,18 +15,18 @@ use crate::link_native::native_world;
 
 /// A channel, how it rises, and when its bursts come.
 #[derive(Clone, Copy, Debug)]
-struct Bench {
-    period_us: u64,
-    offset_us: u64,
-    rise_ms: u64,
-    rise_bursts: u64,
+pub(super) struct Bench {
+    pub(super) period_us: u64,
+    pub(super) offset_us: u64,
+    pub(super) rise_ms: u64,
+    pub(super) rise_bursts: u64,
     /// Thousandths.
-    limit: u64,
-    start: u64,
-    own_us: u64,
+    pub(super) limit: u64,
+    pub(super) start: u64,
+    pub(super) own_us: u64,
 }
 
-const BENCH: Bench = Bench {
+pub(super) const BENCH: Bench = Bench {
     period_us: 20_000,
     offset_us: 3_000,
     rise_ms: 400,
@@ -457,6 +457,18 @@ fn compare(benches: &[(u8, Bench)], session: &Session) {
     let end_us = epoch_us + session.duration_us;
     while client.next(end_us).unwrap().is_some() {}
     let trace = &client.port().world.recorder.trace;
+    assert_played(benches, session, trace, epoch_us);
+}
+
+/// Holds what a device with this trace has played, from `epoch_us` on, to the device's rise
+/// as the tests have it.
+pub(super) fn assert_played(
+    benches: &[(u8, Bench)],
+    session: &Session,
+    trace: &Trace,
+    epoch_us: u64,
+) {
+    let programs = &session.setpoints.programs;
     let mut codes: [Vec<(u64, u16)>; CHANNELS] = Default::default();
     for edge in trace
         .edges_from(epoch_us)

@@ -14,6 +14,7 @@ mod report_page;
 mod report_truth;
 mod run_counted;
 mod run_cut_short;
+mod run_programs;
 mod run_rungs;
 mod session_arm;
 mod session_endpoint;

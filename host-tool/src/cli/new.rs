@@ -274,4 +274,31 @@ mod tests {
         assert_eq!(session.duration_us, 10_000_000);
         assert_eq!(session.channels[2].spec.train.width_us, 250);
     }
+
+    #[test]
+    fn each_program_makes_a_session() {
+        for program in ["constant", "on-off", "ramp", "cycle"] {
+            for channels in ["1", "4", "10"] {
+                let new = New {
+                    program: Some(program.to_owned()),
+                    channels: Some(channels.to_owned()),
+                    ..New::default()
+                };
+                let text = accepted(&known(&new)).unwrap();
+                let session = Session::parse("new.toml", &text).unwrap();
+                let programs = &session.setpoints.programs;
+                let expected = match program {
+                    "constant" => 0,
+                    _ => session.channels.len(),
+                };
+                assert_eq!(programs.channels().count(), expected, "{text}");
+            }
+        }
+        let new = New {
+            program: Some("sometimes".to_owned()),
+            ..New::default()
+        };
+        let why = accepted(&known(&new)).unwrap_err();
+        assert!(why.contains("program is sometimes"), "{why}");
+    }
 }

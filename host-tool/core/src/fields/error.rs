@@ -205,8 +205,8 @@ problems! {
     488 SilenceTooShort { channel: u8, least: String }
         "`{field}` is {given}, which leaves channel {channel} less than {least} s of silence before it rises again: not one of its bursts might be left out"
         "leave that time at least, a period of its train"
-    489 OnTooShort { channel: u8, on: String, up: String, down: String, least: String }
-        "`{field}` is {given}: channel {channel} is on for {on} s, and its ramps take {up} s up and {down} s down: {least} s at least"
+    489 OnTooShort { channel: u8, on: String, up: String, down: String, nearest: String }
+        "`{field}` is {given}: channel {channel} is on for {on} s, and its ramps take {up} s up and {down} s down: {nearest}"
         "leave it on for longer, or shorten its ramps"
     490 StepTooShort { channel: u8, least: String }
         "`{field}` is {given}, less than a period of channel {channel}'s train after the step before: {least} at least"

@@ -3,10 +3,11 @@
 
 use super::Session;
 use super::channel::Channel;
-use super::setpoints::{Course, StimulusCourse};
+use super::setpoints::Course;
 use crate::fields::decimal::in_units;
 use firmware::control::JointSpec;
 use firmware::device::channel_of;
+use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 
 /// Notes on every channel whose amplitudes the rise delays.
@@ -34,8 +35,10 @@ pub(super) fn notes(session: &Session) -> Vec<String> {
         if let Course::Stimulus(index, course) = &session.setpoints.course
             && *index == channel.index()
         {
-            notes.extend(rise.of_course(course));
+            notes.extend(rise.of_course(&course.points, course.is_held));
         }
+        let steps = session.setpoints.programs.steps(channel.index());
+        notes.extend(steps.and_then(|points| rise.of_course(points, true)));
     }
     notes
 }
@@ -69,13 +72,13 @@ impl Rise<'_> {
     }
 
     /// The step of a course that takes longest.
-    fn of_course(&self, course: &StimulusCourse) -> Option<String> {
-        let first = course.points.first().map(|&(at_us, to)| (0, at_us, to));
-        let pairs = course.points.windows(2).filter_map(|pair| match pair {
+    fn of_course(&self, points: &[(u64, Stimulus)], is_held: bool) -> Option<String> {
+        let first = points.first().map(|&(at_us, to)| (0, at_us, to));
+        let pairs = points.windows(2).filter_map(|pair| match pair {
             [(_, from), (at_us, to)] => Some((from.amplitude.get(), *at_us, *to)),
             _ => None,
         });
-        let steps = first.into_iter().chain(pairs).filter(|_| course.is_held);
+        let steps = first.into_iter().chain(pairs).filter(|_| is_held);
         let taken = steps.map(|(from, at_us, to)| (self.takes_us(from, to.amplitude), at_us, to));
         let (takes_us, at_us, to) = taken.max_by_key(|(takes_us, ..)| *takes_us)?;
         (takes_us > self.period_us()).then(|| {

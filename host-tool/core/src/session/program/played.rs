@@ -80,6 +80,19 @@ impl Programs {
         self.played.iter().map(|it| it.rise.period_us).min()
     }
 
+    /// The steps of a channel on the link (0–9) whose program holds each, at µs after the
+    /// begin of a pass.
+    pub(in crate::session) fn steps(&self, channel: u8) -> Option<&[(u64, Stimulus)]> {
+        let own = self.played.iter().find(|it| it.channel == channel)?;
+        match &own.course {
+            Course::Points {
+                points,
+                is_held: true,
+            } => Some(points),
+            _ => None,
+        }
+    }
+
     /// From one time at which orders may change to the next, µs: whole windows of the device,
     /// and at most the shortest period, so that no channel has two bursts in between. Nothing
     /// without channels.

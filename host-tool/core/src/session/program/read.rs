@@ -160,14 +160,20 @@ impl<'a> Reader<'a> {
         let down_us = t.time("ramp_down_s", 0, self.duration_us)?;
         let least_us = (up_us + down_us).max(rise.period_us);
         if on_us < least_us as f64 {
-            let (up, down, channel) = (seconds(up_us), seconds(down_us), found.number);
-            let least = seconds(least_us);
+            let nearest = match t.real(field) {
+                // Slower turns, rounded down.
+                Some(rpm) => {
+                    let most = (rpm * on_us / least_us as f64 * 1e3).floor() / 1e3;
+                    format!("{most} at most")
+                }
+                None => format!("{} at least", seconds(least_us)),
+            };
             let problem = Problem::OnTooShort {
-                channel,
+                channel: found.number,
                 on: seconds(on_us.floor() as u64),
-                up,
-                down,
-                least,
+                up: seconds(up_us),
+                down: seconds(down_us),
+                nearest,
             };
             t.say(field, problem);
             return None;

@@ -1,0 +1,30 @@
+//! Programs that a run plays: each burst as the program has it.
+
+use host_core::run::{SessionFile, run, simulated};
+
+use crate::session_programs::{BENCH, Bench, assert_played};
+
+/// The shipped pair in turn, as `flexor run` plays it on the native device.
+#[test]
+fn a_run_plays_the_pair_in_turn_burst_by_burst() {
+    let text = include_str!("../../sessions/reciprocal.toml").replace("30.0", "9.0");
+    let file = SessionFile::parse("reciprocal.toml", &text).unwrap();
+    let boot = firmware::units::Micros::new(u32::MAX - 2_000_000);
+    let device = Box::new(hal_sim::native::native(boot));
+    let port = simulated(&file.session, 1, device, boot).unwrap();
+    let (outcome, port) = run(&file, port, None, |_| ());
+    assert!(outcome.error.is_none(), "{:?}", outcome.error);
+    assert_eq!(outcome.refused, 0);
+    let bench = |offset_us| Bench {
+        period_us: 25_000,
+        offset_us,
+        own_us: 250,
+        ..BENCH
+    };
+    let trace = &port.unwrap().world.recorder.trace;
+    // Without the fall at the end.
+    let epoch_us = outcome.epoch_us.unwrap();
+    let trace = trace.until(epoch_us + file.session.duration_us);
+    let benches = [(0, bench(0)), (1, bench(12_500))];
+    assert_played(&benches, &file.session, &trace, epoch_us);
+}
