@@ -82,53 +82,10 @@ pub fn understand(board: &mut Board<Points>, packet: &[u8]) -> Understood {
     match first {
         b'?' => Ok(Status),
         b'!' => ok(),
-        b'g' => text(hex(&registers::read_all(&board.cpu))),
-        b'G' => {
-            let bytes = unhex(rest).ok_or(Refused::Malformed)?;
-            let done = registers::write_all(&mut board.cpu, &bytes);
-            done.ok_or(Refused::Malformed).and_then(|()| ok())
-        }
-        b'p' => {
-            let number = number(rest).ok_or(Refused::Malformed)?;
-            let value = registers::read(&board.cpu, number as usize);
-            text(hex(&value.ok_or(NO_REGISTER)?))
-        }
-        b'P' => write_register(board, rest),
-        b'm' => {
-            let (address, count) = pair(rest)?;
-            let most = LONGEST / 2; // what fits into an answer
-            text(hex(&board.peek(address, most.min(count as usize))?))
-        }
-        b'M' | b'X' => {
-            let (place, data) = split(rest, b':').ok_or(Refused::Malformed)?;
-            let data = match first {
-                b'M' => unhex(data).ok_or(Refused::Malformed)?,
-                _ => data.to_vec(),
-            };
-            let (address, count) = pair(place)?;
-            if data.len() != count as usize {
-                return Err(Refused::Malformed);
-            }
-            board.poke(address, &data).and_then(|()| ok())
-        }
+        b'g' | b'G' | b'p' | b'P' => registers_of(board, first, rest),
+        b'm' | b'M' | b'X' => memory_of(board, first, rest),
         b'Z' | b'z' => point(board, first == b'Z', rest),
-        b'c' | b's' => {
-            if !rest.is_empty() {
-                jump(board, rest)?;
-            }
-            Ok(Go {
-                steps: first == b's',
-            })
-        }
-        // No signal reaches a program without a system.
-        b'C' | b'S' => {
-            let (signal, to) = split(rest, b';').map_or((rest, None), |(s, to)| (s, Some(to)));
-            number(signal).ok_or(Refused::Malformed)?;
-            to.map_or(Ok(()), |to| jump(board, to))?;
-            Ok(Go {
-                steps: first == b'S',
-            })
-        }
+        b'c' | b's' | b'C' | b'S' => go(board, first, rest),
         b'H' => match rest.split_first() {
             Some((b'c' | b'g', thread)) if is_own(thread) => ok(),
             _ => Err(Refused::Malformed),
@@ -171,21 +128,71 @@ fn is_own(thread: &[u8]) -> bool {
     thread == b"-1" || matches!(number(thread), Some(0 | 1))
 }
 
-fn jump(board: &mut Board<Points>, to: &[u8]) -> Result<(), Refused> {
-    let to = number(to).ok_or(Refused::Malformed)?;
-    board.cpu.registers.r[15] = to & !1;
-    Ok(())
+/// `g`, `G`: all registers; `p`, `P`: one of them.
+fn registers_of(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> Understood {
+    let cpu = &mut board.cpu;
+    match kind {
+        b'g' => text(hex(&registers::read_all(cpu))),
+        b'G' => {
+            let bytes = unhex(rest).ok_or(Refused::Malformed)?;
+            let done = registers::write_all(cpu, &bytes);
+            done.ok_or(Refused::Malformed).and_then(|()| ok())
+        }
+        b'p' => {
+            let number = number(rest).ok_or(Refused::Malformed)?;
+            let value = registers::read(cpu, number as usize);
+            text(hex(&value.ok_or(NO_REGISTER)?))
+        }
+        _ => {
+            let (register, value) = split(rest, b'=').ok_or(Refused::Malformed)?;
+            let number = number(register).ok_or(Refused::Malformed)? as usize;
+            let value = unhex(value).ok_or(Refused::Malformed)?;
+            if number >= registers::COUNT {
+                return Err(NO_REGISTER);
+            }
+            let done = registers::write(cpu, number, &value);
+            done.ok_or(Refused::Malformed).and_then(|()| ok())
+        }
+    }
 }
 
-fn write_register(board: &mut Board<Points>, rest: &[u8]) -> Understood {
-    let (register, value) = split(rest, b'=').ok_or(Refused::Malformed)?;
-    let number = number(register).ok_or(Refused::Malformed)? as usize;
-    let value = unhex(value).ok_or(Refused::Malformed)?;
-    if number >= registers::COUNT {
-        return Err(NO_REGISTER);
+/// `m`: memory as digits; `M`, `X`: writes digits, or bytes.
+fn memory_of(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> Understood {
+    if kind == b'm' {
+        let (address, count) = pair(rest)?;
+        let most = LONGEST / 2; // what fits into an answer
+        return text(hex(&board.peek(address, most.min(count as usize))?));
     }
-    let done = registers::write(&mut board.cpu, number, &value);
-    done.ok_or(Refused::Malformed).and_then(|()| ok())
+    let (place, data) = split(rest, b':').ok_or(Refused::Malformed)?;
+    let data = match kind {
+        b'M' => unhex(data).ok_or(Refused::Malformed)?,
+        _ => data.to_vec(),
+    };
+    let (address, count) = pair(place)?;
+    if data.len() != count as usize {
+        return Err(Refused::Malformed);
+    }
+    board.poke(address, &data).and_then(|()| ok())
+}
+
+/// `c`, `s`, and with a signal, which reaches no program that has no system, `C`, `S`; an
+/// address may follow.
+fn go(board: &mut Board<Points>, kind: u8, rest: &[u8]) -> Understood {
+    let to = match kind {
+        b'c' | b's' => Some(rest).filter(|to| !to.is_empty()),
+        _ => {
+            let (signal, to) = split(rest, b';').map_or((rest, None), |(s, to)| (s, Some(to)));
+            number(signal).ok_or(Refused::Malformed)?;
+            to
+        }
+    };
+    if let Some(to) = to {
+        let to = number(to).ok_or(Refused::Malformed)?;
+        board.cpu.registers.r[15] = to & !1;
+    }
+    Ok(Go {
+        steps: matches!(kind, b's' | b'S'),
+    })
 }
 
 /// `Z` and `z`: type, address, kind. Conditions and commands are not offered.

@@ -74,25 +74,27 @@ impl Comparator {
 /// All of them. A system reset leaves them alone.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Comparators {
-    each: [Comparator; COMPARATORS],
+    comparators: [Comparator; COMPARATORS],
     hit: Option<Hit>,
 }
 
 impl Comparators {
     /// Whether one watches anything.
     pub fn watch(&self) -> bool {
-        self.each.iter().any(|each| each.what.is_some())
+        self.comparators
+            .iter()
+            .any(|comparator| comparator.what.is_some())
     }
 
     /// An instruction accesses `size` at `address`; whether that is watched.
     pub fn look(&mut self, address: u32, size: Size, is_write: bool) -> bool {
         let mut is_watched = false;
-        for each in &mut self.each {
-            let Some(what) = each.what.filter(|what| what.has(is_write)) else {
+        for comparator in &mut self.comparators {
+            let Some(what) = comparator.what.filter(|what| what.has(is_write)) else {
                 continue;
             };
-            if let Some(address) = each.first_in(address, size.bytes()) {
-                each.is_matched = true;
+            if let Some(address) = comparator.first_in(address, size.bytes()) {
+                comparator.is_matched = true;
                 is_watched = true;
                 self.hit.get_or_insert(Hit { address, what });
             }
@@ -108,12 +110,18 @@ impl Comparators {
     /// Has one comparator watch each of `parts`, an address and log2 of bytes; parts that are
     /// watched so already need none. If not enough are free, all stays as it was.
     pub fn add(&mut self, parts: &[(u32, u32)], what: Compared) -> bool {
-        let mut each = self.each;
+        let mut comparators = self.comparators;
         for &part in parts {
-            if each.iter().any(|it| it.is_of(part, what)) {
+            if comparators
+                .iter()
+                .any(|comparator| comparator.is_of(part, what))
+            {
                 continue;
             }
-            let Some(free) = each.iter_mut().find(|it| it.what.is_none()) else {
+            let free = comparators
+                .iter_mut()
+                .find(|comparator| comparator.what.is_none());
+            let Some(free) = free else {
                 return false;
             };
             *free = Comparator {
@@ -123,15 +131,15 @@ impl Comparators {
                 is_matched: false,
             };
         }
-        self.each = each;
+        self.comparators = comparators;
         true
     }
 
     /// Frees those that watch `parts`.
     pub fn remove(&mut self, parts: &[(u32, u32)], what: Compared) {
-        for each in &mut self.each {
-            if parts.iter().any(|&part| each.is_of(part, what)) {
-                *each = Comparator::default();
+        for comparator in &mut self.comparators {
+            if parts.iter().any(|&part| comparator.is_of(part, what)) {
+                *comparator = Comparator::default();
             }
         }
     }
@@ -143,13 +151,13 @@ impl Comparators {
 
     /// The register at `offset` from COMP0; `None`: not one of these.
     pub fn read(&mut self, offset: u32) -> Option<u32> {
-        let each = self.each.get_mut(offset as usize / 16)?;
+        let comparator = self.comparators.get_mut(offset as usize / 16)?;
         match offset & 0xF {
-            0 => Some(each.address),
-            4 => Some(each.log2_bytes),
+            0 => Some(comparator.address),
+            4 => Some(comparator.log2_bytes),
             8 => {
-                let matched = u32::from(std::mem::take(&mut each.is_matched)) * MATCHED;
-                Some(matched | each.what.map_or(0, |what| what as u32))
+                let matched = u32::from(std::mem::take(&mut comparator.is_matched)) * MATCHED;
+                Some(matched | comparator.what.map_or(0, |what| what as u32))
             }
             _ => None,
         }
@@ -157,12 +165,12 @@ impl Comparators {
 
     /// Writes it.
     pub fn write(&mut self, offset: u32, value: u32) -> Option<Modelled> {
-        let each = self.each.get_mut(offset as usize / 16)?;
+        let comparator = self.comparators.get_mut(offset as usize / 16)?;
         match offset & 0xF {
-            0 => each.address = value,
-            4 => each.log2_bytes = value & 0xF,
+            0 => comparator.address = value,
+            4 => comparator.log2_bytes = value & 0xF,
             8 => {
-                each.what = match value {
+                comparator.what = match value {
                     0 => None,
                     5 => Some(Compared::Reads),
                     6 => Some(Compared::Writes),
@@ -243,6 +251,7 @@ mod tests {
             [Some(0x2000_0000), Some(2), Some(6)]
         );
         assert!(all.look(0x2000_0000, Size::Word, true));
+        assert_eq!(all.take().unwrap().address, 0x2000_0000);
         assert_eq!([8, 8].map(|at| all.read(at)), [Some(6 | MATCHED), Some(6)]);
         for (offset, value) in [(0x30, 0x2000_0104), (0x34, 3), (0x38, 5)] {
             assert_eq!(all.write(offset, value), Some(Ok(())));
