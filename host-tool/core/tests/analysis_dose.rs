@@ -31,7 +31,9 @@ impl AllPins {
         for channel in &session.channels {
             let spec = &channel.spec;
             let full_ma = match spec.stage {
-                firmware::safety::StageSpec::Current { full_scale_ua } => full_scale_ua as f64 / 1e3,
+                firmware::safety::StageSpec::Current { full_scale_ua } => {
+                    full_scale_ua as f64 / 1e3
+                }
                 firmware::safety::StageSpec::Voltage {
                     full_scale_mv,
                     load_ohm,
@@ -75,6 +77,11 @@ impl Outputs for AllPins {
     fn end(&mut self, _: u64) {}
 }
 
+fn shipped(name: &str) -> String {
+    let path = format!("{}/../sessions/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(path).unwrap()
+}
+
 fn played(text: &str) -> (Trial, AllPins) {
     let file = SessionFile::parse("played.toml", text).unwrap();
     let boot = firmware::units::Micros::new(0);
@@ -86,21 +93,130 @@ fn played(text: &str) -> (Trial, AllPins) {
     (outcome.trial, pins)
 }
 
+/// What a record tells of a channel is what its pins did, but for the last burst of a
+/// stretch.
+fn judge(name: &str, dose: &ChannelDose, pins: &Pins, duration_s: f64) {
+    let at = format!("{name}, channel {}", dose.channel);
+    let near = |what: &str, told: Option<f64>, exact: f64, missed: f64| {
+        let told = told.unwrap();
+        let slack = missed + 5e-4 * exact;
+        assert!(
+            (told - exact).abs() <= slack,
+            "{at}: {what} {told}, not {exact}"
+        );
+    };
+    let (pulses, exact) = (dose.pulses.unwrap(), pins.starts_us.len() as u64);
+    let bursts = match pins.starts_us.windows(2).any(|two| two[1] - two[0] < 2_000) {
+        true => 2, // doublets
+        false => 1,
+    };
+    let most = bursts * dose.stretches.unwrap();
+    assert!(
+        pulses <= exact && exact <= pulses + most,
+        "{at}: {pulses} pulses, not {exact}"
+    );
+    near(
+        "charge per phase",
+        dose.charge_per_phase_uc,
+        pins.most_uc,
+        0.0,
+    );
+    let missed_uc = (exact - pulses) as f64 * pins.most_uc;
+    near(
+        "cathodic charge",
+        dose.cathodic_uc,
+        pins.cathodic_uc,
+        missed_uc,
+    );
+    near("anodic charge", dose.anodic_uc, pins.anodic_uc, missed_uc);
+    let exact_ma = (pins.square / duration_s).sqrt();
+    let part = missed_uc / (pins.cathodic_uc + pins.anodic_uc).max(1e-9);
+    near("rms", dose.rms_ma, exact_ma, exact_ma * part);
+    let widths = dose.width_us.unwrap_or_default();
+    let seen = pins.widths_us.iter().min().zip(pins.widths_us.iter().max());
+    let seen = seen.map_or((0.0, 0.0), |(low, high)| (*low as f64, *high as f64));
+    assert_eq!(widths, seen, "{at}: widths");
+}
+
 #[test]
-fn look() {
-    for name in [
-        "open_finger", "trigger", "width_ramp", "ten_channels", "force_ramp", "gentle_force",
-        "hamana_exp4_two_point_finger", "ten_channels_and_finger", "full_load", "ten_forces", "lift", "endpoint_force",
-    ] {
-        let path = format!("{}/../sessions/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-        let text = std::fs::read_to_string(path).unwrap();
-        let (trial, pins) = played(&text);
-        println!("{name} {} s, pulses {:?}", trial.duration_s, trial.pulses);
-        for dose in doses(&trial) {
-            let p = &pins.0[usize::from(dose.channel) - 1];
-            println!("  {} peak {:.3}/{:.3} uc {:?}/{:.3} cath {:?}/{:.2} anod {:?}/{:.2} rms {:?}/{:.3} pulses {:?}/{} on {:?} n {:?} w {:?}/{:?}-{:?} f {:?}",
-                dose.channel, dose.peak, p.most_ma, dose.charge_per_phase_uc, p.most_uc, dose.cathodic_uc, p.cathodic_uc, dose.anodic_uc, p.anodic_uc,
-                dose.rms_ma, (p.square / trial.duration_s).sqrt(), dose.pulses, p.starts_us.len(), dose.on_time_s, dose.stretches, dose.width_us, p.widths_us.iter().min(), p.widths_us.iter().max(), dose.frequency_hz);
+fn doses_are_what_the_pins_did() {
+    let sessions = [
+        "open_finger",
+        "trigger",
+        "ten_channels",
+        "full_load",
+        "force_ramp",
+        "gentle_force",
+        "ten_forces",
+        "lift",
+        "endpoint_force",
+    ];
+    for name in sessions {
+        let (trial, pins) = played(&shipped(name));
+        let doses = doses(&trial);
+        assert_eq!(doses.len(), trial.channels.len(), "{name}");
+        for dose in doses {
+            let own = &pins.0[usize::from(dose.channel) - 1];
+            judge(name, &dose, own, trial.duration_s);
         }
     }
+}
+
+/// Its amplitude rises over 200 ms to 26 V, which 2 kΩ turn into 13 mA.
+#[test]
+fn a_voltage_stage_is_told_in_volts_and_charged_through_its_load() {
+    let (trial, _) = played(&shipped("open_finger"));
+    let all = doses(&trial);
+    let [one, silent] = all.as_slice() else {
+        panic!("{all:?}");
+    };
+    assert_eq!((one.peak, one.unit.as_str()), (26.0, "V"));
+    assert_eq!(one.charge_per_phase_uc, Some(26.0 / 2.0 * 200.0 / 1e3));
+    assert_eq!(one.anodic_uc, Some(0.0));
+    assert_eq!(one.stretches, Some(1));
+    // Monophasic: one phase of 200 µs each, 13 mA but for the rise.
+    assert_eq!(one.pulses, trial.pulses);
+    let on_s = one.on_time_s.unwrap();
+    assert!(
+        (on_s - one.pulses.unwrap() as f64 / 20.0).abs() < 1e-9,
+        "{on_s}"
+    );
+    assert_eq!((silent.peak, silent.pulses), (0.0, Some(0)));
+    assert_eq!((silent.width_us, silent.rms_ma), (None, Some(0.0)));
+}
+
+/// Ten pulses at 50 Hz on each edge, an edge a second.
+#[test]
+fn on_time_has_a_stretch_for_each_trigger() {
+    let (trial, _) = played(&shipped("trigger"));
+    for dose in doses(&trial) {
+        let stretches = dose.stretches.unwrap();
+        assert_eq!(dose.pulses, Some(10 * stretches));
+        let on_s = dose.on_time_s.unwrap();
+        assert!((on_s - 0.2 * stretches as f64).abs() < 1e-9, "{on_s}");
+    }
+}
+
+#[test]
+fn a_live_width_and_a_list_are_told_as_far_as_rows_go() {
+    let (trial, pins) = played(&shipped("width_ramp"));
+    let all = doses(&trial);
+    judge("width_ramp", &all[0], &pins.0[0], trial.duration_s);
+    assert_eq!(all[0].width_us, Some((10.0, 300.0)));
+    // Rows do not tell when pulses of a list come.
+    assert_eq!((all[1].pulses, all[1].cathodic_uc), (None, None));
+}
+
+/// A record without its session file tells amplitudes and nothing that rests on a train.
+#[test]
+fn without_a_session_file_only_the_peak_is_known() {
+    let (trial, _) = played(&shipped("open_finger"));
+    let bare = Trial {
+        session_text: String::new(),
+        ..trial
+    };
+    let all = doses(&bare);
+    assert_eq!(all[0].peak, 26.0);
+    assert_eq!(all[0].on_time_s, None);
+    assert_eq!(all[0].rms_ma, None);
 }

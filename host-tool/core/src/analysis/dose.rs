@@ -15,8 +15,9 @@ use serde::{Deserialize, Serialize};
 ///
 /// A burst counts when a row shows its channel with an amplitude above 0 at the time at which
 /// the burst was due, with the amplitude and the width of that row: `samples.csv` tells the
-/// latest burst of each channel. Rows more than 0.5 s apart are not joined. At the beginning
-/// and the end of a stretch of pulses one burst may be missed or be one too many.
+/// latest burst of each channel. Rows more than 0.5 s apart are not joined. The last burst of
+/// a stretch is missed where no row comes between its end and the order that silences the
+/// channel: of the shipped sessions no channel lacks more than that one.
 ///
 /// `None` where the record does not tell: without a session file that this version reads, and
 /// of a channel that takes lists of pulses, whose times no row has.
@@ -210,7 +211,9 @@ impl Count {
         };
         let (bursts, latest_s) = match self.latest_s {
             Some(latest_s) => {
-                let due = ((t_s - GRACE_S - latest_s) * rate_hz + 1e-6).floor().max(0.0);
+                let due = ((t_s - GRACE_S - latest_s) * rate_hz + 1e-6)
+                    .floor()
+                    .max(0.0);
                 (due as u64, latest_s + due / rate_hz)
             }
             None => {
