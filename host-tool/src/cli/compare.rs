@@ -93,7 +93,11 @@ pub fn main(args: &Compare, output: Output) -> anyhow::Result<()> {
             let results = (!results.is_empty()).then(|| results_text(&results));
             let parts = records.into_iter().chain(results);
             let text: Vec<String> = parts.collect();
-            format!("{}\npage: {}", text.join("\n").trim_start(), page.display())
+            format!(
+                "{}\npage: {}",
+                text.join("\n").trim_start_matches('\n'),
+                page.display()
+            )
         },
         || {
             let damaged: Vec<&String> = records

@@ -1,7 +1,7 @@
 //! What channels put out, as a table: of a page, and the cells of any other.
 
 use super::Html;
-use super::tables::{headed, number_range, seconds, three_digits};
+use super::tables::{headed, number_range, three_digits};
 use crate::analysis::{ChannelDose, doses};
 use crate::html;
 use crate::record::Trial;
@@ -39,7 +39,8 @@ pub(super) fn cells(dose: &ChannelDose) -> [String; 8] {
         known(dose.charge_per_phase_uc),
         charge(dose),
         known(dose.rms_ma),
-        dose.on_time_s.map_or_else(|| UNKNOWN.to_owned(), seconds),
+        dose.on_time_s
+            .map_or_else(|| UNKNOWN.to_owned(), |on_s| format!("{on_s:.2}")),
         dose.pulses
             .map_or_else(|| UNKNOWN.to_owned(), |count| count.to_string()),
         range(dose.width_us),
@@ -68,21 +69,30 @@ pub(super) fn channel(dose: &ChannelDose) -> String {
 
 /// What each channel of each trial put out, a row each; nothing without channels.
 pub(super) fn dose_table(trials: &[Trial]) -> Html {
+    let is_single = trials.len() == 1;
     let mut rows = Html::default();
     for trial in trials {
         for dose in doses(trial) {
             let cells = cells(&dose).map(|cell| html!("<td>{}</td>", cell));
-            rows += html!(
-                "<tr><th scope=\"row\">{}</th><td class=\"words\">{}</td>{}</tr>\n",
-                trial.name,
-                channel(&dose),
-                cells.into_iter().collect::<Html>()
-            );
+            let name = channel(&dose);
+            rows += match is_single {
+                true => html!("<tr><th scope=\"row\">{}</th>", name),
+                false => html!(
+                    "<tr><th scope=\"row\">{}</th><td class=\"words\">{}</td>",
+                    trial.name,
+                    name
+                ),
+            };
+            rows += html!("{}</tr>\n", cells.into_iter().collect::<Html>());
         }
     }
     if rows.is_empty() {
         return rows;
     }
-    let heads = ["Trial", "Channel name"].into_iter().chain(HEADS);
+    let first: &[&str] = match is_single {
+        true => &["Channel"],
+        false => &["Trial", "Channel name"],
+    };
+    let heads = first.iter().copied().chain(HEADS);
     headed(heads, &rows) + html!("<p class=\"note\">{}</p>\n", NOTE)
 }

@@ -63,8 +63,14 @@ impl Traced {
             // On top, or a joint that follows well would hide its target.
             (TARGET, |s| s.target_deg),
         ];
-        let course = |(stroke, angle)| course(trial.samples.iter(), angle, stroke, BUCKETS);
-        let angles = trial.samples.iter();
+        // Without joint or wall no row has an angle: a day's are not gone through for nothing.
+        let count = match trial.joint || trial.wall.is_some() {
+            true => trial.samples.len(),
+            false => 0,
+        };
+        let samples = || trial.samples.iter().take(count);
+        let course = |(stroke, angle)| course(samples(), angle, stroke, BUCKETS);
+        let angles = samples();
         let angles = angles.flat_map(|s| [s.target_deg, s.measured_deg]);
         Self {
             name: trial.name.clone(),

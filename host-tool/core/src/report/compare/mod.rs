@@ -19,7 +19,7 @@ pub use text::compare_text;
 use super::tables::models_in_words;
 use super::trajectory::Traced;
 use crate::analysis::{ChannelDose, doses, force_metrics, hits, limit_cycles, metrics_but_lag};
-use crate::record::{RecordError, Run, Trial, load_each};
+use crate::record::{Identity, RecordError, Run, Trial, load_each};
 use overlay::Course;
 use serde::Serialize;
 use std::path::Path;
@@ -48,7 +48,7 @@ struct Kept {
     session: String,
     wearer: String,
     is_simulated: bool,
-    identity: Option<crate::record::Identity>,
+    identity: Option<Identity>,
 }
 
 /// One trial of one record in numbers. `None`: it has no such thing.

@@ -87,7 +87,7 @@ pub(super) fn figure(group: &Group<'_>) -> Svg {
     }
     let columns = if channels.len() > ONE_COLUMN { 2 } else { 1 };
     let panel = |(number, unit, name): &(u8, &str, &str), is_last: bool| {
-        let is_own = |course: &&super::Course| (course.number, &*course.unit) == (*number, *unit);
+        let is_own = |course: &&Course| (course.number, &*course.unit) == (*number, *unit);
         let peaks = all().filter(is_own).map(|it| it.peak);
         let top = peaks.filter(|peak| peak.is_finite()).fold(0.001, f64::max);
         let lines = drawn().flat_map(|(place, (_, kept))| {
@@ -99,7 +99,7 @@ pub(super) fn figure(group: &Group<'_>) -> Svg {
             grid: false,
             ..Axis::linear("time (s)", (0.0, end_s), 8.0).silent(!is_last)
         };
-        let y = Axis::linear(&format!("amplitude ({unit})"), (0.0, top * 1.05), 3.0);
+        let y = Axis::linear(&format!("amplitude ({unit})"), (0.0, top * 1.05), 5.0);
         let title = shortened(13.0, &format!("{number} {name}"), 300.0, true);
         Panel {
             marks: lines.collect(),

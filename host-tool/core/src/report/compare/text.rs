@@ -68,9 +68,12 @@ fn rows(all: &[Compared]) -> String {
 
 /// What channels put out, of the trials in which that differs.
 fn stimulation(groups: &[Group<'_>]) -> String {
-    let has_channels =
-        |group: &&Group<'_>| !group.trials.iter().all(|it| it.1.row.channels.is_empty());
-    let groups: Vec<&Group<'_>> = groups.iter().filter(has_channels).collect();
+    let (groups, alone): (Vec<_>, Vec<_>) = groups.iter().partition(|group| group.trials.len() > 1);
+    let has_channels = |group: &&Group<'_>| {
+        let mut trials = group.trials.iter();
+        trials.any(|it| !it.1.row.channels.is_empty())
+    };
+    let groups: Vec<&Group<'_>> = groups.into_iter().filter(has_channels).collect();
     let differing = || groups.iter().filter(|group| group.differs());
     let (count, shown) = (differing().count(), differing().take(MOST_TRIALS));
     let alike = groups.len() - count;
@@ -90,6 +93,13 @@ fn stimulation(groups: &[Group<'_>]) -> String {
             _ => format!("In {alike} other trials every channel put out the same."),
         };
         text += &format!("\n{same}\n");
+    }
+    if !alone.is_empty() {
+        let words = match alone.len() {
+            1 => "1 trial is in one record only".to_owned(),
+            count => format!("{count} trials are in one record only"),
+        };
+        text += &format!("\n{words}: on the page.\n");
     }
     if count > 0 {
         text += &format!("\n{}\n", in_columns(NOTE, 80));
@@ -138,9 +148,6 @@ fn sessions(groups: &[Group<'_>]) -> String {
     let are_held = groups.iter().any(|group| group.trials.len() > 1);
     if differences.is_empty() && are_held {
         text += "\nThe session files are the same.\n";
-    }
-    if !are_held && groups.len() > 1 {
-        text += "\nNo trial of one record has the name of a trial of another.\n";
     }
     text
 }
