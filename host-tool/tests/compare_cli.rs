@@ -233,7 +233,7 @@ fn experiments_and_sweeps_are_compared_by_what_they_have_in_common() {
     // No name in common: the first trial with the first.
     let (_, text, _) = ran(&folder, &["compare", "run", "first"]);
     assert!(text.contains("1 trial is in one record only"), "{text}");
-    assert!(text.contains("The session files are the same."), "{text}");
+    assert!(text.contains("    no key has another value"), "{text}");
 
     let (exit, error) = failed(&folder, "compare run sweep");
     assert_eq!(exit, Some(2));

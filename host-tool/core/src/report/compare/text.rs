@@ -32,11 +32,11 @@ pub fn compare_text(all: &[Compared]) -> String {
 /// The trials in numbers.
 fn rows(all: &[Compared]) -> String {
     let mut text = format!(
-        "\n    {:<18}{:>9}{:>8}{:>9}{:>8}{:>7}\n",
+        "\n    {:<17}{:>9}{:>8}{:>9}{:>8}{:>8}\n",
         "trial", "length", "RMSE", "force", "deepest", "pulses"
     );
     for row in compare_rows(all) {
-        let name: String = row.of.trial.chars().take(17).collect();
+        let name: String = row.of.trial.chars().take(16).collect();
         // 63 columns before the mark.
         let mark = match &row {
             row if row.damaged => " damaged",
@@ -47,7 +47,7 @@ fn rows(all: &[Compared]) -> String {
         let CompareRow { number, of, .. } = &row;
         let or_none = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
         text += &format!(
-            "{number:>2}  {name:<18}{:>9}{:>8}{:>9}{:>8}{:>7}{mark}\n",
+            "{number:>2}  {name:<17}{:>9}{:>8}{:>9}{:>8}{:>8}{mark}\n",
             format!("{} s", seconds(of.duration_s)),
             or_none(of.rmse_deg.map(degrees)),
             or_none(of.rmse_n.map(newtons)),
