@@ -18,6 +18,7 @@ mod calibration_frame;
 #[cfg(unix)]
 mod check_cli;
 mod chip_cli;
+mod compare_cli;
 mod distributed_cli;
 mod endpoint_cli;
 mod errors;

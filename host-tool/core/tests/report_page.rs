@@ -364,12 +364,11 @@ fn page_and_comparison_tell_models_pulses_and_limit_cycles_alike() {
     assert!(page.contains(told));
     assert!(page.contains("<th scope=\"row\">pulses</th><td>800</td>"));
     assert!(page.contains("<th scope=\"row\">pulses started</th><td>802</td>"));
-    let name = "one".to_owned();
-    let all = [report::Compared { name, run }];
+    let all = [report::Compared::of(Path::new("one"), &run)];
     assert!(report::compare_text(&all).contains(&format!("\n      {told}")));
     let cells = format!("<td>800</td><td>1</td><td>{told}</td>");
-    assert!(report::compare_page(&all).contains(&cells));
-    let row = &report::compare_rows(&all)[0];
+    assert!(report::compare_body(&all).as_str().contains(&cells));
+    let row = &report::compare_rows(&all)[0].of;
     assert_eq!((row.pulses, row.limit_cycles), (Some(800), 1));
     assert!(report::compare_text(&all).contains("\n      limit cycles: 1\n"));
 }

@@ -1,5 +1,6 @@
 //! The tests of sessions, runs and reports, one program: a room each.
 
+mod analysis_dose;
 mod calibration;
 mod choice;
 mod controls;

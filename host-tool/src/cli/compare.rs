@@ -1,48 +1,182 @@
-//! `flexor compare`: several records side by side.
+//! `flexor compare`: several records, experiments or sweeps side by side.
 
 use super::out::OutArgs;
 use super::{Output, wrong};
 use clap::Args;
-use host_core::record::{Run, load, replace_file};
-use host_core::report::{self, Compared};
+use host_core::record::replace_file;
+use host_core::report::{
+    self, Compared, Html, compare_body, compare_rows, compare_text, session_differences,
+};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use studies::laboratory::{
+    NamedResult, declaration_differences, result_rows, results_body, results_text,
+};
 
-/// Set several records side by side: a table here, pictures on a page.
+/// Show what differs between stimulations: amplitude, charge, rms current and on-time of each
+/// channel, traces over each other, session files by their keys. Of experiments and sweeps
+/// also their results.
 #[derive(Args, Debug)]
 pub struct Compare {
-    /// Folders of the records, two or more
+    /// Folders of records, experiments or sweeps, two or more
     #[arg(required = true)]
     records: Vec<PathBuf>,
     #[command(flatten)]
     out: OutArgs,
 }
 
+/// What a folder holds: the trials of a record, the result of an experiment or a sweep, or
+/// both.
+struct Folder {
+    record: Option<Compared>,
+    result: Option<NamedResult>,
+}
+
+impl Folder {
+    /// Reads `dir`; of its trials one at a time.
+    fn read(dir: &Path) -> anyhow::Result<Self> {
+        let has = |file: &str| dir.join(file).exists();
+        if has("run.json") || !(has("result.json") || has("sweep.json")) {
+            return Ok(Self {
+                record: Some(Compared::read(dir)?),
+                result: NamedResult::read(dir)?,
+            });
+        }
+        match NamedResult::read(dir)? {
+            None => wrong(format!(
+                "{} holds a sweep without a result: the command that began it goes on with it",
+                dir.display()
+            )),
+            result => Ok(Self {
+                record: None,
+                result,
+            }),
+        }
+    }
+
+    /// What it is, for people.
+    const fn kind(&self) -> &'static str {
+        match (&self.record, &self.result) {
+            (Some(_), Some(_)) => "the record of an experiment",
+            (Some(_), None) => "a record without a result",
+            _ => "a result without recorded trials",
+        }
+    }
+}
+
 /// # Errors
-/// Fewer than two records, a folder that is none, one that the page would
-/// replace, no room for the page.
+/// Fewer than two folders; each that holds nothing to compare, or is given twice; folders
+/// that have nothing in common; one that the page would replace; no room for the page.
 pub fn main(args: &Compare, output: Output) -> anyhow::Result<()> {
     if args.records.len() < 2 {
         return wrong("compare needs two records or more");
     }
     args.out.apart_from(&args.records)?;
-    let runs: Result<Vec<Run>, _> = args.records.iter().map(|dir| load(dir)).collect();
-    let names = args.records.iter().map(|dir| dir.display().to_string());
-    let all: Vec<Compared> = names
-        .zip(runs?)
-        .map(|(name, run)| Compared { name, run })
-        .collect();
+    let folders = read_all(&args.records)?;
+    let (records, results) = in_common(&args.records, folders)?;
     // Made before an old one goes.
-    let text = report::compare_page(&all);
+    let title = format!("{} records side by side", args.records.len());
+    let mut body = Html::default();
+    if !records.is_empty() {
+        body += compare_body(&records);
+    }
+    if !results.is_empty() {
+        body += results_body(&results);
+    }
+    let text = report::document(&title, &body);
     let place = args.out.place("compare")?;
     let page = place.dir().join("compare.html");
     replace_file(&page, text.as_bytes())?;
     output.say(
-        || format!("{}\npage: {}", report::compare_text(&all), page.display()),
         || {
-            let rows = report::compare_rows(&all);
-            let of = |compared: &Compared| compared.run.damaged(Path::new(&compared.name));
-            let damaged: Vec<String> = all.iter().filter_map(of).map(|e| e.to_string()).collect();
-            serde_json::json!({ "rows": rows, "page": page, "damaged": damaged, "error": null })
+            let records = (!records.is_empty()).then(|| compare_text(&records));
+            let results = (!results.is_empty()).then(|| results_text(&results));
+            let parts = records.into_iter().chain(results);
+            let text: Vec<String> = parts.collect();
+            format!(
+                "{}\npage: {}",
+                text.join("\n").trim_start_matches('\n'),
+                page.display()
+            )
+        },
+        || {
+            let damaged: Vec<&String> = records
+                .iter()
+                .filter_map(|it| it.damaged.as_ref())
+                .collect();
+            serde_json::json!({
+                "rows": compare_rows(&records), "files": session_differences(&records),
+                "results": result_rows(&results),
+                "declarations": declaration_differences(&results),
+                "page": page, "damaged": damaged, "error": null,
+            })
         },
     )
+}
+
+/// What each folder holds.
+///
+/// # Errors
+/// What is wrong with every folder, a line each.
+fn read_all(dirs: &[PathBuf]) -> anyhow::Result<Vec<Folder>> {
+    let (mut folders, mut mistakes) = (Vec::new(), Vec::new());
+    let mut known: HashMap<PathBuf, &PathBuf> = HashMap::new();
+    for dir in dirs {
+        let before = dir
+            .canonicalize()
+            .ok()
+            .and_then(|real| known.insert(real, dir));
+        let read = match before {
+            Some(before) => wrong(format!(
+                "{} is the folder {} again: give each folder once",
+                dir.display(),
+                before.display()
+            )),
+            None => Folder::read(dir),
+        };
+        match read {
+            Ok(folder) => folders.push(folder),
+            Err(mistake) => mistakes.push(mistake),
+        }
+    }
+    match mistakes.len() {
+        0 => Ok(folders),
+        1 => Err(mistakes.remove(0)),
+        count => {
+            let lines: Vec<String> = mistakes.iter().map(|it| format!("{it:#}")).collect();
+            anyhow::bail!(
+                "E588 {count} of {} folders cannot be compared:\n{}",
+                dirs.len(),
+                lines.join("\n")
+            )
+        }
+    }
+}
+
+/// What all folders have: trials, results, or both.
+///
+/// # Errors
+/// They have neither in common.
+fn in_common(
+    dirs: &[PathBuf],
+    folders: Vec<Folder>,
+) -> anyhow::Result<(Vec<Compared>, Vec<NamedResult>)> {
+    let have_records = folders.iter().all(|folder| folder.record.is_some());
+    let have_results = folders.iter().all(|folder| folder.result.is_some());
+    if !have_records && !have_results {
+        let kinds = dirs.iter().zip(&folders);
+        let kinds = kinds.map(|(dir, folder)| format!("{} is {}", dir.display(), folder.kind()));
+        let kinds: Vec<String> = kinds.collect();
+        return wrong(format!(
+            "these folders have nothing in common that could be compared: {}; compare records \
+             with records, and results with results (an experiment's record has both)",
+            kinds.join(", ")
+        ));
+    }
+    let (mut records, mut results) = (Vec::new(), Vec::new());
+    for folder in folders {
+        records.extend(folder.record.filter(|_| have_records));
+        results.extend(folder.result.filter(|_| have_results));
+    }
+    Ok((records, results))
 }

@@ -17,7 +17,7 @@ use place::{Place, lengthened, places};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
-use studies::laboratory::renew;
+use studies::laboratory::{NamedResult, renew, results_body};
 
 const HARMLESS: &str = "harmless";
 /// Leaves an attribute, a title, a style, a comment and a table; begins others.
@@ -29,11 +29,17 @@ const EVIL: &str = "\"'></title></style></td></table>--><script>flexor()</script
 fn pages(dir: &Path, called: &str) -> Option<Vec<String>> {
     let run = record::load(dir).ok()?;
     let page = report::page(&Report::of(&run));
-    let compared = |name: &str| Compared {
-        name: name.to_owned(),
-        run: run.clone(),
-    };
-    let both = report::compare_page(&[compared("one"), compared(called)]);
+    // With another session file, so that how files differ is on the page.
+    let mut other = run.clone();
+    for trial in &mut other.trials {
+        trial.session_text.push_str("\n[other]\n");
+    }
+    let both = [("one", &run), (called, &other)];
+    let both = both.map(|(name, run)| Compared::of(Path::new(name), run));
+    let both = report::document("both", &report::compare_body(&both));
+    let named = [dir, dir].map(|dir| NamedResult::read(dir).ok().flatten());
+    let named: Vec<NamedResult> = named.into_iter().flatten().collect();
+    let both = both + results_body(&named).as_str();
     let result = renew(dir, &run.trials).ok()?;
     let result = result.map(|path| fs::read_to_string(path).unwrap());
     Some([page, both].into_iter().chain(result).collect())

@@ -4,7 +4,7 @@ use firmware::range::OutOfRange;
 use firmware::safety::{StageKind, StageTable, StageWords, Stages};
 use host_core::calibration::{self, Entry, Machine, Order, Plan, Unread};
 use host_core::record::{self, RecordError, Run};
-use host_core::report::{Compared, Report, compare_page, compare_text};
+use host_core::report::{Compared, Report, compare_body, compare_text, document};
 use host_core::wearer::Wearer;
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -207,10 +207,9 @@ fn load(dir: &Path) -> Option<Run> {
 fn show(run: Run) {
     let page = host_core::report::page(&Report::of(&run));
     assert!(page.ends_with("</html>\n"), "a page without an end");
-    let name = "one".to_owned();
-    let both = [Compared { name, run }];
+    let both = ["one", "other"].map(|name| Compared::of(Path::new(name), &run));
     assert!(!compare_text(&both).is_empty());
-    assert!(!compare_page(&both).is_empty());
+    assert!(document("both", &compare_body(&both)).ends_with("</html>\n"));
 }
 
 /// The files of the record that is spoilt, each with its name's line before it.

@@ -7,6 +7,7 @@
 //! exchange: [`GasExchange`].
 
 mod contact;
+mod dose;
 mod force;
 mod lag;
 mod limit_cycle;
@@ -16,6 +17,7 @@ mod savitzky_golay;
 mod smoothness;
 
 pub use contact::{Hit, hits};
+pub use dose::{ChannelDose, doses};
 pub use force::{ForceMetrics, GapMetrics, force_limiting_share, force_metrics, unpredicted};
 pub use lag::lag_s;
 pub use limit_cycle::{LIMIT_CYCLE, limit_cycles};

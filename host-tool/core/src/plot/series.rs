@@ -13,24 +13,57 @@ const GAP_S: f64 = 0.5;
 /// The points are gone through twice, and no more than a bucket is held.
 pub fn shorten(points: impl Iterator<Item = Point> + Clone, buckets: usize) -> Vec<Vec<Point>> {
     let points = points.filter(|(t, value)| t.is_finite() && value.is_finite());
-    let per_bucket = points.clone().count().div_ceil(buckets.max(1)).max(2);
-    let (mut parts, mut part, mut bucket) = (Vec::new(), Vec::new(), Vec::new());
-    for point in points {
-        let last: Option<&Point> = bucket.last();
+    let mut short = Shortened::of(points.clone().count(), buckets);
+    points.for_each(|point| short.push(point));
+    short.close()
+}
+
+/// A signal that is shortened as [`shorten`] does while its points come one by one.
+#[derive(Clone, Debug)]
+pub struct Shortened {
+    per_bucket: usize,
+    parts: Vec<Vec<Point>>,
+    part: Vec<Point>,
+    bucket: Vec<Point>,
+}
+
+impl Shortened {
+    /// Of a signal of `points` points, for this many buckets.
+    #[must_use]
+    pub fn of(points: usize, buckets: usize) -> Self {
+        Self {
+            per_bucket: points.div_ceil(buckets.max(1)).max(2),
+            parts: Vec::new(),
+            part: Vec::new(),
+            bucket: Vec::new(),
+        }
+    }
+
+    /// Takes the next point; none that is not finite.
+    pub fn push(&mut self, point: Point) {
+        if !(point.0.is_finite() && point.1.is_finite()) {
+            return;
+        }
+        let last: Option<&Point> = self.bucket.last();
         let is_gap = last.is_some_and(|last| point.0 - last.0 > GAP_S);
-        if is_gap || bucket.len() == per_bucket {
-            part.extend(extremes(&bucket));
-            bucket.clear();
+        if is_gap || self.bucket.len() == self.per_bucket {
+            self.part.extend(extremes(&self.bucket));
+            self.bucket.clear();
         }
         if is_gap {
-            parts.push(std::mem::take(&mut part));
+            self.parts.push(std::mem::take(&mut self.part));
         }
-        bucket.push(point);
+        self.bucket.push(point);
     }
-    part.extend(extremes(&bucket));
-    parts.push(part);
-    parts.retain(|part| !part.is_empty());
-    parts
+
+    /// The parts between which nothing was recorded.
+    #[must_use]
+    pub fn close(mut self) -> Vec<Vec<Point>> {
+        self.part.extend(extremes(&self.bucket));
+        self.parts.push(self.part);
+        self.parts.retain(|part| !part.is_empty());
+        self.parts
+    }
 }
 
 /// The smallest and the largest of some points, earlier first; one if they are the same.

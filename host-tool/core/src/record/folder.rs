@@ -58,6 +58,14 @@ pub fn save(dir: &Path, run: &Run) -> Result<(), RecordError> {
 /// with a `trial.json`, by name. What a closed one has lost is in
 /// [`Run::damage`].
 pub fn load(dir: &Path) -> Result<Run, RecordError> {
+    let mut trials = Vec::new();
+    let run = load_each(dir, &mut |trial| trials.push(trial))?;
+    Ok(Run { trials, ..run })
+}
+
+/// The same without holding more than one trial: `each` takes them in their order, and the
+/// run that is returned has none.
+pub fn load_each(dir: &Path, each: &mut dyn FnMut(Trial)) -> Result<Run, RecordError> {
     let mut run = read_header(dir)?;
     let (ending, counted) = ending::read(dir)?;
     run.ending = ending;
@@ -89,7 +97,7 @@ pub fn load(dir: &Path) -> Result<Run, RecordError> {
             wearer.text = copied(&folder.join(KEPT_AS))?;
         }
         found.push((folder, Held::by(&trial)));
-        run.trials.push(trial);
+        each(trial);
     }
     // Of one that was cut short, the disk may hold less than the program knew.
     if !run.ending.is_incomplete() {

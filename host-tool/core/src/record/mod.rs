@@ -33,7 +33,7 @@ pub use disk::{replace_file, trial_folder};
 pub use document::document;
 pub use ending::{Completeness, Ending, write_summary};
 pub use error::RecordError;
-pub use folder::{load, save, write_header, write_run};
+pub use folder::{load, load_each, save, write_header, write_run};
 pub use identity::{DeviceKind, Identity};
 pub use marker::{Marker, MarkerKind, read_markers};
 pub use place::{Place, may_write};
@@ -148,9 +148,7 @@ impl Run {
     /// anybody can give, is no evidence.
     #[must_use]
     pub fn is_simulated(&self) -> bool {
-        let said = |trial: &Trial| trial.identity.as_ref().is_some_and(|it| it.simulated);
-        let known = |trial: &Trial| trial.samples.iter().any(|s| s.true_deg.is_some());
-        self.trials.iter().any(|trial| said(trial) || known(trial))
+        self.trials.iter().any(Trial::is_simulated)
     }
 
     /// [`Run::is_simulated`]; `None` where no device has answered, so that nobody knows.
@@ -261,6 +259,13 @@ pub struct ElectrodeReading {
 }
 
 impl Trial {
+    /// Whether a simulator stood in for the wearer, as [`Run::is_simulated`] says.
+    #[must_use]
+    pub fn is_simulated(&self) -> bool {
+        let said = self.identity.as_ref().is_some_and(|it| it.simulated);
+        said || self.samples.iter().any(|s| s.true_deg.is_some())
+    }
+
     /// Whether anything was to be followed: an angle, a wall or a force. What
     /// follows nothing is open loop.
     #[must_use]

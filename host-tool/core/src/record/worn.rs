@@ -1,5 +1,7 @@
 //! Who a trial was played on, by a wearer file.
 
+use super::Trial;
+use crate::session::{Session, SessionError, shipped_text};
 use serde::{Deserialize, Serialize};
 
 /// Whose thresholds and limits a trial kept, and where these are from.
@@ -17,4 +19,18 @@ pub struct TrialWearer {
     /// Its text.
     #[serde(skip)]
     pub text: String,
+}
+
+impl Trial {
+    /// The session that was played, on the wearer file that the record keeps.
+    ///
+    /// # Errors
+    /// The record keeps no session file, or one that this version of the program refuses.
+    pub fn session(&self) -> Result<Session, SessionError> {
+        let kept = self.wearer.as_ref();
+        Session::parse_beside(&self.session_file, &self.session_text, &|file| match kept {
+            Some(wearer) => Ok(wearer.text.clone()),
+            None => shipped_text(file),
+        })
+    }
 }

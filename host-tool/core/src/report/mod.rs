@@ -8,6 +8,7 @@
 
 mod bars;
 mod compare;
+mod doses;
 mod edges;
 mod hand;
 mod html;
@@ -19,7 +20,10 @@ mod summary;
 mod tables;
 mod trajectory;
 
-pub use compare::{CompareRow, Compared, compare_page, compare_rows, compare_text};
+pub use compare::{
+    CompareRow, Compared, FileDifference, KeyChange, TrialRow, compare_body, compare_rows,
+    compare_text, session_differences,
+};
 pub use edges::edges_figure;
 pub use html::{Html, Piece};
 pub use limb::draw_bones;

@@ -1,5 +1,6 @@
 //! The HTML page: result first, then the pictures, then what to know about them.
 
+use super::doses::dose_table;
 use super::tables::{
     counter_table, degrees, electrode_table, event_table, force_notes, force_remarks, force_table,
     hits_table, metrics_table, models_in_words, newtons, paper_table, seconds,
@@ -16,6 +17,9 @@ pub fn page(report: &Report) -> String {
     let mut out = html!("<p class=\"result\">{}</p>\n", headline(run));
     out += figure(&trajectory::figure(&run.trials), "");
     out += figure(&hand::figure(&run.trials), "");
+    if is_open_loop(run) {
+        out += amplitudes(run) + dose_table(&run.trials);
+    }
     out += html!("<p class=\"facts\">{}</p>\n", facts(run));
 
     let tables = metrics_table(&run.trials)
@@ -245,11 +249,25 @@ fn forces_caption(run: &Run) -> &'static str {
     }
 }
 
-fn stimulation(run: &Run) -> Html {
+/// Whether nothing was followed in any trial: then stimulation is the result.
+fn is_open_loop(run: &Run) -> bool {
+    !run.trials.iter().any(Trial::follows)
+}
+
+fn amplitudes(run: &Run) -> Html {
     figure(
         &lanes::amplitudes(&run.trials),
         "Amplitude of the latest burst of every channel. The upper line is the wearer's limit.",
-    ) + figure(&lanes::forces(&run.trials), forces_caption(run))
+    )
+}
+
+fn stimulation(run: &Run) -> Html {
+    let put_out = match is_open_loop(run) {
+        true => Html::default(), // shown first
+        false => amplitudes(run) + dose_table(&run.trials),
+    };
+    put_out
+        + figure(&lanes::forces(&run.trials), forces_caption(run))
         + figure(
             &lanes::rates(&run.trials),
             "Pulse rate that force control gives each channel.",

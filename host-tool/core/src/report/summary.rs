@@ -2,7 +2,8 @@
 
 use super::{Report, page};
 use crate::analysis::{
-    ForceMetrics, Hit, Metrics, force_limiting_share, force_metrics, hits, limit_cycles, metrics,
+    ChannelDose, ForceMetrics, Hit, Metrics, doses, force_limiting_share, force_metrics, hits,
+    limit_cycles, metrics,
 };
 use crate::record::{
     Assumption, Ending, Held, PaperRow, RecordError, TrialWearer, replace_file, write_summary,
@@ -38,6 +39,7 @@ struct TrialSummary<'a> {
     #[serde(flatten)]
     held: Held,
     duration_s: f64,
+    channels: Vec<ChannelDose>,
     metrics: Option<Metrics>,
     hits: Vec<Hit>,
     forces: Vec<ForceMetrics>,
@@ -81,6 +83,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
                 wearer: trial.wearer.as_ref(),
                 held: Held::by(trial),
                 duration_s: trial.duration_s,
+                channels: doses(trial),
                 metrics: metrics(trial),
                 hits: hits(trial),
                 forces: force_metrics(trial),

@@ -22,7 +22,18 @@ pub(super) fn seconds(value: f64) -> String {
     format!("{}", (value * 1000.0).round() / 1000.0)
 }
 
-fn three_digits(value: f64) -> String {
+/// "20" or "20–50": each end to a tenth.
+pub(super) fn number_range(low: f64, high: f64) -> String {
+    let short = |value: f64| format!("{}", (value * 10.0).round() / 10.0);
+    let (low, high) = (short(low), short(high));
+    match low == high {
+        true => low,
+        false => format!("{low}–{high}"),
+    }
+}
+
+/// "9.53" or "104": three digits or more.
+pub(super) fn three_digits(value: f64) -> String {
     let decimals = match value.abs() {
         v if v < 9.995 => 2,
         v if v < 99.95 => 1,
@@ -32,7 +43,7 @@ fn three_digits(value: f64) -> String {
 }
 
 /// Columns of text: set to the left.
-const WORDS: [&str; 2] = ["Source", "Event"];
+const WORDS: [&str; 3] = ["Source", "Event", "Channel name"];
 
 /// A table of these rows with a note below it; nothing without a row.
 fn table<'a>(heads: impl Iterator<Item = &'a str>, rows: &Html, note: &str) -> Html {

@@ -5,7 +5,7 @@ use crate::analysis::{hits, metrics_but_lag};
 use crate::plot::ink::{INK, PALETTE, SHADE};
 use crate::plot::series::{range, round_step, shorten};
 use crate::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Stroke, Svg, ink::stroke};
-use crate::record::{Sample, Trial};
+use crate::record::{Sample, Trial, WallPlace};
 
 const HEIGHT: f64 = 130.0;
 /// More than a screen shows, few enough for a small page.
@@ -39,25 +39,89 @@ pub(super) fn course(
     parts.map(move |part| Mark::Line(part, stroke))
 }
 
+/// What the figure shows of a trial, without its samples.
+#[derive(Clone, Debug)]
+pub(super) struct Traced {
+    /// Over its panel.
+    pub name: String,
+    result: String,
+    joint: bool,
+    wall: Option<WallPlace>,
+    measure: Option<(f64, f64)>,
+    /// The last recorded or planned moment, s.
+    end_s: f64,
+    /// Least and greatest angle, degrees.
+    angles: Option<(f64, f64)>,
+    curves: Vec<Mark>,
+}
+
+impl Traced {
+    /// Of this trial.
+    pub(super) fn of(trial: &Trial) -> Self {
+        let curves = [
+            (MEASURED, (|s: &Sample| s.measured_deg) as Angle),
+            // On top, or a joint that follows well would hide its target.
+            (TARGET, |s| s.target_deg),
+        ];
+        // Without joint or wall no row has an angle: a day's are not gone through for nothing.
+        let count = match trial.joint || trial.wall.is_some() {
+            true => trial.samples.len(),
+            false => 0,
+        };
+        let samples = || trial.samples.iter().take(count);
+        let course = |(stroke, angle)| course(samples(), angle, stroke, BUCKETS);
+        let angles = samples();
+        let angles = angles.flat_map(|s| [s.target_deg, s.measured_deg]);
+        Self {
+            name: trial.name.clone(),
+            result: result(trial),
+            joint: trial.joint,
+            wall: trial.wall,
+            measure: trial.measure,
+            end_s: end_s(std::slice::from_ref(trial)),
+            angles: range(angles.flatten()),
+            curves: curves.into_iter().flat_map(course).collect(),
+        }
+    }
+
+    /// The same called `name`.
+    pub(super) fn called(&self, name: String) -> Self {
+        Self {
+            name,
+            ..self.clone()
+        }
+    }
+
+    /// Whether an angle matters.
+    pub(super) const fn has_angle(&self) -> bool {
+        self.joint || self.wall.is_some()
+    }
+}
+
 /// The main figure; nothing where no angle matters.
 pub(super) fn figure(trials: &[Trial]) -> Svg {
     let has_angle = |trial: &Trial| trial.joint || trial.wall.is_some();
     if !trials.is_empty() && !trials.iter().any(has_angle) {
         return Svg::default();
     }
+    figure_of(&trials.iter().map(Traced::of).collect::<Vec<_>>())
+}
+
+/// The same of what is left of trials.
+pub(super) fn figure_of(trials: &[Traced]) -> Svg {
     // Scales shared by all panels, so that they compare at a glance.
-    let samples = || trials.iter().flat_map(|trial| &trial.samples);
-    let angles = samples().flat_map(|s| [s.target_deg, s.measured_deg]);
-    let (low, high) = range(angles.flatten()).unwrap_or((0.0, 90.0));
+    let angles = trials.iter().filter_map(|trial| trial.angles);
+    let (low, high) = range(angles.flat_map(|(low, high)| [low, high])).unwrap_or((0.0, 90.0));
     let step = round_step((high - low).max(1.0), 4.0);
     let ends = (
         (low / step).floor() * step,
         ((high / step).floor() + 1.0) * step,
     );
+    let end_s = trials.iter().map(|trial| trial.end_s).fold(0.01, f64::max);
     let panel = |n: usize, is_last: bool| {
         let x = Axis {
             grid: false,
-            ..Axis::linear("time (s)", (0.0, end_s(trials)), 10.0).silent(!is_last)
+            ..Axis::linear("time (s)", (0.0, end_s), 10.0).silent(!is_last)
         };
         panel(&trials[n], x, Axis::linear("angle (°)", ends, 5.0))
     };
@@ -79,7 +143,7 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
     .svg()
 }
 
-fn legend(trials: &[Trial]) -> Vec<(Key, String)> {
+fn legend(trials: &[Traced]) -> Vec<(Key, String)> {
     let walls = || trials.iter().filter_map(|trial| trial.wall);
     let shade = Key::Box(Paint::Full(SHADE));
     let target = match (walls().next(), trials.iter().any(|trial| trial.joint)) {
@@ -102,7 +166,7 @@ fn legend(trials: &[Trial]) -> Vec<(Key, String)> {
         .collect()
 }
 
-fn panel(trial: &Trial, x: Axis, y: Axis) -> Panel {
+fn panel(trial: &Traced, x: Axis, y: Axis) -> Panel {
     let whole = (f64::NEG_INFINITY, f64::INFINITY);
     let mut shaded: Vec<(At, At)> = Vec::new();
     if let Some((from, to)) = trial.measure {
@@ -113,16 +177,10 @@ fn panel(trial: &Trial, x: Axis, y: Axis) -> Panel {
         shaded.push((whole, (wall.at_deg + front, wall.at_deg)));
     }
     let area = |(across, up)| Mark::Area(across, up, Paint::Full(SHADE));
-    let curves = [
-        (MEASURED, (|s: &Sample| s.measured_deg) as Angle),
-        // On top, or a joint that follows well would hide its target.
-        (TARGET, |s| s.target_deg),
-    ];
-    let curves = curves.map(|(stroke, angle)| course(trial.samples.iter(), angle, stroke, BUCKETS));
     Panel {
-        result: result(trial),
+        result: trial.result.clone(),
         ground: shaded.into_iter().map(area).collect(),
-        marks: curves.into_iter().flatten().collect(),
+        marks: trial.curves.clone(),
         ..Panel::new(&trial.name, x, y, HEIGHT)
     }
 }

@@ -39,15 +39,11 @@ impl SessionFile {
     /// # Errors
     /// [`SessionError`].
     pub fn recorded(trial: &Trial) -> Result<Self, SessionError> {
-        let kept = trial.wearer.as_ref();
-        Self::parse_beside(
-            &trial.session_file,
-            &trial.session_text,
-            &|file| match kept {
-                Some(wearer) => Ok(wearer.text.clone()),
-                None => shipped_text(file),
-            },
-        )
+        Ok(Self {
+            name: trial.session_file.clone(),
+            text: trial.session_text.clone(),
+            session: trial.session()?,
+        })
     }
 
     /// One whose wearer file `texts` knows.

@@ -24,6 +24,7 @@ mod page;
 mod protocol;
 mod quoted;
 mod result;
+mod results;
 pub mod search;
 mod sheet;
 mod sources;
@@ -49,5 +50,9 @@ pub use page::{headline, publish, renew};
 pub use protocol::{Place, Step, Wearer};
 pub use quoted::quoted;
 pub use result::{Declared, Outcome, Row, Shown};
+pub use results::{
+    NamedResult, ResultRow, ResultValue, declaration_differences, result_rows, results_body,
+    results_text,
+};
 pub use sheet::{Along, Band, Bar, Curve, Grid, Matrix, Plot, Plots, Sheet, Shows};
 pub use sweep::{Computed, Drawing, Shard, Sweep, Swept, join, merge, number_of, part_of};

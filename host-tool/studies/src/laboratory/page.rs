@@ -43,6 +43,20 @@ pub fn publish(dir: &Path, outcome: &Outcome, trials: &[Conducted]) -> Result<()
 /// # Errors
 /// E608: it says what this program does not write. The page cannot be written.
 pub fn renew(dir: &Path, trials: &[Trial]) -> Result<Option<PathBuf>, LaboratoryError> {
+    let Some(outcome) = read_outcome(dir)? else {
+        return Ok(None);
+    };
+    let trials: Vec<&Trial> = trials.iter().collect();
+    let html = dir.join(HTML);
+    replace_file(&html, page(&outcome, &trials).as_bytes())?;
+    Ok(Some(html))
+}
+
+/// What `result.json` in `dir` says; nothing where there is none.
+///
+/// # Errors
+/// E608: it says what this program does not write. It cannot be read.
+pub(super) fn read_outcome(dir: &Path) -> Result<Option<Outcome>, LaboratoryError> {
     let json = dir.join(JSON);
     if !json.exists() {
         return Ok(None);
@@ -50,14 +64,11 @@ pub fn renew(dir: &Path, trials: &[Trial]) -> Result<Option<PathBuf>, Laboratory
     let file = json.display().to_string();
     let text = input::read_text(&json, input::LONGEST_DOCUMENT)
         .map_err(|error| LaboratoryError::File(file.clone(), error))?;
-    let outcome: Outcome = serde_json::from_str(&text).map_err(|error| {
+    let outcome = serde_json::from_str(&text).map_err(|error| {
         let reason = error.to_string();
         LaboratoryError::Damaged { file, reason }
     })?;
-    let trials: Vec<&Trial> = trials.iter().collect();
-    let html = dir.join(HTML);
-    replace_file(&html, page(&outcome, &trials).as_bytes())?;
-    Ok(Some(html))
+    Ok(Some(outcome))
 }
 
 /// What a section that shows trials is made of: the conditions in rows, of each the

@@ -1,0 +1,241 @@
+//! How two files differ, by their keys and line by line.
+
+use crate::html;
+use crate::report::Html;
+use serde::Serialize;
+use similar::TextDiff;
+use std::collections::{BTreeMap, BTreeSet};
+use toml::Value;
+
+/// Files of more lines are compared by their keys alone.
+const MOST_LINES: usize = 5_000;
+/// Columns of a terminal, and keys that it shows of a file; all are on the page.
+const WIDE: usize = 80;
+const MOST_KEYS: usize = 12;
+
+/// How a TOML file of one record differs from that of another.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub struct FileDifference {
+    /// Its name in the record.
+    pub file: String,
+    /// Name of the trial or of the experiment that it belongs to.
+    pub of: String,
+    /// Number of the record that the others are held against, from 1.
+    pub from: usize,
+    /// Numbers of the records whose files differ from it in this way.
+    pub to: Vec<usize>,
+    /// Keys with another value, in the order of the alphabet; none where comments or layout
+    /// alone differ, and where one of the files is no TOML.
+    pub keys: Vec<KeyChange>,
+    /// Both files as a unified diff with three lines of context; empty for files of more
+    /// than 5000 lines.
+    pub unified: String,
+}
+
+/// A key of a file with another value.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
+pub struct KeyChange {
+    /// Its path, as `channel[2].limit`: a channel by its number, other tables of a list by
+    /// their place from 1.
+    pub key: String,
+    /// The value in the first record; `None` where it has no such key.
+    pub from: Option<String>,
+    /// The value in the other record.
+    pub to: Option<String>,
+}
+
+impl FileDifference {
+    /// Between the texts of two records, each with its number; `None` for the same.
+    #[must_use]
+    pub fn between(
+        (file, of): (&str, &str),
+        (from, one): (usize, &str),
+        (to, another): (usize, &str),
+    ) -> Option<Self> {
+        (one != another).then(|| Self {
+            file: file.to_owned(),
+            of: of.to_owned(),
+            from,
+            to: vec![to],
+            keys: changed(one, another),
+            unified: unified((from, one), (to, another)),
+        })
+    }
+
+    /// Which files differ.
+    fn heading(&self) -> String {
+        let to: Vec<String> = self.to.iter().map(usize::to_string).collect();
+        let (file, from, to, of) = (&self.file, self.from, to.join(", "), &self.of);
+        format!("{file} of record {from} -> {to}: {of}")
+    }
+
+    /// Its keys for a terminal of 80 columns, a line each.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut text = format!("{}\n", cut(&self.heading()));
+        for KeyChange { key, from, to } in self.keys.iter().take(MOST_KEYS) {
+            let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "absent".into());
+            let line = format!("    {key}: {} -> {}", value(from), value(to));
+            text += &format!("{}\n", cut(&line));
+        }
+        text + &match self.keys.len() {
+            0 => "    no key has another value: see the lines on the page\n".to_owned(),
+            count if count > MOST_KEYS => {
+                format!("    and {} more keys: on the page\n", count - MOST_KEYS)
+            }
+            _ => String::new(),
+        }
+    }
+
+    /// Its keys as a table, and both files line by line.
+    #[must_use]
+    pub fn html(&self) -> Html {
+        let value = |value: &Option<String>| match value {
+            Some(text) => html!("<td class=\"words\"><code>{}</code></td>", text),
+            None => html!("<td class=\"words\">absent</td>"),
+        };
+        let rows = self.keys.iter().map(|change| {
+            html!(
+                "<tr><th scope=\"row\"><code>{}</code></th>{}{}</tr>\n",
+                change.key,
+                value(&change.from),
+                value(&change.to)
+            )
+        });
+        let rows: Html = rows.collect();
+        let to: Vec<String> = self.to.iter().map(usize::to_string).collect();
+        let keys = match rows.is_empty() {
+            true => html!("<p>No key has another value.</p>\n"),
+            false => html!(
+                "<table><thead><tr><th>Key</th><th class=\"words\">Record {}</th>\
+                 <th class=\"words\">Record {}</th></tr></thead><tbody>\n{}</tbody></table>\n",
+                self.from,
+                to.join(", "),
+                rows
+            ),
+        };
+        let lines = match self.unified.is_empty() {
+            true => Html::default(),
+            false => html!("<pre>{}</pre>\n", self.unified),
+        };
+        html!("<h3>{}</h3>\n{}{}", self.heading(), keys, lines)
+    }
+}
+
+/// The line, cut to the columns of a terminal.
+pub(super) fn cut(line: &str) -> String {
+    match line.chars().count() <= WIDE {
+        true => line.to_owned(),
+        false => line.chars().take(WIDE - 1).chain(['…']).collect(),
+    }
+}
+
+/// Both texts, with what they differ in between lines that are the same.
+fn unified((from, one): (usize, &str), (to, another): (usize, &str)) -> String {
+    if one.lines().count().max(another.lines().count()) > MOST_LINES {
+        return String::new();
+    }
+    let diff = TextDiff::from_lines(one, another);
+    let mut unified = diff.unified_diff();
+    let heads = (format!("record {from}"), format!("record {to}"));
+    unified.header(&heads.0, &heads.1).to_string()
+}
+
+/// Keys whose values differ.
+fn changed(one: &str, another: &str) -> Vec<KeyChange> {
+    let (Some(one), Some(another)) = (values(one), values(another)) else {
+        return Vec::new();
+    };
+    let keys: BTreeSet<&String> = one.keys().chain(another.keys()).collect();
+    let changes = keys.into_iter().map(|key| KeyChange {
+        key: key.clone(),
+        from: one.get(key).cloned(),
+        to: another.get(key).cloned(),
+    });
+    changes.filter(|change| change.from != change.to).collect()
+}
+
+/// Every value of a TOML file by its path; nothing of what is none.
+fn values(text: &str) -> Option<BTreeMap<String, String>> {
+    let table: toml::Table = text.parse().ok()?;
+    let mut found = BTreeMap::new();
+    collect("", &Value::Table(table), &mut found);
+    Some(found)
+}
+
+fn collect(path: &str, value: &Value, found: &mut BTreeMap<String, String>) {
+    match value {
+        Value::Table(table) => {
+            for (key, value) in table {
+                let dot = if path.is_empty() { "" } else { "." };
+                collect(&format!("{path}{dot}{key}"), value, found);
+            }
+        }
+        Value::Array(list) if !list.is_empty() && list.iter().all(Value::is_table) => {
+            for (label, value) in labels(list).into_iter().zip(list) {
+                collect(&format!("{path}[{label}]"), value, found);
+            }
+        }
+        value => drop(found.insert(path.to_owned(), value.to_string())),
+    }
+}
+
+/// What tells the tables of a list apart: their `number`, their `channel`, or their place.
+fn labels(list: &[Value]) -> Vec<String> {
+    let by = |key: &str| -> Option<Vec<String>> {
+        let numbers = list.iter().map(|it| it.get(key)?.as_integer());
+        let numbers: BTreeSet<i64> = numbers.collect::<Option<_>>()?;
+        let word = if key == "number" { "" } else { "channel " };
+        let label = |it: &Value| Some(format!("{word}{}", it.get(key)?.as_integer()?));
+        (numbers.len() == list.len())
+            .then(|| list.iter().map(label).collect::<Option<_>>())
+            .flatten()
+    };
+    let places = || (1..=list.len()).map(|place| place.to_string()).collect();
+    by("number")
+        .or_else(|| by("channel"))
+        .unwrap_or_else(places)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ONE: &str = "title = \"a\"\n[[channel]]\nnumber = 2\nlimit = 28.0\n\
+                       [setpoints]\nvalues = [{ channel = 2, value = 26.0 }]\n";
+
+    fn change(key: &str, from: Option<&str>, to: Option<&str>) -> KeyChange {
+        KeyChange {
+            key: key.to_owned(),
+            from: from.map(str::to_owned),
+            to: to.map(str::to_owned),
+        }
+    }
+
+    #[test]
+    fn keys_are_named_by_their_channel() {
+        let another = ONE.replace("28.0", "30.0").replace("26.0", "20.0") + "rate_hz = 20\n";
+        let found = changed(ONE, &another);
+        let limit = change("channel[2].limit", Some("28.0"), Some("30.0"));
+        let rate = change("setpoints.rate_hz", None, Some("20"));
+        let key = "setpoints.values[channel 2].value";
+        let value = change(key, Some("26.0"), Some("20.0"));
+        assert_eq!(found, [limit, rate, value]);
+    }
+
+    #[test]
+    fn comments_change_no_key_and_stand_in_the_unified_diff() {
+        let another = format!("# for P07\n{ONE}");
+        assert_eq!(changed(ONE, &another), []);
+        let text = unified((1, ONE), (3, &another));
+        let head = "--- record 1\n+++ record 3\n@@ -1,3 +1,4 @@\n+# for P07\n title = \"a\"\n";
+        assert!(text.starts_with(head), "{text}");
+    }
+
+    #[test]
+    fn what_is_no_toml_or_too_long_is_no_mistake() {
+        assert_eq!(changed(ONE, "["), []);
+        let long = "a\n".repeat(MOST_LINES + 1);
+        assert_eq!(unified((1, ONE), (2, &long)), "");
+    }
+}

@@ -1,0 +1,198 @@
+//! The comparison as a page.
+
+use super::files::FileDifference;
+use super::pairs::{Group, groups};
+use super::sessions::of_group;
+use super::{CompareRow, Compared, compare_rows, overlay};
+use crate::html;
+use crate::report::doses::{HEADS as DOSE_HEADS, NOTE, cells as dose_cells, channel};
+use crate::report::page::figure;
+use crate::report::tables::{degrees, headed, newtons, seconds};
+use crate::report::{Html, trajectory};
+
+/// Trials with pictures; the tables have all.
+const MOST_DRAWN: usize = 8;
+/// Angles drawn.
+const MOST_ANGLES: usize = 24;
+
+const HEADS: [&str; 10] = [
+    "Record",
+    "Trial",
+    "length",
+    "RMSE",
+    "force",
+    "deepest",
+    "pulses",
+    "limit cycles",
+    "muscle model",
+    "",
+];
+
+/// What a page says of the records: their trials in numbers, what channels put out, angles,
+/// and how session files differ.
+#[must_use]
+pub fn compare_body(all: &[Compared]) -> Html {
+    let mut out = Html::default();
+    if all.iter().any(|compared| compared.is_simulated) {
+        out += html!("<p class=\"facts\"><b>Simulated wearer: no evidence about people.</b></p>\n");
+    }
+    let records = all.iter().map(|compared| {
+        let caveat = compared
+            .caveat
+            .as_ref()
+            .map(|text| html!(" <b>{}</b>", text));
+        html!(
+            "<li>{}: {}, <code>{}</code>{}</li>\n",
+            compared.title,
+            compared.device,
+            compared.name,
+            caveat.unwrap_or_default()
+        )
+    });
+    out += html!("<ol>\n{}</ol>\n", records.collect::<Html>());
+    let rows = compare_rows(all).into_iter().map(|row| {
+        let cells = cells(&row).map(|cell| html!("<td>{}</td>", cell));
+        html!(
+            "<tr><td>{}</td><th scope=\"row\">{}</th>{}</tr>\n",
+            row.number,
+            row.of.trial,
+            cells.into_iter().collect::<Html>()
+        )
+    });
+    out += headed(HEADS.into_iter(), &rows.collect());
+    let groups = groups(all);
+    for (title, body) in [
+        ("What channels put out", stimulation(&groups)),
+        ("Angle over time", angles(all)),
+        ("Session files", sessions(&groups)),
+    ] {
+        if !body.is_empty() {
+            out += html!("<section><h2>{}</h2>\n{}</section>\n", title, body);
+        }
+    }
+    out
+}
+
+fn cells(row: &CompareRow) -> [String; 8] {
+    let or_none = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
+    let marks = [
+        (row.damaged, "damaged"),
+        (!row.complete, "incomplete"),
+        (row.simulated, "simulated"),
+    ];
+    let marks = marks.into_iter().filter(|(is_so, _)| *is_so);
+    let marks: Vec<&str> = marks.map(|(_, word)| word).collect();
+    [
+        format!("{} s", seconds(row.of.duration_s)),
+        or_none(row.of.rmse_deg.map(degrees)),
+        or_none(row.of.rmse_n.map(newtons)),
+        or_none(row.of.deepest_deg.map(degrees)),
+        or_none(row.of.pulses.map(|count| count.to_string())),
+        row.of.limit_cycles.to_string(),
+        or_none(row.of.models.clone()),
+        marks.join(", "),
+    ]
+}
+
+/// Amplitudes laid over each other, and a row for each channel of each record.
+fn stimulation(groups: &[Group<'_>]) -> Html {
+    let mut out = Html::default();
+    // What differs comes first, for that is what is drawn where there are many.
+    let (differing, alike): (Vec<_>, Vec<_>) = groups.iter().partition(|group| group.differs());
+    let has_channels =
+        |group: &&&Group<'_>| group.trials.iter().any(|it| !it.1.row.channels.is_empty());
+    let ordered = differing.iter().chain(&alike).filter(has_channels);
+    for (place, group) in ordered.enumerate() {
+        out += html!("<h3>{}</h3>\n", group.name);
+        if place < MOST_DRAWN {
+            let lines = overlay::MOST_LINES;
+            let caption = match group.trials.len() > lines {
+                true => {
+                    "Amplitude of the latest burst; of the first six records. Of lines that \
+                         lie on each other the edges of the wider ones show."
+                }
+                false => {
+                    "Amplitude of the latest burst. Of lines that lie on each other the edges \
+                          of the wider ones show."
+                }
+            };
+            out += figure(&overlay::figure(group), caption);
+        }
+        out += dose_table(group);
+    }
+    match (out.is_empty(), groups.len() > MOST_DRAWN) {
+        (true, _) => out,
+        (false, is_many) => {
+            let more = match is_many {
+                true => {
+                    " Of many trials the first eight are drawn, those that differ before others."
+                }
+                false => "",
+            };
+            let note = format!("{NOTE} In bold: other than in the first row of the channel.{more}");
+            out + html!("<p class=\"note\">{}</p>\n", note)
+        }
+    }
+}
+
+fn dose_table(group: &Group<'_>) -> Html {
+    let all = group.trials.iter().flat_map(|(record, kept)| {
+        let channels = kept.row.channels.iter();
+        channels.map(move |dose| (dose.channel, *record, dose))
+    });
+    let mut all: Vec<_> = all.collect();
+    all.sort_by_key(|(channel, record, _)| (*channel, *record));
+    let mut rows = Html::default();
+    for own in all.chunk_by(|a, b| a.0 == b.0) {
+        let first = own.first().map(|(.., dose)| dose_cells(dose));
+        for (_, record, dose) in own {
+            let cells = dose_cells(dose);
+            let cells = cells.iter().enumerate().map(|(place, cell)| {
+                let is_other = first.as_ref().is_some_and(|first| first[place] != *cell);
+                match is_other {
+                    true => html!("<td><b>{}</b></td>", cell),
+                    false => html!("<td>{}</td>", cell),
+                }
+            });
+            rows += html!(
+                "<tr><th scope=\"row\">{}</th><td>{}</td>{}</tr>\n",
+                channel(dose),
+                *record,
+                cells.collect::<Html>()
+            );
+        }
+    }
+    headed(["Channel", "Record"].into_iter().chain(DOSE_HEADS), &rows)
+}
+
+/// Targets and angles; nothing where no angle matters.
+fn angles(all: &[Compared]) -> Html {
+    let numbered = all.iter().enumerate();
+    let traced = numbered.flat_map(|(position, compared)| {
+        let own = compared.trials.iter().map(|kept| &kept.traced);
+        let own = own.filter(|traced| traced.has_angle());
+        own.map(move |traced| traced.called(format!("{}: {}", position + 1, traced.name)))
+    });
+    let traced: Vec<_> = traced.collect();
+    let caption = match traced.len() > MOST_ANGLES {
+        true => "The first 24 trials.",
+        false => "",
+    };
+    match traced.is_empty() {
+        true => Html::default(),
+        false => {
+            let drawn = &traced[..traced.len().min(MOST_ANGLES)];
+            figure(&trajectory::figure_of(drawn), caption)
+        }
+    }
+}
+
+/// Keys with another value, and both files line by line.
+fn sessions(groups: &[Group<'_>]) -> Html {
+    let all: Vec<FileDifference> = groups.iter().flat_map(of_group).collect();
+    let are_held = groups.iter().any(|group| group.trials.len() > 1);
+    match all.is_empty() && are_held {
+        true => html!("<p>They are the same.</p>\n"),
+        false => all.iter().map(FileDifference::html).collect(),
+    }
+}

@@ -1,0 +1,64 @@
+//! Which trials of several records belong together.
+
+use super::{Compared, Kept};
+use std::collections::HashMap;
+
+/// Trials of several records that are held against each other.
+pub(super) struct Group<'a> {
+    /// Name of the first.
+    pub name: &'a str,
+    /// Number of the record, from 1, and its trial; of each record one at most.
+    pub trials: Vec<(usize, &'a Kept)>,
+}
+
+impl Group<'_> {
+    /// Whether the channels of any two put out something else.
+    pub(super) fn differs(&self) -> bool {
+        let channels = |n: usize| &self.trials[n].1.row.channels;
+        (1..self.trials.len()).any(|n| channels(n) != channels(0))
+    }
+}
+
+/// Trials of the same name, the first of a name with the first and so on, in the order in
+/// which they come. Where each record has one trial, and where no name is in two records,
+/// trials in the same place.
+pub(super) fn groups(all: &[Compared]) -> Vec<Group<'_>> {
+    let are_single = all.iter().all(|compared| compared.trials.len() == 1);
+    let by_name = match are_single {
+        true => Vec::new(),
+        false => grouped(all, named),
+    };
+    match by_name.iter().any(|group| group.trials.len() > 1) {
+        true => by_name,
+        false => grouped(all, |_, place| ("", place)),
+    }
+}
+
+/// Name of a trial, and the number of trials of that name before it.
+fn named(compared: &Compared, place: usize) -> (&str, usize) {
+    let name = |kept: &Kept| kept.row.trial == compared.trials[place].row.trial;
+    let before = compared.trials[..place].iter().filter(|kept| name(kept));
+    (&compared.trials[place].row.trial, before.count())
+}
+
+/// Trials of the same key, of each record one at most.
+fn grouped<'a>(
+    all: &'a [Compared],
+    key: fn(&'a Compared, usize) -> (&'a str, usize),
+) -> Vec<Group<'a>> {
+    let mut groups: Vec<Group<'a>> = Vec::new();
+    let mut places: HashMap<(&str, usize), usize> = HashMap::new();
+    for (position, compared) in all.iter().enumerate() {
+        for (place, kept) in compared.trials.iter().enumerate() {
+            let own = *places.entry(key(compared, place)).or_insert_with(|| {
+                groups.push(Group {
+                    name: &kept.row.trial,
+                    trials: Vec::new(),
+                });
+                groups.len() - 1
+            });
+            groups[own].trials.push((position + 1, kept));
+        }
+    }
+    groups
+}

@@ -1,0 +1,41 @@
+//! What differs between the session files of trials, and between their wearer files.
+
+use super::Compared;
+use super::files::FileDifference;
+use super::pairs::{Group, groups};
+
+/// Where the files of trials that belong together differ from those of the first record
+/// that has the trial.
+#[must_use]
+pub fn session_differences(all: &[Compared]) -> Vec<FileDifference> {
+    groups(all).iter().flat_map(of_group).collect()
+}
+
+/// The same of one group.
+pub(super) fn of_group(group: &Group<'_>) -> Vec<FileDifference> {
+    let mut found: Vec<(&str, FileDifference)> = Vec::new();
+    let Some(((from, first), others)) = group.trials.split_first() else {
+        return Vec::new();
+    };
+    for (to, other) in others {
+        let both = [
+            ("session.toml", &first.session, &other.session),
+            ("wearer.toml", &first.wearer, &other.wearer),
+        ];
+        for (file, one, another) in both {
+            let is_known = |(text, known): &&mut (&str, FileDifference)| {
+                known.file == file && *text == another.as_str()
+            };
+            if let Some((_, known)) = found.iter_mut().find(is_known) {
+                known.to.push(*to);
+                continue;
+            }
+            let whole = FileDifference::between((file, group.name), (*from, one), (*to, another));
+            found.extend(whole.map(|it| (another.as_str(), it)));
+        }
+    }
+    found
+        .into_iter()
+        .map(|(_, difference)| difference)
+        .collect()
+}

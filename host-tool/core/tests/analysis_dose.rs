@@ -1,0 +1,222 @@
+//! What channels put out, by their records: held against every edge of the simulated pins.
+
+use hal_sim::trace::{Edge, State, Trace};
+use host_core::analysis::{ChannelDose, doses};
+use host_core::record::Trial;
+use host_core::run::{Outputs, SessionFile, run_taken, simulated};
+use host_core::session::Session;
+
+/// The pins of one channel, edge by edge.
+#[derive(Clone, Default)]
+struct Pins {
+    /// mA for a code of the DAC.
+    ma_per_code: f64,
+    driven: Option<Edge>,
+    cathodic_uc: f64,
+    anodic_uc: f64,
+    square: f64,
+    most_ma: f64,
+    most_uc: f64,
+    widths_us: Vec<u64>,
+    /// First phases.
+    starts_us: Vec<u64>,
+    first: Option<State>,
+}
+
+struct AllPins(Vec<Pins>);
+
+impl AllPins {
+    fn of(session: &Session) -> Self {
+        let mut pins = vec![Pins::default(); 10];
+        for channel in &session.channels {
+            let spec = &channel.spec;
+            let full_ma = match spec.stage {
+                firmware::safety::StageSpec::Current { full_scale_ua } => {
+                    full_scale_ua as f64 / 1e3
+                }
+                firmware::safety::StageSpec::Voltage {
+                    full_scale_mv,
+                    load_ohm,
+                } => f64::from(full_scale_mv) / f64::from(load_ohm),
+            };
+            let own = &mut pins[usize::from(channel.index())];
+            own.ma_per_code = full_ma / 65_535.0;
+            own.first = Some(match spec.train.shape.cathodic_first() {
+                true => State::Cathodic,
+                false => State::Anodic,
+            });
+        }
+        Self(pins)
+    }
+}
+
+impl Outputs for AllPins {
+    fn take(&mut self, piece: &Trace, epoch_us: u64) {
+        for edge in piece.edges_from(epoch_us) {
+            let own = &mut self.0[usize::from(edge.channel)];
+            if let Some(begun) = own.driven.take().filter(|it| it.dac_code > 0) {
+                let width_us = edge.t_us - begun.t_us;
+                let ma = f64::from(begun.dac_code) * own.ma_per_code;
+                let uc = ma * width_us as f64 / 1e3;
+                match begun.state {
+                    State::Cathodic => own.cathodic_uc += uc,
+                    _ => own.anodic_uc += uc,
+                }
+                own.square += ma * ma * width_us as f64 / 1e6;
+                own.most_ma = own.most_ma.max(ma);
+                own.most_uc = own.most_uc.max(uc);
+                own.widths_us.push(width_us);
+                if own.first == Some(begun.state) {
+                    own.starts_us.push(begun.t_us - epoch_us);
+                }
+            }
+            own.driven = edge.state.is_driven().then_some(edge);
+        }
+    }
+
+    fn end(&mut self, _: u64) {}
+}
+
+fn shipped(name: &str) -> String {
+    let path = format!("{}/../sessions/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(path).unwrap()
+}
+
+fn played(text: &str) -> (Trial, AllPins) {
+    let file = SessionFile::parse("played.toml", text).unwrap();
+    let boot = firmware::units::Micros::new(0);
+    let device = Box::new(hal_sim::native::native(boot));
+    let port = simulated(&file.session, 1, device, boot).unwrap();
+    let mut pins = AllPins::of(&file.session);
+    let (outcome, _) = run_taken(&file, port, None, |_| (), &mut pins);
+    assert!(outcome.error.is_none(), "{:?}", outcome.error);
+    (outcome.trial, pins)
+}
+
+/// What a record tells of a channel is what its pins did, but for the last burst of a
+/// stretch.
+fn judge(name: &str, dose: &ChannelDose, pins: &Pins, duration_s: f64) {
+    let at = format!("{name}, channel {}", dose.channel);
+    let near = |what: &str, told: Option<f64>, exact: f64, missed: f64| {
+        let told = told.unwrap();
+        let slack = missed + 5e-4 * exact;
+        assert!(
+            (told - exact).abs() <= slack,
+            "{at}: {what} {told}, not {exact}"
+        );
+    };
+    let (pulses, exact) = (dose.pulses.unwrap(), pins.starts_us.len() as u64);
+    let bursts = match pins.starts_us.windows(2).any(|two| two[1] - two[0] < 2_000) {
+        true => 2, // doublets
+        false => 1,
+    };
+    let most = bursts * dose.stretches.unwrap();
+    assert!(
+        pulses <= exact && exact <= pulses + most,
+        "{at}: {pulses} pulses, not {exact}"
+    );
+    near(
+        "charge per phase",
+        dose.charge_per_phase_uc,
+        pins.most_uc,
+        0.0,
+    );
+    let missed_uc = (exact - pulses) as f64 * pins.most_uc;
+    near(
+        "cathodic charge",
+        dose.cathodic_uc,
+        pins.cathodic_uc,
+        missed_uc,
+    );
+    near("anodic charge", dose.anodic_uc, pins.anodic_uc, missed_uc);
+    let exact_ma = (pins.square / duration_s).sqrt();
+    let part = missed_uc / (pins.cathodic_uc + pins.anodic_uc).max(1e-9);
+    near("rms", dose.rms_ma, exact_ma, exact_ma * part);
+    let widths = dose.width_us.unwrap_or_default();
+    let seen = pins.widths_us.iter().min().zip(pins.widths_us.iter().max());
+    let seen = seen.map_or((0.0, 0.0), |(low, high)| (*low as f64, *high as f64));
+    assert_eq!(widths, seen, "{at}: widths");
+}
+
+#[test]
+fn doses_are_what_the_pins_did() {
+    let sessions = [
+        "open_finger",
+        "trigger",
+        "ten_channels",
+        "full_load",
+        "force_ramp",
+        "gentle_force",
+        "ten_forces",
+        "lift",
+        "endpoint_force",
+    ];
+    for name in sessions {
+        let (trial, pins) = played(&shipped(name));
+        let doses = doses(&trial);
+        assert_eq!(doses.len(), trial.channels.len(), "{name}");
+        for dose in doses {
+            let own = &pins.0[usize::from(dose.channel) - 1];
+            judge(name, &dose, own, trial.duration_s);
+        }
+    }
+}
+
+/// Its amplitude rises over 200 ms to 26 V, which 2 kΩ turn into 13 mA.
+#[test]
+fn a_voltage_stage_is_told_in_volts_and_charged_through_its_load() {
+    let (trial, _) = played(&shipped("open_finger"));
+    let all = doses(&trial);
+    let [one, silent] = all.as_slice() else {
+        panic!("{all:?}");
+    };
+    assert_eq!((one.peak, one.unit.as_str()), (26.0, "V"));
+    assert_eq!(one.charge_per_phase_uc, Some(26.0 / 2.0 * 200.0 / 1e3));
+    assert_eq!(one.anodic_uc, Some(0.0));
+    assert_eq!(one.stretches, Some(1));
+    // Monophasic: one phase of 200 µs each, 13 mA but for the rise.
+    assert_eq!(one.pulses, trial.pulses);
+    let on_s = one.on_time_s.unwrap();
+    assert!(
+        (on_s - one.pulses.unwrap() as f64 / 20.0).abs() < 1e-9,
+        "{on_s}"
+    );
+    assert_eq!((silent.peak, silent.pulses), (0.0, Some(0)));
+    assert_eq!((silent.width_us, silent.rms_ma), (None, Some(0.0)));
+}
+
+/// Ten pulses at 50 Hz on each edge, an edge a second.
+#[test]
+fn on_time_has_a_stretch_for_each_trigger() {
+    let (trial, _) = played(&shipped("trigger"));
+    for dose in doses(&trial) {
+        let stretches = dose.stretches.unwrap();
+        assert_eq!(dose.pulses, Some(10 * stretches));
+        let on_s = dose.on_time_s.unwrap();
+        assert!((on_s - 0.2 * stretches as f64).abs() < 1e-9, "{on_s}");
+    }
+}
+
+#[test]
+fn a_live_width_and_a_list_are_told_as_far_as_rows_go() {
+    let (trial, pins) = played(&shipped("width_ramp"));
+    let all = doses(&trial);
+    judge("width_ramp", &all[0], &pins.0[0], trial.duration_s);
+    assert_eq!(all[0].width_us, Some((10.0, 300.0)));
+    // Rows do not tell when pulses of a list come.
+    assert_eq!((all[1].pulses, all[1].cathodic_uc), (None, None));
+}
+
+/// A record without its session file tells amplitudes and nothing that rests on a train.
+#[test]
+fn without_a_session_file_only_the_peak_is_known() {
+    let (trial, _) = played(&shipped("open_finger"));
+    let bare = Trial {
+        session_text: String::new(),
+        ..trial
+    };
+    let all = doses(&bare);
+    assert_eq!(all[0].peak, 26.0);
+    assert_eq!(all[0].on_time_s, None);
+    assert_eq!(all[0].rms_ma, None);
+}

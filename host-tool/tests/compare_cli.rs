@@ -1,0 +1,249 @@
+//! `flexor compare`: what differs between stimulations, experiments and sweeps.
+
+use super::program::{folder, ran, written};
+use super::record_again::{failed, shortened, told};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Two open-loop sessions of half a second, of which the second is stronger on channel 2.
+fn sessions(test: &str) -> PathBuf {
+    let folder = folder(test);
+    let file = shortened(&folder, "ten_channels.toml", 0.5);
+    let text = fs::read_to_string(folder.join(file)).unwrap();
+    let stronger = text.replace(
+        "{ channel = 2, value = 6.0 }",
+        "{ channel = 2, value = 8.0 }",
+    );
+    assert_ne!(text, stronger);
+    written(&folder, "stronger.toml", stronger);
+    folder
+}
+
+fn line<'a>(lines: &[&'a str], begins: &str) -> &'a str {
+    let mut found = lines.iter().filter(|line| line.starts_with(begins));
+    found
+        .next()
+        .unwrap_or_else(|| panic!("{begins}: {lines:?}"))
+}
+
+/// The commands of docs/record.md, in a folder with the sessions that they name.
+#[test]
+fn the_commands_of_the_document_show_what_differs() {
+    let folder = sessions("compare_differs");
+    let document = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/record.md");
+    let document = fs::read_to_string(document).unwrap();
+    let (_, section) = document.split_once("## Comparing stimulations").unwrap();
+    let (section, _) = section.split_once("\n## ").unwrap();
+    let commands = section
+        .lines()
+        .filter_map(|it| it.strip_prefix("    flexor "));
+    let commands: Vec<&str> = commands.collect();
+    assert_eq!(commands.len(), 3, "{commands:?}");
+    let mut text = String::new();
+    for command in commands {
+        let arguments: Vec<&str> = command.split(' ').collect();
+        let (exit, said, error) = ran(&folder, &arguments);
+        assert_eq!(exit, Some(0), "{command}: {error}");
+        text = said;
+    }
+    let lines: Vec<&str> = text.lines().collect();
+    for line in lines.iter().filter(|line| !line.starts_with("page:")) {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+    // Channel 2 alone differs: 25 pulses of 200 µs that rise to 6 or 8 mA.
+    let place = lines
+        .iter()
+        .position(|it| it.starts_with("  channel 2 "))
+        .unwrap();
+    let peaks: Vec<&str> = lines[place + 1..][..2]
+        .iter()
+        .map(|it| it[..14].trim())
+        .collect();
+    assert_eq!(peaks, ["1   6.00 mA", "2   8.00 mA"]);
+    let change = line(&lines, "    setpoints.values[channel 2].value");
+    assert!(change.ends_with(": 6.0 -> 8.0"), "{change}");
+}
+
+fn channel(json: &Value, row: usize, number: usize) -> &Value {
+    &json["rows"][row]["channels"][number - 1]
+}
+
+#[test]
+fn json_and_page_have_doses_traces_and_files() {
+    let folder = sessions("compare_page_parts");
+    told(&folder, "run ten_channels.toml --out one");
+    told(&folder, "run stronger.toml --out two");
+    let json = told(&folder, "compare one two --out both");
+    let number = |row: usize, of: usize, key: &str| channel(&json, row, of)[key].as_f64().unwrap();
+    assert_eq!(number(0, 2, "peak"), 6.0);
+    assert_eq!(number(1, 2, "peak"), 8.0);
+    assert_eq!(number(1, 2, "charge_per_phase_uc"), 1.6);
+    let grows = number(1, 2, "cathodic_uc") / number(0, 2, "cathodic_uc");
+    assert!(grows > 1.2 && grows < 8.0 / 6.0 + 1e-9, "{grows}");
+    assert_eq!(channel(&json, 0, 3), channel(&json, 1, 3));
+    let keys = &json["files"][0]["keys"];
+    let wanted = serde_json::json!([{
+        "key": "setpoints.values[channel 2].value", "from": "6.0", "to": "8.0",
+    }]);
+    assert_eq!(*keys, wanted);
+    let unified = json["files"][0]["unified"].as_str().unwrap();
+    assert!(
+        unified.starts_with("--- record 1\n+++ record 2\n@@"),
+        "{unified}"
+    );
+
+    let page = fs::read_to_string(folder.join("both/compare.html")).unwrap();
+    assert!(
+        page.contains("<td><b>8.00 mA</b></td>"),
+        "what differs is bold"
+    );
+    assert!(page.contains("--- record 1\n+++ record 2"), "line by line");
+    let (_, figure) = page
+        .split_once("aria-label=\"Amplitude of every channel")
+        .unwrap();
+    let (figure, _) = figure.split_once("</svg>").unwrap();
+    // Two lines for each of eleven panels or more, and two in the legend.
+    let channels = json["rows"][0]["channels"].as_array().unwrap().len();
+    let lines = figure.matches("stroke-width=\"4\"").count();
+    assert_eq!(lines, channels + 1);
+
+    // The summary of a record has the same numbers.
+    let summary = fs::read_to_string(folder.join("two/summary.json")).unwrap();
+    let summary: Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(
+        summary["trials"][0]["channels"],
+        json["rows"][1]["channels"]
+    );
+}
+
+#[test]
+fn the_same_session_twice_differs_in_nothing() {
+    let folder = sessions("compare_same");
+    told(&folder, "run ten_channels.toml --out one");
+    told(&folder, "run ten_channels.toml --out two");
+    let (_, text, _) = ran(&folder, &["compare", "one", "two"]);
+    assert!(
+        text.contains("Every channel put out the same in each record."),
+        "{text}"
+    );
+    assert!(text.contains("The session files are the same."), "{text}");
+    let json = told(&folder, "compare one two");
+    assert_eq!(json["files"], serde_json::json!([]));
+}
+
+#[test]
+fn the_page_of_an_open_loop_begins_with_what_channels_put_out() {
+    let folder = sessions("compare_open_loop");
+    told(&folder, "run ten_channels.toml --out one");
+    let page = fs::read_to_string(folder.join("one/report.html")).unwrap();
+    let (begin, _) = page.split_once("<section>").unwrap();
+    assert!(
+        begin.contains("Amplitude of every channel over time"),
+        "{begin}"
+    );
+    for head in ["peak", "µC/phase", "charge µC", "rms mA", "on-time s"] {
+        assert!(begin.contains(&format!("<th>{head}</th>")), "{head}");
+    }
+    assert!(
+        begin.contains("<td>6.00 mA</td><td>1.20</td><td>±"),
+        "{begin}"
+    );
+    assert_eq!(
+        page.matches("Amplitude of every channel over time").count(),
+        1
+    );
+}
+
+#[test]
+fn every_folder_that_cannot_be_compared_is_named() {
+    let folder = sessions("compare_mistakes");
+    told(&folder, "run ten_channels.toml --out one");
+    fs::create_dir(folder.join("empty")).unwrap();
+    fs::create_dir(folder.join("begun")).unwrap();
+    written(&folder, "begun/sweep.json", "{}");
+    let (exit, error) = failed(&folder, "compare one absent empty ./one begun");
+    assert_eq!(exit, Some(1));
+    for says in [
+        "E588 4 of 5 folders cannot be compared:",
+        "\nE593 absent is no record",
+        "\nE593 empty is no record",
+        "\nE518 ./one is the folder one again",
+        "\nE518 begun holds a sweep without a result",
+    ] {
+        assert!(error.contains(says), "{says}: {error}");
+    }
+    let (exit, error) = failed(&folder, "compare one ./one");
+    assert_eq!(exit, Some(2));
+    assert!(
+        error.contains("E518 ./one is the folder one again"),
+        "{error}"
+    );
+    assert!(!folder.join("out").exists());
+}
+
+const DECLARATION: &str = "name = \"own\"\ntitle = \"Own\"\nsource = \"nobody\"\n\
+    session = \"ten_channels.toml\"\nseed = 3\ndraws = 2\nmeasures = [\"charge_mc\"]\n\
+    [[factor]]\nname = \"gap\"\n[[factor.level]]\nname = \"none\"\n\
+    [[factor.level]]\nname = \"longer\"\nset = { \"setpoints.rate_hz\" = 25 }\n";
+
+/// Records of experiments have trials and results, sweeps results, runs trials.
+#[test]
+fn experiments_and_sweeps_are_compared_by_what_they_have_in_common() {
+    let folder = sessions("compare_kinds");
+    written(&folder, "own.toml", DECLARATION);
+    let louder = DECLARATION.replace("seed = 3", "seed = 4");
+    written(&folder, "other.toml", louder);
+    told(&folder, "run ten_channels.toml --out run");
+    told(&folder, "experiment own.toml --draws 0 --out first");
+    told(&folder, "experiment other.toml --draws 0 --out second");
+    told(&folder, "sweep own.toml --out sweep");
+
+    let both = told(&folder, "compare first second --out both");
+    assert_eq!(both["rows"].as_array().unwrap().len(), 4);
+    let rows = both["results"].as_array().unwrap();
+    let row = rows
+        .iter()
+        .find(|row| row["id"] == "none/charge_mc")
+        .unwrap();
+    let told_mc = row["values"][0]["value"].as_f64().unwrap();
+    assert_eq!(row["values"].as_array().unwrap().len(), 2);
+    // The measure holds amplitudes until the next row; doses count pulses.
+    let channels = both["rows"][0]["channels"].as_array().unwrap();
+    let uc = channels
+        .iter()
+        .map(|it| it["cathodic_uc"].as_f64().unwrap());
+    let counted_mc = uc.sum::<f64>() / 1e3;
+    assert!(
+        (counted_mc / told_mc - 1.0).abs() < 0.05,
+        "{counted_mc} {told_mc}"
+    );
+    let key = &both["declarations"][0]["keys"][0];
+    assert_eq!((&key["key"], &key["to"]), (&"seed".into(), &"4".into()));
+
+    let mixed = told(&folder, "compare first sweep --out mixed");
+    assert_eq!(mixed["rows"], serde_json::json!([]));
+    assert!(!mixed["results"].as_array().unwrap().is_empty());
+    let page = fs::read_to_string(folder.join("mixed/compare.html")).unwrap();
+    assert!(page.contains("<h2>Results</h2>") && !page.contains("What channels put out"));
+
+    let trials = told(&folder, "compare run first --out trials");
+    assert_eq!(trials["rows"].as_array().unwrap().len(), 3);
+    assert_eq!(trials["results"], serde_json::json!([]));
+    // No name in common: the first trial with the first.
+    let (_, text, _) = ran(&folder, &["compare", "run", "first"]);
+    assert!(text.contains("1 trial is in one record only"), "{text}");
+    assert!(text.contains("    no key has another value"), "{text}");
+
+    let (exit, error) = failed(&folder, "compare run sweep");
+    assert_eq!(exit, Some(2));
+    let says = "run is a record without a result, sweep is a result without recorded trials";
+    assert!(error.contains("E518") && error.contains(says), "{error}");
+    for line in ["compare first second", "compare first sweep"] {
+        let arguments: Vec<&str> = line.split(' ').collect();
+        let (_, text, _) = ran(&folder, &arguments);
+        for line in text.lines().filter(|line| !line.starts_with("page:")) {
+            assert!(line.chars().count() <= 80, "{line}");
+        }
+    }
+}
