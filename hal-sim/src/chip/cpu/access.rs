@@ -1,8 +1,9 @@
-//! Data accesses of instructions: alignment, MPU, private bus or `Bus`.
+//! Data accesses of instructions: alignment, MPU, private bus, bit-band alias or `Bus`.
 
+use super::bit_band::Bit;
 use super::bus::Denied;
 use super::system::{actlr, ccr};
-use super::{Bus, Cpu, Fault, Size, Trap, Trapped};
+use super::{Bus, Cpu, Fault, Size, Stop, Trap, Trapped};
 use crate::chip::Cycle;
 
 /// Start of the peripheral regions: from here on an access can bring an event
@@ -94,10 +95,11 @@ impl Cpu {
             self.pass(at.wrapping_sub(start));
             return Ok(value);
         }
-        match bus.read(address, size, at) {
+        let bit = Bit::of(address, size);
+        match bus.read(bit.map_or(address, |bit| bit.address), size, at) {
             Ok(read) => {
                 self.pass(at.wrapping_sub(start).wrapping_add(read.wait.into()));
-                Ok(read.value)
+                Ok(bit.map_or(read.value, |bit| bit.read_from(read.value)))
             }
             Err(denied) => Err(Trap::data(denied, address, self.registers.r[15])),
         }
@@ -130,7 +132,11 @@ impl Cpu {
             self.pipeline.buffer = at.wrapping_add(1);
             return Ok(());
         }
-        match bus.write(address, size, value, at) {
+        let written = match Bit::of(address, size) {
+            Some(bit) => bit.write(bus, size, value, at),
+            None => bus.write(address, size, value, at),
+        };
+        match written {
             Ok(wait) => {
                 let wait = Cycle::from(wait);
                 self.pipeline.buffer = at.wrapping_add(1 + wait);
@@ -187,6 +193,16 @@ impl Cpu {
             (Size::Word, _) => &[Size::Byte, Size::Half, Size::Byte],
             _ => &[Size::Byte, Size::Byte],
         }
+    }
+
+    /// Refuses an exclusive access to an alias, which the core does not support (TRM 3.6).
+    pub(super) fn check_exclusive(&self, address: u32, size: Size) -> Trapped {
+        if Bit::of(address, size).is_some() {
+            let what = "an exclusive access to a bit-band alias";
+            let pc = self.registers.r[15];
+            return Err(Stop::Access { address, pc, what }.into());
+        }
+        Ok(())
     }
 
     /// Refuses an unaligned address.
