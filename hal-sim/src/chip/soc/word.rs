@@ -1,4 +1,4 @@
-//! Sub-word reads of 32-bit registers.
+//! Accesses to a part of a 32-bit register.
 
 use crate::chip::cpu::Size;
 
@@ -11,5 +11,44 @@ pub const fn part(word: u32, offset: u32, size: Size) -> u32 {
         Size::Word => word,
         Size::Half => word >> ((offset & 2) * 8) & 0xFFFF,
         Size::Byte => word >> ((offset & 3) * 8) & 0xFF,
+    }
+}
+
+/// What a write puts on the byte lanes of a word, and which of them count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lanes {
+    /// All lanes; those that do not count are 0.
+    pub value: u32,
+    mask: u32,
+}
+
+impl Lanes {
+    /// All four bytes.
+    pub const fn whole(value: u32) -> Self {
+        let mask = u32::MAX;
+        Self { value, mask }
+    }
+
+    /// The bytes that an access of `size` at `offset` writes.
+    pub const fn of(offset: u32, size: Size, value: u32) -> Self {
+        let (shift, mask) = match size {
+            Size::Word => (0, u32::MAX),
+            Size::Half => ((offset & 2) * 8, 0xFFFF),
+            Size::Byte => ((offset & 3) * 8, 0xFF),
+        };
+        Self {
+            value: (value & mask) << shift,
+            mask: mask << shift,
+        }
+    }
+
+    /// Whether all bytes are written.
+    pub const fn is_whole(self) -> bool {
+        self.mask == u32::MAX
+    }
+
+    /// What becomes of a register that holds `old`.
+    pub const fn over(self, old: u32) -> u32 {
+        old & !self.mask | self.value
     }
 }
