@@ -24,7 +24,7 @@ pub mod timing;
 pub use bus::{Bus, Size};
 pub use registers::Registers;
 pub use run::Observer;
-pub use stop::{Fault, Stop, Trap, Trapped};
+pub use stop::{Access, Fault, Stop, Trap, Trapped};
 
 use super::Cycle;
 
