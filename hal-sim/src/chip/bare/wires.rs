@@ -75,6 +75,11 @@ impl Wires {
         self.edges.drain(..)
     }
 
+    /// Level of pin `pin` of `port` (0 is A) now; low beyond I and 15.
+    pub fn level(&self, port: usize, pin: usize) -> bool {
+        self.soc.playback.gpio.level(port, pin)
+    }
+
     /// How often each pin changed since power-on, by port (0 is A) and pin.
     pub const fn toggles(&self) -> &[[u64; 16]; PORTS] {
         &self.toggles
