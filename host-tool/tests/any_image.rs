@@ -14,7 +14,10 @@ const CODE: u32 = 0x0800_0040;
 fn elf(main: &[u16]) -> Vec<u8> {
     let handler = CODE + 2 * main.len() as u32;
     let mut flash = Vec::new();
-    for word in [0x2001_0000, CODE + 1, handler + 1, handler + 1].into_iter().chain([0; 12]) {
+    for word in [0x2001_0000, CODE + 1, handler + 1, handler + 1]
+        .into_iter()
+        .chain([0; 12])
+    {
         flash.extend(u32::to_le_bytes(word));
     }
     let code = main.iter().chain(&[0xE7FE]);
@@ -133,7 +136,15 @@ fn edges(dump: &Path, pin: &str) -> (Vec<u64>, u64) {
 #[test]
 fn pins_are_dumped_and_counted_for_as_long_as_was_asked() {
     let folder = with("pins", &blink());
-    let command = ["--json", "chip", "image.elf", "--for", "20ms", "--vcd", "pins.vcd"];
+    let command = [
+        "--json",
+        "chip",
+        "image.elf",
+        "--for",
+        "20ms",
+        "--vcd",
+        "pins.vcd",
+    ];
     let (exit, told) = json(ran(&folder, &command));
     assert_eq!((exit, &told["ended"]), (Some(0), &"time".into()), "{told}");
     let seconds = told["seconds"].as_f64().unwrap();
@@ -145,13 +156,22 @@ fn pins_are_dumped_and_counted_for_as_long_as_was_asked() {
     assert_eq!(end, (seconds * 1e9).round() as u64);
     // Two thousand turns of a loop, each as long as the other.
     let gaps: Vec<u64> = found.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    assert!(gaps.iter().all(|gap| gap.abs_diff(gaps[0]) < 1_000), "{gaps:?}");
-    assert_eq!(told["function"].as_str().unwrap().split(' ').next(), Some("main"));
+    assert!(
+        gaps.iter().all(|gap| gap.abs_diff(gaps[0]) < 1_000),
+        "{gaps:?}"
+    );
+    assert_eq!(
+        told["function"].as_str().unwrap().split(' ').next(),
+        Some("main")
+    );
 
     // The same for people; a file that is there stays.
     let (exit, out, _) = ran(&folder, &["chip", "image.elf", "--for", "20ms"]);
     assert_eq!(exit, Some(0));
-    assert!(out.contains(&format!("pin PA5: {} edges", found.len())), "{out}");
+    assert!(
+        out.contains(&format!("pin PA5: {} edges", found.len())),
+        "{out}"
+    );
     let (exit, _, error) = ran(&folder, &command[1..]);
     assert_eq!(exit, Some(1));
     assert!(error.contains("E587"), "{error}");
@@ -166,7 +186,10 @@ fn a_program_s_own_end_is_the_command_s() {
     let folder = with("exit", &greet(0));
     let (exit, out, _) = ran(&folder, &["chip", "image.elf", "--uart"]);
     assert_eq!(exit, Some(0));
-    assert!(out.starts_with("hiok\n") || out.starts_with("ok\nhi"), "{out}");
+    assert!(
+        out.starts_with("hiok\n") || out.starts_with("ok\nhi"),
+        "{out}"
+    );
     assert!(out.contains("with status 0"), "{out}");
     let (_, out, _) = ran(&folder, &["chip", "image.elf"]);
     assert!(out.starts_with("ok\n"), "not asked for: {out}");
@@ -183,10 +206,17 @@ fn a_program_s_own_end_is_the_command_s() {
 
 #[test]
 fn faults_and_lock_ups_are_named_with_registers_and_function() {
-    let folder = with("fault", &[&set(3, 7)[..], &set(0, 0x4002_5000), &[0x6801]].concat());
+    let folder = with(
+        "fault",
+        &[&set(3, 7)[..], &set(0, 0x4002_5000), &[0x6801]].concat(),
+    );
     let (exit, out, error) = ran(&folder, &["chip", "image.elf", "--for", "10s"]);
     assert_eq!(exit, Some(1));
-    for part in ["E559 image.elf", "HardFault: a bus error of data at 0x40025000", "main + 0x10"] {
+    for part in [
+        "E559 image.elf",
+        "HardFault: a bus error of data at 0x40025000",
+        "main + 0x10",
+    ] {
         assert!(error.contains(part), "{error}");
     }
     for part in ["r3 0x00000007", "cfsr 0x00008200", "pc 0x08000050"] {
@@ -199,7 +229,12 @@ fn faults_and_lock_ups_are_named_with_registers_and_function() {
     let (exit, told) = json(ran(&folder, &["--json", "chip", "lock.elf"]));
     assert_eq!((exit, &told["ended"]), (Some(1), &"stopped".into()));
     let error = told["error"].as_str().unwrap();
-    for part in ["E558 lock.elf", "locked up", "an undefined instruction", "main + 0x0"] {
+    for part in [
+        "E558 lock.elf",
+        "locked up",
+        "an undefined instruction",
+        "main + 0x0",
+    ] {
         assert!(error.contains(part), "{error}");
     }
 }
@@ -211,7 +246,13 @@ fn what_is_not_modelled_is_named_with_register_and_function() {
     let (exit, told) = json(ran(&folder, &["--json", "chip", "image.elf"]));
     assert_eq!(exit, Some(1));
     let error = told["error"].as_str().unwrap();
-    for part in ["E558", "UART4_BRR", "0x40004c08", "written with 0x0000016d", "(in main + 0x22)"] {
+    for part in [
+        "E558",
+        "UART4_BRR",
+        "0x40004c08",
+        "written with 0x0000016d",
+        "(in main + 0x22)",
+    ] {
         assert!(error.contains(part), "{error}");
     }
 }
@@ -219,7 +260,10 @@ fn what_is_not_modelled_is_named_with_register_and_function() {
 #[test]
 fn a_core_that_sleeps_for_ever_is_no_failure_and_is_told() {
     let folder = with("asleep", &[0xBF30, 0xE7FD]);
-    let (exit, told) = json(ran(&folder, &["--json", "chip", "image.elf", "--for", "60s"]));
+    let (exit, told) = json(ran(
+        &folder,
+        &["--json", "chip", "image.elf", "--for", "60s"],
+    ));
     assert_eq!((exit, &told["sleeps_for_good"]), (Some(0), &true.into()));
     assert_eq!(told["instructions"], 1);
 }
@@ -227,7 +271,12 @@ fn a_core_that_sleeps_for_ever_is_no_failure_and_is_told() {
 #[test]
 fn nonsense_is_refused_before_anything_runs() {
     let folder = with("nonsense", &blink());
-    for (time, why) in [("5", "unit"), ("0s", "1us"), ("2h", "unit"), ("4000s", "3600s")] {
+    for (time, why) in [
+        ("5", "unit"),
+        ("0s", "1us"),
+        ("2h", "unit"),
+        ("4000s", "3600s"),
+    ] {
         let (exit, _, error) = ran(&folder, &["chip", "image.elf", "--for", time]);
         assert_eq!(exit, Some(2), "{error}");
         assert!(error.contains("E518") && error.contains(why), "{error}");
@@ -235,7 +284,11 @@ fn nonsense_is_refused_before_anything_runs() {
     let (exit, _, error) = ran(&folder, &["chip", "image.elf", "--usb=tcp:0.0.0.0:0"]);
     assert_eq!(exit, Some(2), "{error}");
     assert!(error.contains("of this computer"), "{error}");
-    written(&folder, "notes.elf", "no ELF, but a text that is longer than its header");
+    written(
+        &folder,
+        "notes.elf",
+        "no ELF, but a text that is longer than its header",
+    );
     let (exit, _, error) = ran(&folder, &["chip", "notes.elf"]);
     assert_eq!(exit, Some(1));
     assert!(error.contains("E531 notes.elf"), "{error}");
@@ -246,11 +299,18 @@ fn nonsense_is_refused_before_anything_runs() {
 #[test]
 fn the_usb_port_is_offered_at_a_socket() {
     let folder = with("usb", &blink());
-    let mut command = flexor(&folder, &["--json", "chip", "image.elf", "--usb", "--for", "2s"]);
+    let mut command = flexor(
+        &folder,
+        &["--json", "chip", "image.elf", "--usb", "--for", "2s"],
+    );
     let mut running = command.stdout(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(running.stdout.take().unwrap()).lines();
     let place: Value = serde_json::from_str(&lines.next().unwrap().unwrap()).unwrap();
-    let place = place["usb_at"].as_str().unwrap().strip_prefix("tcp:").unwrap();
+    let place = place["usb_at"]
+        .as_str()
+        .unwrap()
+        .strip_prefix("tcp:")
+        .unwrap();
     let _client = std::net::TcpStream::connect(place).unwrap();
     let told: Value = serde_json::from_str(&lines.next().unwrap().unwrap()).unwrap();
     assert_eq!(told["usb"], "no serial port appeared");
@@ -274,7 +334,9 @@ fn a_signal_ends_it_with_a_dump_that_is_whole() {
         std::thread::sleep(Duration::from_millis(10));
     }
     let number = running.id().to_string();
-    let sent = std::process::Command::new("kill").args(["-INT", &number]).status();
+    let sent = std::process::Command::new("kill")
+        .args(["-INT", &number])
+        .status();
     assert!(sent.unwrap().success());
     let output = running.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
@@ -302,7 +364,10 @@ fn the_commands_of_the_document_run() {
         .collect();
     assert!(shown.len() >= 4, "{shown:?}");
     for line in shown {
-        let arguments: Vec<&str> = ["chip"].into_iter().chain(line.split_whitespace()).collect();
+        let arguments: Vec<&str> = ["chip"]
+            .into_iter()
+            .chain(line.split_whitespace())
+            .collect();
         let (exit, _, error) = ran(&folder, &arguments);
         assert_eq!(exit, Some(0), "{FLEXOR} {line}: {error}");
     }

@@ -7,6 +7,7 @@ use super::{Bar, Incomplete, Output, interrupt, wrong};
 use anyhow::Context;
 use clap::Args;
 use hal_sim::chip::bare::{Bare, Ending};
+use hal_sim::chip::cpu::Stop;
 use hal_sim::chip::image::Image;
 use hal_sim::chip::soc::gpio::PORTS;
 use hal_sim::trace::Dump;
@@ -185,8 +186,9 @@ fn failure(image: &Path, bare: &Bare, ending: Ending) -> Option<anyhow::Error> {
         ),
         Ending::Stopped(stop) => {
             let (_, function) = bare.place();
-            let why = match fault.filter(|_| bare.is_in_handler()) {
-                Some(fault) => format!("{stop}, in a handler after {}", fault.describe(symbols)),
+            let is_lock_up = matches!(stop, Stop::LockUp { .. });
+            let why = match fault.filter(|_| is_lock_up || bare.is_in_handler()) {
+                Some(fault) => format!("{stop}, after {}", fault.describe(symbols)),
                 None => format!("{stop} (in {function})"),
             };
             Some(stopped(image, bare.now_ns(), &why))
