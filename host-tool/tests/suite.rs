@@ -1,5 +1,6 @@
 //! The program's tests, one program: a room each.
 
+mod any_image;
 #[cfg(unix)]
 mod bad_input_cli;
 #[cfg(unix)]

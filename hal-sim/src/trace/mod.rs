@@ -10,6 +10,7 @@
 //! Out: edges, pulses, files, violations, verdicts.
 
 pub mod check;
+mod dump;
 mod edges;
 mod file;
 mod intervals;
@@ -20,6 +21,7 @@ mod record;
 mod vcd;
 
 pub use check::{Expectation, Group, GroupKind, Limits, Rule, Shape, TrainSpec, Violation, check};
+pub use dump::Dump;
 pub use edges::{Edge, Edges};
 pub use file::{EdgeFileError, read_csv, write_csv};
 pub use judge::judge;

@@ -1,5 +1,6 @@
 //! The command line: arguments in, one file per command, exit codes out.
 
+mod bare;
 mod bench;
 mod calibrate;
 mod chart;
@@ -76,6 +77,8 @@ enum Command {
     #[command(subcommand)]
     Chart(chart::Chart),
     Check(check::Check),
+    #[command(name = "chip")]
+    Bare(bare::BareArgs),
     Demo(demo::Demo),
     Run(run::RunArgs),
     Rerun(rerun::Rerun),
@@ -212,6 +215,7 @@ pub fn main() -> ExitCode {
         Command::Calibrate(args) => calibrate::main(args, output),
         Command::Chart(chart) => chart::main(chart, output),
         Command::Check(args) => check::main(args, output),
+        Command::Bare(args) => bare::main(args, output),
         Command::Demo(args) => demo::main(args, output),
         Command::Run(args) => run::main(args, output),
         Command::Rerun(args) => rerun::main(args, output),

@@ -165,9 +165,7 @@ impl Around {
         let mut copy = self.soc.clone();
         let mut count = |timer, at| {
             let block = playback::Block::Timer(timer);
-            let read = copy
-                .playback
-                .read(block, 0x24, Size::Word, at, &mut copy.ram);
+            let read = copy.playback.read(block, 0x24, at, &mut copy.ram);
             read.ok()
                 .map(|read| (read.value, at + Cycle::from(read.wait) + 1))
         };

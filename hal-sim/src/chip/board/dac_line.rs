@@ -38,7 +38,7 @@ pub(super) fn heard(word: &Word, pins: &Gpio) -> Option<u16> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chip::cpu::Size;
+    use crate::chip::soc::Lanes;
     use crate::chip::soc::gpio::offset;
 
     fn word(value: u16, change: Change) -> Word {
@@ -54,7 +54,7 @@ mod tests {
     fn pins(moder: u32) -> Gpio {
         let mut pins = Gpio::default();
         for (offset, value) in [(offset::MODER, moder), (offset::AFRH, 0x0006_0600)] {
-            pins.write(2, offset, Size::Word, value, 0).unwrap();
+            pins.write(2, offset, Lanes::whole(value), 0).unwrap();
         }
         pins
     }

@@ -12,7 +12,6 @@ mod loss;
 mod margin;
 mod outputs;
 pub mod stages;
-mod time;
 pub mod wiring;
 
 pub use around::Around;

@@ -1,11 +1,11 @@
 //! What the board put out, from cycles to microseconds.
 
 use super::CYCLES_PER_US;
-use super::time::Time;
 use super::wiring::{self, Outputs as Pins, Port};
 use crate::chip::Cycle;
 use crate::chip::ad5668::Change;
 use crate::chip::soc::gpio::Edge;
+use crate::chip::time::Time;
 use crate::trace::Levels;
 use crate::trace::judge::{Hardware, Pump};
 use firmware::lockstep::Sink;
@@ -83,6 +83,9 @@ enum Out {
     Trip(u8, u16),
 }
 
+/// The board's clock, Hz.
+const NOMINAL_HZ: u32 = 168_000_000;
+
 /// Collects in cycles, gives in microseconds.
 #[derive(Clone, Debug)]
 pub(super) struct Outputs {
@@ -102,7 +105,7 @@ impl Default for Outputs {
     fn default() -> Self {
         Self {
             origin: None,
-            time: Time::new(0),
+            time: Time::new(0, NOMINAL_HZ),
             pins: Pins::default(),
             levels: Levels::ISOLATED,
             pump: Pump::Runs(Vec::new()),
@@ -118,7 +121,7 @@ impl Outputs {
     /// World time begins, with 0 at `origin`; what came before is dropped.
     pub fn begin(&mut self, origin: Cycle) {
         self.origin = Some(origin);
-        self.time = Time::new(origin);
+        self.time = Time::new(origin, NOMINAL_HZ);
         self.waiting.clear();
         self.pump = Pump::Runs(Vec::new());
         self.open = None;

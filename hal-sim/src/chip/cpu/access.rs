@@ -1,8 +1,9 @@
-//! Data accesses of instructions: alignment, MPU, private bus or `Bus`.
+//! Data accesses of instructions: alignment, MPU, private bus, bit-band alias or `Bus`.
 
-use super::bus::Denied;
+use super::bit_band::Bit;
+use super::bus::{Denied, Unmodelled};
 use super::system::{actlr, ccr};
-use super::{Bus, Cpu, Fault, Size, Trap, Trapped};
+use super::{Access, Bus, Cpu, Fault, Size, Trap, Trapped};
 use crate::chip::Cycle;
 
 /// Start of the peripheral regions: from here on an access can bring an event
@@ -10,6 +11,7 @@ use crate::chip::Cycle;
 const PERIPHERALS: u32 = 0x4000_0000;
 /// End of code that is written by programming it.
 const RAM: u32 = 0x1000_0000;
+const EXCLUSIVE: Denied = Denied::Unmodelled(Unmodelled("an exclusive access to a bit-band alias"));
 /// Upper 12 bits of the private peripheral bus, 0xE000_0000–0xE00F_FFFF.
 const PRIVATE: u32 = 0xE00;
 
@@ -97,13 +99,25 @@ impl Cpu {
             self.pass(at.wrapping_sub(start));
             return Ok(value);
         }
-        match bus.read(address, size, at) {
+        let bit = Bit::of(address, size);
+        match bus.read(bit.map_or(address, |bit| bit.address), size, at) {
             Ok(read) => {
                 self.pass(at.wrapping_sub(start).wrapping_add(read.wait.into()));
-                Ok(read.value)
+                Ok(bit.map_or(read.value, |bit| bit.read_from(read.value)))
             }
-            Err(denied) => Err(Trap::data(denied, address, self.registers.r[15])),
+            Err(denied) => Err(self.denied(denied, address, size, None)),
         }
+    }
+
+    /// What an access that was `denied` comes to.
+    #[cold]
+    fn denied(&self, denied: Denied, address: u32, size: Size, written: Option<u32>) -> Trap {
+        let access = Access {
+            address,
+            size,
+            written,
+        };
+        Trap::data(denied, access, self.registers.r[15])
     }
 
     /// Stores to an aligned address.
@@ -136,7 +150,11 @@ impl Cpu {
             self.pipeline.buffer = at.wrapping_add(1);
             return Ok(());
         }
-        match bus.write(address, size, value, at) {
+        let written = match Bit::of(address, size) {
+            Some(bit) => bit.write(bus, size, value, at),
+            None => bus.write(address, size, value, at),
+        };
+        match written {
             Ok(wait) => {
                 let wait = Cycle::from(wait);
                 self.pipeline.buffer = at.wrapping_add(1 + wait);
@@ -149,7 +167,7 @@ impl Cpu {
                 self.deadline = 0;
                 Ok(self.imprecise_fault()?)
             }
-            Err(denied) => Err(Trap::data(denied, address, self.registers.r[15])),
+            Err(denied) => Err(self.denied(denied, address, size, Some(value))),
         }
     }
 
@@ -174,7 +192,7 @@ impl Cpu {
             return Err(Fault::DataBus(address).into());
         }
         let read = self.system.read(address, size, at);
-        read.map_err(|what| Trap::data(what.into(), address, self.registers.r[15]))
+        read.map_err(|what| self.denied(what.into(), address, size, None))
     }
 
     #[inline(never)]
@@ -190,7 +208,7 @@ impl Cpu {
             return Err(Fault::DataBus(address).into());
         }
         let written = self.system.write(address, size, value, at);
-        written.map_err(|what| Trap::data(what.into(), address, self.registers.r[15]))
+        written.map_err(|what| self.denied(what.into(), address, size, Some(value)))
     }
 
     /// Sizes of the aligned accesses that an unaligned one is split into
@@ -201,6 +219,14 @@ impl Cpu {
             (Size::Word, 0) => &[Size::Half, Size::Half],
             (Size::Word, _) => &[Size::Byte, Size::Half, Size::Byte],
             _ => &[Size::Byte, Size::Byte],
+        }
+    }
+
+    /// Refuses an exclusive access to an alias, which the core does not support (TRM 3.6).
+    pub(super) fn check_exclusive(&self, address: u32, size: Size) -> Trapped {
+        match Bit::of(address, size) {
+            Some(_) => Err(self.denied(EXCLUSIVE, address, size, None)),
+            None => Ok(()),
         }
     }
 

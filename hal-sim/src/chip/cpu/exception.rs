@@ -18,7 +18,7 @@ mod special;
 mod tests;
 
 use super::bus::{Denied, Unmodelled};
-use super::{Bus, Cpu, Fault, Registers, Size, Stop, Trap, Trapped};
+use super::{Access, Bus, Cpu, Fault, Registers, Size, Stop, Trap, Trapped};
 use crate::chip::Cycle;
 
 /// Cycles from the cycle at which an exception is taken to the first
@@ -224,7 +224,14 @@ impl Cpu {
                 self.cycle += 1;
                 Err(bus_error.into())
             }
-            Err(denied) => Err(Trap::data(denied, address, self.registers.r[15])),
+            Err(denied) => {
+                let access = Access {
+                    address,
+                    size: Size::Word,
+                    written: store,
+                };
+                Err(Trap::data(denied, access, self.registers.r[15]))
+            }
         }
     }
 

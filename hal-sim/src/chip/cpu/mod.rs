@@ -1,12 +1,13 @@
 //! A Cortex-M4F: ARMv7E-M Thumb-2, DSP and FPv4-SP, with its cycles.
 //!
 //! `decode` and `execute` are the instructions, `arithmetic` and `fpu` two
-//! families of them, `access` their way to memory, `timing` their cycles;
+//! families of them, `access` and `bit_band` their way to memory, `timing` their cycles;
 //! `exception` and `system` (NVIC, SCB, SysTick, MPU, DWT, FPU control) the
 //! rest of the core. In: a `Bus`. Out: accesses in the order of their cycles.
 
 mod access;
 pub(crate) mod arithmetic;
+pub mod bit_band;
 pub mod bus;
 mod decode;
 mod exception;
@@ -24,7 +25,7 @@ pub(in crate::chip) use access::is_private;
 pub use bus::{Bus, Size};
 pub use registers::Registers;
 pub use run::Observer;
-pub use stop::{Fault, Stop, Trap, Trapped};
+pub use stop::{Access, Fault, Stop, Trap, Trapped};
 
 use super::Cycle;
 

@@ -2,7 +2,7 @@
 //! as far as the bench image and test programs do. Files live in memory.
 
 use super::bus::Denied;
-use super::{Bus, Cpu, Fault, Size, Stop, Trapped};
+use super::{Access, Bus, Cpu, Fault, Size, Stop, Trapped};
 use std::collections::BTreeMap;
 
 /// BKPT's immediate.
@@ -203,7 +203,11 @@ impl Cpu {
     fn guest_word(&self, bus: &mut impl Bus, address: u32, size: Size) -> Result<u32, Stop> {
         let read = bus.read(address, size, self.cycle);
         read.map(|read| read.value).map_err(|denied| Stop::Access {
-            address,
+            access: Access {
+                address,
+                size,
+                written: None,
+            },
             pc: self.registers.r[15],
             what: match denied {
                 Denied::Error => "memory of a semihosting argument that is not there",

@@ -1,7 +1,9 @@
 //! Why an instruction, or the whole run, did not go on.
 
-use super::bus::{Denied, Unmodelled};
+use super::bus::{Denied, Size, Unmodelled};
 use super::system::Hit;
+use crate::chip::names;
+use std::fmt;
 
 /// A synchronous fault of an instruction, taken as an exception (Arm ARM
 /// B1.5.14, B3.2.15). The return address is the faulting instruction.
@@ -43,14 +45,43 @@ pub enum Fault {
     Breakpoint,
 }
 
+/// A data access, as the core asked for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Access {
+    /// Its address.
+    pub address: u32,
+    /// Its width.
+    pub size: Size,
+    /// What was to be written; `None`: it reads.
+    pub written: Option<u32>,
+}
+
+impl fmt::Display for Access {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(register) = names::register(self.address) {
+            write!(f, "{register}, ")?;
+        }
+        write!(f, "{:#010x}, ", self.address)?;
+        let (width, digits, mask) = match self.size {
+            Size::Byte => ("a byte ", 4, 0xFF),
+            Size::Half => ("a half-word ", 6, 0xFFFF),
+            Size::Word => ("", 10, u32::MAX),
+        };
+        match self.written {
+            Some(value) => write!(f, "{width}written with {:#0digits$x}", value & mask),
+            None => write!(f, "{width}read"),
+        }
+    }
+}
+
 /// Why the run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Stop {
     /// An access that nobody models.
-    #[error("{what} is not modelled: access to {address:#010x} by the instruction at {pc:#010x}")]
+    #[error("{what} is not modelled: {access} by the instruction at {pc:#010x}")]
     Access {
-        /// Address of the data.
-        address: u32,
+        /// Which data.
+        access: Access,
         /// Address of the instruction.
         pc: u32,
         /// What is missing.
@@ -138,12 +169,11 @@ impl From<Stop> for Trap {
 }
 
 impl Trap {
-    /// What an access to `address` by the instruction at `pc` that was `denied`
-    /// comes to.
-    pub const fn data(denied: Denied, address: u32, pc: u32) -> Self {
+    /// What `access` by the instruction at `pc` that was `denied` comes to.
+    pub const fn data(denied: Denied, access: Access, pc: u32) -> Self {
         match denied {
-            Denied::Error => Self::Fault(Fault::DataBus(address)),
-            Denied::Unmodelled(Unmodelled(what)) => Self::Stop(Stop::Access { address, pc, what }),
+            Denied::Error => Self::Fault(Fault::DataBus(access.address)),
+            Denied::Unmodelled(Unmodelled(what)) => Self::Stop(Stop::Access { access, pc, what }),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The RTC's backup registers (RM0090 section 26.6.20). The clock and calendar
 //! are not modelled.
 
-use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled};
 
 const FIRST: u32 = 0x50;
 const COUNT: usize = 20;
@@ -40,13 +40,12 @@ impl Backup {
 }
 
 impl Peripheral for Backup {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
-        Ok(part(self.words[Self::index(offset)?], offset, size))
+    fn read(&mut self, offset: u32, _at: Cycle) -> Modelled<u32> {
+        Ok(self.words[Self::index(offset)?])
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Modelled {
+    fn write(&mut self, offset: u32, value: u32, _at: Cycle) -> Modelled {
         let index = Self::index(offset)?;
-        refuse(size != Size::Word, "RTC_BKPxR: writes narrower than a word")?;
         if self.writable {
             self.words[index] = value;
         }
@@ -71,9 +70,9 @@ mod tests {
         backup.set_writable(false);
         backup.set(0x9C, 99, 0);
         assert_eq!(backup.get(0x9C, 0), 20);
-        assert!(backup.read(0xA0, Size::Word, 0).is_err());
-        assert!(backup.read(0x4C, Size::Word, 0).is_err());
-        assert!(backup.read(0, Size::Word, 0).is_err());
+        assert!(backup.read(0xA0, 0).is_err());
+        assert!(backup.read(0x4C, 0).is_err());
+        assert!(backup.read(0, 0).is_err());
         backup.reset_domain();
         assert_eq!(backup.get(0x50, 0), 0);
     }

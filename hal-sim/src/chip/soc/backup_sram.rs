@@ -3,7 +3,8 @@
 //! would keep it.
 
 use super::Ram;
-use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled};
+use crate::chip::cpu::Size;
 
 /// First address.
 pub const BASE: u32 = 0x4002_4000;
@@ -12,7 +13,7 @@ pub const LENGTH: u32 = 0x1000;
 /// What silicon holds when power came up is random; this is no copy of anything.
 const FADED: u8 = 0xA7;
 
-const OUTSIDE: Unmodelled = Unmodelled("backup SRAM: an access across its end");
+const OUTSIDE: Unmodelled = Unmodelled("backup SRAM: an access beyond its end");
 
 /// Its clock is RCC_AHB1ENR.BKPSRAMEN.
 #[derive(Clone, PartialEq, Debug)]
@@ -50,13 +51,13 @@ impl BackupSram {
 }
 
 impl Peripheral for BackupSram {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
-        self.ram.read(BASE + offset, size).ok_or(OUTSIDE)
+    fn read(&mut self, offset: u32, _at: Cycle) -> Modelled<u32> {
+        self.ram.read(BASE + offset, Size::Word).ok_or(OUTSIDE)
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Modelled {
+    fn write(&mut self, offset: u32, value: u32, _at: Cycle) -> Modelled {
         if self.is_writable {
-            let written = self.ram.write(BASE + offset, size, value);
+            let written = self.ram.write(BASE + offset, Size::Word, value);
             return written.ok_or(OUTSIDE);
         }
         Ok(())

@@ -1,8 +1,9 @@
 //! The chip as the core's bus: accesses by the memory map, time, interrupt lines.
 
-use super::map::{self, Unit};
+use super::map;
 use super::matrix::{Bridge, Slave};
 use super::rcc::Cause;
+use super::registers::{NOTHING, nobody};
 use super::unheeded::Unheeded;
 use super::watch::First;
 use super::{Peripheral, Soc, exti, playback};
@@ -14,24 +15,6 @@ use crate::chip::cpu::bus::{Bus, Denied, LINE_WORDS, Modelled, Read, Unmodelled}
 const SRAM2: u32 = 0x2001_C000;
 /// SRAM1.
 const SRAM1: std::ops::Range<u32> = 0x2000_0000..SRAM2;
-/// An access to AHB2 or to the debug support: the manuals give no wait states.
-const UNSHARED_WAIT: u32 = 0;
-
-const RESERVED: Denied = Denied::Unmodelled(Unmodelled("an address where nothing is modelled"));
-/// Nothing lies there: the bus answers with an error. DS8626 and RM0090 call such
-/// addresses reserved and say no more; AHB's default slave answers so (IHI 0033, 2.4).
-const NOTHING: Denied = Denied::Error;
-/// The debug support outside the core: there, but not modelled.
-const DEBUG: std::ops::RangeInclusive<u32> = 0xE004_0000..=0xE00F_FFFF;
-
-/// Why nobody answers at `address`, where no block is that has a clock.
-fn nobody(address: u32) -> Denied {
-    match DEBUG.contains(&address) {
-        true => RESERVED,
-        false => NOTHING,
-    }
-}
-
 /// Positions in the vector table (RM0090 table 61).
 mod line {
     pub const PVD: u32 = 1;
@@ -284,132 +267,5 @@ impl Soc {
             return Ok(0);
         }
         Ok(self.playback.pass(slave, Bridge::None, at, &mut self.ram)?)
-    }
-
-    #[inline(never)]
-    fn read_register(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
-        let Some((unit, offset)) = map::find(address) else {
-            self.find_silent(address)?;
-            return Ok(Read {
-                value: 0,
-                wait: UNSHARED_WAIT,
-            });
-        };
-        if !self.has_clock(unit, at)? {
-            self.unclocked += 1;
-            let wait = self.pass_register(unit, at)?;
-            return Ok(Read { value: 0, wait });
-        }
-        self.due = at;
-        if let Unit::Playback(block) = unit {
-            let read = self.playback.read(block, offset, size, at, &mut self.ram)?;
-            self.event = self.event.min(self.playback.next_event());
-            return Ok(read);
-        }
-        let wait = self.pass_register(unit, at)?;
-        let done = at + Cycle::from(wait);
-        let unit = self.peripheral(unit);
-        unit.advance(done)?;
-        let value = unit.read(offset, size, done)?;
-        let event = unit.next_event();
-        self.event = self.event.min(event);
-        Ok(Read { value, wait })
-    }
-
-    #[inline(never)]
-    fn write_register(
-        &mut self,
-        address: u32,
-        size: Size,
-        value: u32,
-        at: Cycle,
-    ) -> Result<u32, Denied> {
-        let Some((unit, offset)) = map::find(address) else {
-            self.find_silent(address)?;
-            return Ok(UNSHARED_WAIT);
-        };
-        if !self.has_clock(unit, at)? {
-            self.unclocked += 1;
-            return Ok(self.pass_register(unit, at)?);
-        }
-        self.due = at;
-        if let Unit::Playback(block) = unit {
-            let wait = self
-                .playback
-                .write(block, offset, size, value, at, &mut self.ram)?;
-            self.event = self.event.min(self.playback.next_event());
-            if block == playback::Block::Dma2 {
-                self.shares = [Slave::Sram1, Slave::Sram2].map(|s| self.playback.shares(s));
-            }
-            return Ok(wait);
-        }
-        let wait = self.pass_register(unit, at)?;
-        let done = at + Cycle::from(wait);
-        let peripheral = self.peripheral(unit);
-        peripheral.advance(done)?;
-        peripheral.write(offset, size, value, done)?;
-        let event = peripheral.next_event();
-        self.event = self.event.min(event);
-        self.follow_write(unit, done)?;
-        Ok(wait)
-    }
-
-    /// A block that nobody models is silent while its clock is off.
-    fn find_silent(&mut self, address: u32) -> Result<(), Denied> {
-        match map::silent(address) {
-            Some(clock) if self.rcc.is_set(clock) => Err(RESERVED),
-            Some(_) => {
-                self.unclocked += 1;
-                Ok(())
-            }
-            None => Err(nobody(address)),
-        }
-    }
-
-    /// Whether `unit` answers: without its clock, or held in reset, reads give 0
-    /// and writes are lost (RM0090 section 7.3.10, the note on enables).
-    fn has_clock(&self, unit: Unit, at: Cycle) -> Modelled<bool> {
-        // An access reaches a block behind a bridge with a later APB clock.
-        let clocks = self.rcc.clocks;
-        let divider = match unit.bridge() {
-            Some(Bridge::Apb1) => clocks.apb1_divider(),
-            Some(Bridge::Apb2) => clocks.apb2_divider(),
-            _ => 1,
-        };
-        let reached = (at + 1).next_multiple_of(divider.into());
-        let block = unit.clock();
-        block.map_or(Ok(true), |block| self.rcc.is_enabled(block, reached))
-    }
-
-    fn pass_register(&mut self, unit: Unit, at: Cycle) -> Modelled<u32> {
-        let Some(bridge) = unit.bridge() else {
-            return Ok(UNSHARED_WAIT);
-        };
-        let wait = self.playback.pass(Slave::Ahb1, bridge, at, &mut self.ram)?;
-        Ok(match unit {
-            Unit::Crc => wait + self.crc.wait(at + Cycle::from(wait)),
-            _ => wait,
-        })
-    }
-
-    fn peripheral(&mut self, unit: Unit) -> &mut dyn Peripheral {
-        match unit {
-            Unit::Backup => &mut self.backup,
-            Unit::BackupSram => &mut self.backup_sram,
-            Unit::Iwdg => &mut self.iwdg,
-            Unit::Spi3 => &mut self.spi3,
-            Unit::Usart2 => &mut self.usart2,
-            Unit::Pwr => &mut self.pwr,
-            Unit::Adc => &mut self.adc,
-            Unit::Syscfg => &mut self.syscfg,
-            Unit::Exti => &mut self.exti,
-            Unit::Rcc => &mut self.rcc,
-            Unit::Crc => &mut self.crc,
-            Unit::Flash => &mut self.flash,
-            Unit::Tim11 => &mut self.tim11,
-            Unit::Otg => &mut self.otg,
-            // `Playback` is served before.
-            Unit::Dbgmcu | Unit::Playback(_) => &mut self.dbgmcu,
-        }
     }
 }

@@ -2,7 +2,7 @@
 //! halted core stops (RM0090 section 38.16). The simulator's own debugger stops all time, whatever the bits say; a
 //! core that is halted in simulated time (`Soc::debug_halt`) heeds them.
 
-use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled};
 
 /// DBGMCU_IDCODE: device 0x413, revision 0x1007 (section 38.6.1).
 pub const IDCODE: u32 = 0x1007_6413;
@@ -43,18 +43,18 @@ impl Dbgmcu {
 }
 
 impl Peripheral for Dbgmcu {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
-        let word = match offset & !3 {
+    fn read(&mut self, offset: u32, _at: Cycle) -> Modelled<u32> {
+        let word = match offset {
             0 => IDCODE,
             register @ 4..=0xC => self.registers[register as usize / 4 - 1],
             _ => return Err(Unmodelled("DBGMCU register")),
         };
-        Ok(part(word, offset, size))
+        Ok(word)
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Modelled {
-        match (offset, size) {
-            (4 | 8 | 0xC, Size::Word) => {
+    fn write(&mut self, offset: u32, value: u32, _at: Cycle) -> Modelled {
+        match offset {
+            4 | 8 | 0xC => {
                 let index = offset as usize / 4 - 1;
                 self.registers[index] = value & Self::FIELDS[index];
                 Ok(())
@@ -73,14 +73,13 @@ mod tests {
     fn it_names_the_device_and_keeps_its_bits() {
         let mut dbgmcu = Dbgmcu::default();
         assert_eq!(dbgmcu.get(0, 0), 0x1007_6413);
-        assert_eq!(dbgmcu.read(2, Size::Half, 0), Ok(0x1007));
         assert!(!dbgmcu.clocks_sleeping_core());
         for (offset, kept) in [(4, 0xE7), (8, 0x06E0_1DFF), (12, 0x0007_0003)] {
             dbgmcu.set(offset, u32::MAX, 0);
             assert_eq!(dbgmcu.get(offset, 0), kept);
         }
         assert!(dbgmcu.clocks_sleeping_core());
-        assert!(dbgmcu.write(0, Size::Word, 0, 0).is_err());
-        assert!(dbgmcu.read(16, Size::Word, 0).is_err());
+        assert!(dbgmcu.write(0, 0, 0).is_err());
+        assert!(dbgmcu.read(16, 0).is_err());
     }
 }

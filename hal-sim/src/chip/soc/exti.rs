@@ -1,7 +1,7 @@
 //! EXTI (RM0090 chapter 12): 23 lines, edges of which are latched in PR.
 
 use super::Syscfg;
-use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled};
 
 /// Line of the programmable voltage detector.
 pub const PVD: usize = 16;
@@ -48,32 +48,32 @@ impl Exti {
 }
 
 impl Peripheral for Exti {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
-        match (offset, size) {
-            (IMR, Size::Word) => Ok(self.imr),
-            (EMR, Size::Word) => Ok(0),
-            (RTSR, Size::Word) => Ok(self.rtsr),
-            (FTSR, Size::Word) => Ok(self.ftsr),
-            (SWIER, Size::Word) => Ok(self.swier),
-            (PR, Size::Word) => Ok(self.pr),
+    fn read(&mut self, offset: u32, _at: Cycle) -> Modelled<u32> {
+        match offset {
+            IMR => Ok(self.imr),
+            EMR => Ok(0),
+            RTSR => Ok(self.rtsr),
+            FTSR => Ok(self.ftsr),
+            SWIER => Ok(self.swier),
+            PR => Ok(self.pr),
             _ => Err(Unmodelled("an EXTI register")),
         }
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, _: Cycle) -> Modelled {
+    fn write(&mut self, offset: u32, value: u32, _: Cycle) -> Modelled {
         let value = value & LINES;
-        match (offset, size) {
-            (IMR, Size::Word) => self.imr = value,
-            (EMR, Size::Word) if value == 0 => (),
-            (EMR, _) => return Err(Unmodelled("EXTI events (EMR)")),
-            (RTSR, Size::Word) => self.rtsr = value,
-            (FTSR, Size::Word) => self.ftsr = value,
-            (SWIER, Size::Word) => {
+        match offset {
+            IMR => self.imr = value,
+            EMR if value == 0 => (),
+            EMR => return Err(Unmodelled("EXTI events (EMR)")),
+            RTSR => self.rtsr = value,
+            FTSR => self.ftsr = value,
+            SWIER => {
                 // A bit that goes from 0 to 1 sets PR; only PR clears it.
                 self.pr |= value & !self.swier & self.imr;
                 self.swier |= value;
             }
-            (PR, Size::Word) => {
+            PR => {
                 self.pr &= !value;
                 self.swier &= !value;
             }
@@ -132,6 +132,6 @@ mod tests {
         assert_eq!(exti.get(SWIER, 0), 0);
         exti.set(SWIER, 1, 0);
         assert_eq!(exti.pending(), 1);
-        assert!(exti.write(EMR, Size::Word, 1, 0).is_err());
+        assert!(exti.write(EMR, 1, 0).is_err());
     }
 }

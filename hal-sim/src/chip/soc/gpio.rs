@@ -8,8 +8,8 @@
 mod lock;
 
 use crate::chip::Cycle;
-use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Unmodelled};
+use crate::chip::soc::Lanes;
 use lock::Lock;
 
 /// Ports A to I.
@@ -105,36 +105,27 @@ impl Gpio {
     }
 
     /// Reads the register at `offset` of `port` (0 is A).
-    pub fn read(&mut self, port: usize, offset: u32, size: Size) -> Modelled<u32> {
+    pub fn read(&mut self, port: usize, offset: u32) -> Modelled<u32> {
         let p = self.port(port)?;
-        word(size)?;
-        Ok(match offset {
-            offset::MODER => p.moder,
-            offset::OTYPER => p.otyper.into(),
-            offset::OSPEEDR => p.ospeedr,
-            offset::PUPDR => p.pupdr,
-            offset::IDR => p.idr().into(),
-            offset::ODR => p.odr.into(),
-            offset::BSRR => 0, // write only: reads as 0
-            offset::LCKR => p.lock.read(),
-            offset::AFRL => p.afr[0],
-            offset::AFRH => p.afr[1],
-            _ => return Err(Unmodelled("a GPIO register")),
-        })
+        match offset {
+            offset::LCKR => Ok(p.lock.read()),
+            _ => p.register(offset),
+        }
     }
 
-    /// Writes the register at `offset` of `port`; the new value holds from
-    /// `done` on.
-    pub fn write(
-        &mut self,
-        port: usize,
-        offset: u32,
-        size: Size,
-        value: u32,
-        done: Cycle,
-    ) -> Modelled {
-        word(size)?;
-        self.port(port)?;
+    /// Writes the register at `offset` of `port`, or bytes of it (RM0090 8.4); the new value
+    /// holds from `done` on. The key of LCKR is written as a whole: anything less breaks it
+    /// off, and changes nothing.
+    pub fn write(&mut self, port: usize, offset: u32, written: Lanes, done: Cycle) -> Modelled {
+        let p = self.port(port)?;
+        let value = match (written.is_whole(), offset) {
+            (true, _) => written.value,
+            (false, offset::LCKR) => {
+                p.lock.break_off();
+                return Ok(());
+            }
+            (false, _) => written.over(p.register(offset)?),
+        };
         if offset == offset::BSRR {
             self.bsrr(port, value, done);
             return Ok(());
@@ -161,9 +152,9 @@ impl Gpio {
     /// Turns bits of a configuration register the other way, locked or not: what
     /// radiation or a glitch may do, no access can.
     pub fn upset(&mut self, port: usize, offset: u32, bits: u32, at: Cycle) -> Modelled {
-        let old = self.read(port, offset, Size::Word)?;
+        let old = self.read(port, offset)?;
         let lock = std::mem::take(&mut self.ports[port].lock); // `read` knows the port
-        let done = self.write(port, offset, Size::Word, old ^ bits, at);
+        let done = self.write(port, offset, Lanes::whole(old ^ bits), at);
         self.ports[port].lock = lock;
         done
     }
@@ -249,6 +240,22 @@ impl Gpio {
 }
 
 impl Port {
+    /// What the register at `offset` shows, but LCKR, which reading changes.
+    fn register(&self, offset: u32) -> Modelled<u32> {
+        Ok(match offset {
+            offset::MODER => self.moder,
+            offset::OTYPER => self.otyper.into(),
+            offset::OSPEEDR => self.ospeedr,
+            offset::PUPDR => self.pupdr,
+            offset::IDR => self.idr().into(),
+            offset::ODR => self.odr.into(),
+            offset::BSRR => 0, // write only: reads as 0
+            offset::AFRL => self.afr[0],
+            offset::AFRH => self.afr[1],
+            _ => return Err(Unmodelled("a GPIO register")),
+        })
+    }
+
     fn reset(&mut self, port: usize) {
         let (moder, ospeedr, pupdr) = match port {
             // SWDIO, SWCLK, JTDI on A; JTDO and NJTRST on B (RM0090 8.4.1–8.4.4).
@@ -296,14 +303,6 @@ impl Port {
 pub const fn after_bsrr(odr: u16, value: u32) -> u16 {
     let (set, reset) = (value as u16, (value >> 16) as u16);
     odr & !reset | set
-}
-
-fn word(size: Size) -> Modelled {
-    if size == Size::Word {
-        Ok(())
-    } else {
-        Err(Unmodelled("a GPIO access narrower than a word"))
-    }
 }
 
 #[cfg(test)]

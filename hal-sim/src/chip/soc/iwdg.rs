@@ -5,7 +5,7 @@
 //! arrives five LSI cycles after its write.
 
 use super::clock::{Oscillator, cycles_in};
-use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
 
 /// LSI start-up, 15 µs typical (DS8626, LSI oscillator characteristics).
 const LSI_START_NS: u64 = 15_000;
@@ -200,9 +200,9 @@ impl Iwdg {
 }
 
 impl Peripheral for Iwdg {
-    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32> {
+    fn read(&mut self, offset: u32, at: Cycle) -> Modelled<u32> {
         self.advance(at)?;
-        let word = match offset & !3 {
+        let word = match offset {
             0x0 => 0,
             0x4 => self.prescaler.latest(),
             0x8 => self.reload.latest(),
@@ -212,12 +212,11 @@ impl Peripheral for Iwdg {
             }
             _ => return Err(Unmodelled("IWDG register")),
         };
-        Ok(part(word, offset, size))
+        Ok(word)
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
+    fn write(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled {
         self.advance(at)?;
-        refuse(size == Size::Byte, "IWDG: byte writes")?;
         match offset {
             0x0 => {
                 let key = value & 0xFFFF;

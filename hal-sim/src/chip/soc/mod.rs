@@ -24,6 +24,7 @@ pub mod playback;
 pub mod pwr;
 mod ram;
 pub mod rcc;
+mod registers;
 pub mod spi;
 pub mod syscfg;
 #[cfg(test)]
@@ -34,6 +35,7 @@ pub mod uid;
 mod unheeded;
 pub mod usart;
 pub mod watch;
+mod width;
 mod wires;
 mod word;
 
@@ -43,6 +45,7 @@ pub use peripheral::Peripheral;
 pub use playback::{Pace, Playback};
 pub use ram::Ram;
 pub use syscfg::Syscfg;
+pub use word::Lanes;
 
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::Modelled;

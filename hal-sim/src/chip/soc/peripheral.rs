@@ -1,19 +1,17 @@
 //! What all peripherals have in common.
 
-pub(super) use super::word::part;
 pub(super) use crate::chip::Cycle;
-pub(super) use crate::chip::cpu::Size;
 pub(super) use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 
 /// A block of registers. Wires to other peripherals, interrupt lines and pins
 /// are methods of each; `soc` joins them.
 pub trait Peripheral {
-    /// Reads the register at `offset` from the block's base. Sub-word accesses
-    /// come as they are: a peripheral refuses the sizes that it does not model.
-    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32>;
+    /// Reads the register at `offset` from the block's base, a multiple of 4. What an
+    /// access narrower than a word means is [`super::width`]'s.
+    fn read(&mut self, offset: u32, at: Cycle) -> Modelled<u32>;
 
     /// Writes the register at `offset`.
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled;
+    fn write(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled;
 
     /// Lets time go on to `to`. Every access is preceded by it.
     fn advance(&mut self, _to: Cycle) -> Modelled {
@@ -32,13 +30,13 @@ pub trait Driven: Peripheral {
     /// Writes the register at `offset`.
     fn set(&mut self, offset: u32, value: u32, at: Cycle) {
         self.advance(at).unwrap();
-        Peripheral::write(self, offset, Size::Word, value, at).unwrap();
+        Peripheral::write(self, offset, value, at).unwrap();
     }
 
     /// Reads it.
     fn get(&mut self, offset: u32, at: Cycle) -> u32 {
         self.advance(at).unwrap();
-        Peripheral::read(self, offset, Size::Word, at).unwrap()
+        Peripheral::read(self, offset, at).unwrap()
     }
 }
 

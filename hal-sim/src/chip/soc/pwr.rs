@@ -4,7 +4,7 @@
 //! Low-power modes other than sleep are not modelled. The detector's delay is
 //! taken as none.
 
-use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
 
 const CR: u32 = 0;
 const CSR: u32 = 4;
@@ -99,30 +99,25 @@ impl Pwr {
 }
 
 impl Peripheral for Pwr {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
-        let word = match offset & !3 {
+    fn read(&mut self, offset: u32, _at: Cycle) -> Modelled<u32> {
+        let word = match offset {
             CR => self.cr,
             CSR => VOSRDY | if self.low { PVDO } else { 0 },
             _ => return Err(Unmodelled("PWR register")),
         };
-        Ok(part(word, offset, size))
+        Ok(word)
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, _at: Cycle) -> Modelled {
-        match (offset, size) {
-            // The bridge doubles a half-word into bits that are reserved (RM0090 section 2.3).
-            (CR, Size::Word | Size::Half) => {
-                let value = match size {
-                    Size::Half => value & 0xFFFF,
-                    _ => value,
-                };
+    fn write(&mut self, offset: u32, value: u32, _at: Cycle) -> Modelled {
+        match offset {
+            CR => {
                 let known = PVDE | 7 << 5 | DBP | VOS | RESERVED_VOS | CLEAR_FLAGS | DEEP;
                 refuse(value & !known != 0, "PWR_CR: reserved bits")?;
                 self.cr = value & (PVDE | 7 << 5 | DBP | VOS | DEEP);
                 self.watch();
                 Ok(())
             }
-            (CSR, Size::Word) if value & 0x0300 == 0 => Ok(()),
+            CSR if value & 0x0300 == 0 => Ok(()),
             _ => Err(Unmodelled("PWR register")),
         }
     }

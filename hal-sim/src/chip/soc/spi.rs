@@ -4,7 +4,7 @@
 //! first bit begins in the cycle of the write to an idle SPI, and a buffered
 //! word follows without a pause.
 
-use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
 
 mod cr1 {
     pub const CPHA: u32 = 1;
@@ -178,9 +178,9 @@ impl Spi {
 }
 
 impl Peripheral for Spi {
-    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32> {
+    fn read(&mut self, offset: u32, at: Cycle) -> Modelled<u32> {
         self.advance(at)?;
-        let word = match offset & !3 {
+        let word = match offset {
             0x00 => self.cr1,
             0x04 => self.cr2,
             0x1C => 0,
@@ -194,14 +194,11 @@ impl Peripheral for Spi {
             0x20 => I2SPR_RESET,
             _ => return Err(Unmodelled("SPI register")),
         };
-        Ok(part(word, offset, size))
+        Ok(word)
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
+    fn write(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled {
         self.advance(at)?;
-        if size == Size::Byte {
-            return Err(Unmodelled("SPI: byte writes")); // section 28.5
-        }
         match offset {
             0x00 => self.write_cr1(value, at),
             0x04 if value & !CR2_IDLE != 0 => Err(Unmodelled("SPI_CR2: TI mode")),
@@ -259,7 +256,7 @@ mod tests {
         assert_eq!(spi.get(SR, 10), TXE);
         spi.set(DR, 0x0730, 100);
         assert_eq!(spi.get(SR, 101), TXE | BSY);
-        spi.write(DR, Size::Half, 0xBEEF, 110).unwrap();
+        spi.write(DR, 0xBEEF, 110).unwrap();
         assert_eq!(spi.get(SR, 111), BSY);
         // 21 MHz: 8 cycles a bit, 128 a word.
         assert_eq!(spi.get(SR, 227), BSY);
@@ -278,7 +275,7 @@ mod tests {
         for br in 0..8 {
             for (dff, bits) in [(0, 8), (1 << 11, 16)] {
                 let mut spi = spi(BOARD & !(1 << 11) | br << 3 | dff);
-                spi.write(DR, Size::Half, 0xFFFF, 0).unwrap();
+                spi.write(DR, 0xFFFF, 0).unwrap();
                 assert_eq!(spi.next_event(), (8 << br) * bits);
                 spi.advance(1 << 20).unwrap();
                 let word = spi.words().next().unwrap();
@@ -290,16 +287,15 @@ mod tests {
     #[test]
     fn reception_and_misuse_stop_the_run() {
         let mut spi = spi(BOARD);
-        assert!(spi.read(DR, Size::Word, 0).is_err());
-        assert!(spi.write(DR, Size::Byte, 0, 0).is_err());
+        assert!(spi.read(DR, 0).is_err());
         for _ in 0..2 {
-            spi.write(DR, Size::Half, 0, 0).unwrap();
+            spi.write(DR, 0, 0).unwrap();
         }
-        assert!(spi.write(CR1, Size::Word, 0, 1).is_err(), "busy");
+        assert!(spi.write(CR1, 0, 1).is_err(), "busy");
         let mut off = Spi::default();
         // Receiving on one line, and a sum.
         for cr1 in [BOARD & !(1 << 14), BOARD | 3 << 12] {
-            assert!(off.write(CR1, Size::Word, cr1, 0).is_err(), "{cr1:#x}");
+            assert!(off.write(CR1, cr1, 0).is_err(), "{cr1:#x}");
         }
     }
 

@@ -1,6 +1,6 @@
 //! SYSCFG (RM0090 chapter 9): which port feeds an EXTI line.
 
-use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled};
 
 const MEMRMP: u32 = 0x00;
 const PMC: u32 = 0x04;
@@ -24,18 +24,18 @@ impl Syscfg {
 }
 
 impl Peripheral for Syscfg {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
-        match (offset, size) {
-            (MEMRMP | PMC | CMPCR, Size::Word) => Ok(0),
-            (EXTICR1..=EXTICR4, Size::Word) => Ok(self.exticr[(offset - EXTICR1) as usize / 4]),
+    fn read(&mut self, offset: u32, _at: Cycle) -> Modelled<u32> {
+        match offset {
+            MEMRMP | PMC | CMPCR => Ok(0),
+            EXTICR1..=EXTICR4 => Ok(self.exticr[(offset - EXTICR1) as usize / 4]),
             _ => Err(Unmodelled("a SYSCFG register")),
         }
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, _: Cycle) -> Modelled {
-        match (offset, size, value) {
-            (MEMRMP | PMC | CMPCR, Size::Word, 0) => (),
-            (EXTICR1..=EXTICR4, Size::Word, _) => {
+    fn write(&mut self, offset: u32, value: u32, _: Cycle) -> Modelled {
+        match (offset, value) {
+            (MEMRMP | PMC | CMPCR, 0) => (),
+            (EXTICR1..=EXTICR4, _) => {
                 self.exticr[(offset - EXTICR1) as usize / 4] = value & 0xFFFF;
             }
             _ => return Err(Unmodelled("a SYSCFG register")),
@@ -55,6 +55,6 @@ mod tests {
         syscfg.set(0x0C, 0x2_1070, 0);
         assert_eq!(syscfg.get(0x0C, 0), 0x1070);
         assert_eq!([4, 5, 6, 7].map(|line| syscfg.port(line)), [0, 7, 0, 1]);
-        assert!(syscfg.write(MEMRMP, Size::Word, 1, 0).is_err());
+        assert!(syscfg.write(MEMRMP, 1, 0).is_err());
     }
 }

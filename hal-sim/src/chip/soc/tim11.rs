@@ -7,7 +7,7 @@
 //! that change while it counts.
 
 use super::clock::Oscillator;
-use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
 
 /// Timer clocks from an edge to its capture: as of the other timers' inputs, assumed.
 const SYNCHRONISATION: u64 = 2;
@@ -158,9 +158,9 @@ impl Tim11 {
 }
 
 impl Peripheral for Tim11 {
-    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32> {
+    fn read(&mut self, offset: u32, at: Cycle) -> Modelled<u32> {
         self.capture(at);
-        let word = match offset & !3 {
+        let word = match offset {
             0x00 => self.cr1,
             0x0C | 0x28 => 0, // DIER, PSC
             0x10 => self.sr,
@@ -175,11 +175,10 @@ impl Peripheral for Tim11 {
             0x50 => self.option,
             _ => return Err(Unmodelled("TIM11 register")),
         };
-        Ok(part(word, offset, size))
+        Ok(word)
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
-        refuse(size == Size::Byte, "TIM11: a byte written")?;
+    fn write(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled {
         self.capture(at);
         let counts = self.cr1 & bit::CEN != 0;
         refuse(
@@ -292,7 +291,7 @@ mod tests {
         timer.set(CR1, bit::CEN, 0);
         assert_eq!(timer.get(SR, 100_000), 0, "its pin");
         assert_eq!(timer.get(CNT, 100_000), 100_000 % 0x1_0000);
-        assert!(timer.write(0x2C, Size::Word, 9, 100_000).is_err());
-        assert!(timer.write(CR1, Size::Word, 1 << 3, 100_000).is_err());
+        assert!(timer.write(0x2C, 9, 100_000).is_err());
+        assert!(timer.write(CR1, 1 << 3, 100_000).is_err());
     }
 }

@@ -4,7 +4,7 @@
 //! In: bytes of the other side, one frame after another at this side's rate.
 //! Out: bytes with the cycle of their end, an interrupt line.
 
-use super::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
+use super::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
 use std::collections::VecDeque;
 
 mod sr {
@@ -199,9 +199,9 @@ impl Usart {
 }
 
 impl Peripheral for Usart {
-    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32> {
+    fn read(&mut self, offset: u32, at: Cycle) -> Modelled<u32> {
         self.advance(at)?;
-        let word = match offset & !3 {
+        let word = match offset {
             0x00 => {
                 self.seen = self.sr & (sr::ORE | sr::IDLE);
                 self.sr
@@ -213,12 +213,11 @@ impl Peripheral for Usart {
             0x14 => self.cr3,
             _ => return Err(Unmodelled("USART register")),
         };
-        Ok(part(word, offset, size))
+        Ok(word)
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
+    fn write(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled {
         self.advance(at)?;
-        refuse(size == Size::Byte && offset != 0x04, "USART: byte writes")?;
         match offset {
             // rc_w0: RXNE and TC.
             0x00 => self.sr &= value | !(sr::RXNE | sr::TC),
@@ -284,9 +283,9 @@ mod tests {
         assert_eq!(usart.get(SR, 0), 0xC0);
         usart.set(DR, 0x41, 100);
         assert_eq!(usart.get(SR, 100), 0x80);
-        usart.write(DR, Size::Byte, 0x42, 100).unwrap();
+        usart.write(DR, 0x42, 100).unwrap();
         assert_eq!(usart.get(SR, 100), 0);
-        assert!(usart.write(DR, Size::Word, 0, 100).is_err());
+        assert!(usart.write(DR, 0, 100).is_err());
         assert_eq!(usart.get(SR, 100 + FRAME), 0x80);
         assert_eq!(usart.get(SR, 99 + 2 * FRAME), 0x80);
         assert_eq!(usart.get(SR, 100 + 2 * FRAME), 0xC0);
@@ -338,10 +337,10 @@ mod tests {
     fn the_rest_is_not_modelled() {
         let mut usart = usart(0);
         for (offset, value) in [(CR1, 1 << 12), (0x10, 1 << 13), (0x14, 1 << 7), (0x20, 0)] {
-            assert!(usart.write(offset, Size::Word, value, 0).is_err());
+            assert!(usart.write(offset, value, 0).is_err());
         }
         let mut off = Usart::default();
-        assert!(off.write(DR, Size::Word, 0, 0).is_err());
+        assert!(off.write(DR, 0, 0).is_err());
         off.receive(1, 0);
         assert_eq!(off.next_event(), Cycle::MAX);
     }

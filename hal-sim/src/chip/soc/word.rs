@@ -1,4 +1,4 @@
-//! Sub-word accesses of 32-bit registers.
+//! Accesses to a part of a 32-bit register.
 
 use crate::chip::cpu::Size;
 
@@ -14,34 +14,41 @@ pub const fn part(word: u32, offset: u32, size: Size) -> u32 {
     }
 }
 
-/// The register value `word` after a write of `size` at `offset` into it, where the register
-/// keeps what is not written.
-pub const fn merged(word: u32, offset: u32, size: Size, value: u32) -> u32 {
-    let (shift, mask) = match size {
-        Size::Word => return value,
-        Size::Half => ((offset & 2) * 8, 0xFFFF),
-        Size::Byte => ((offset & 3) * 8, 0xFF),
-    };
-    word & !(mask << shift) | (value & mask) << shift
+/// What a write puts on the byte lanes of a word, and which of them count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lanes {
+    /// All lanes; those that do not count are 0.
+    pub value: u32,
+    mask: u32,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+impl Lanes {
+    /// All four bytes.
+    pub const fn whole(value: u32) -> Self {
+        let mask = u32::MAX;
+        Self { value, mask }
+    }
 
-    #[test]
-    fn a_narrow_write_leaves_the_rest() {
-        for (offset, size, after) in [
-            (0, Size::Word, 0xAABB_CCDD),
-            (0, Size::Half, 0x1122_CCDD),
-            (2, Size::Half, 0xCCDD_3344),
-            (0, Size::Byte, 0x1122_33DD),
-            (3, Size::Byte, 0xDD22_3344),
-        ] {
-            let merged = merged(0x1122_3344, offset, size, 0xAABB_CCDD);
-            assert_eq!(merged, after);
-            let read = part(merged, offset, size);
-            assert_eq!(read, part(0xAABB_CCDD, 0, size));
+    /// The bytes that an access of `size` at `offset` writes.
+    pub const fn of(offset: u32, size: Size, value: u32) -> Self {
+        let (shift, mask) = match size {
+            Size::Word => (0, u32::MAX),
+            Size::Half => ((offset & 2) * 8, 0xFFFF),
+            Size::Byte => ((offset & 3) * 8, 0xFF),
+        };
+        Self {
+            value: (value & mask) << shift,
+            mask: mask << shift,
         }
+    }
+
+    /// Whether all bytes are written.
+    pub const fn is_whole(self) -> bool {
+        self.mask == u32::MAX
+    }
+
+    /// What becomes of a register that holds `old`.
+    pub const fn over(self, old: u32) -> u32 {
+        old & !self.mask | self.value
     }
 }

@@ -6,7 +6,7 @@ use crate::chip::Cycle;
 use crate::chip::cpu::bus::Denied;
 use crate::chip::cpu::registers::control;
 use crate::chip::cpu::system::{Preempted, ccr, hfsr, number, nvic};
-use crate::chip::cpu::{Bus, Cpu, Fault, Size, Stop, Trap};
+use crate::chip::cpu::{Access, Bus, Cpu, Fault, Size, Stop, Trap};
 
 /// Cycles of reading a vector without wait states; the rest of [`TAIL_CHAIN`]
 /// is the fetch and the pipeline. (The manual gives the sum only.)
@@ -88,7 +88,11 @@ impl Cpu {
             }
             Err(Denied::Error) => Err(self.lock_up()),
             Err(Denied::Unmodelled(what)) => Err(Stop::Access {
-                address,
+                access: Access {
+                    address,
+                    size: Size::Word,
+                    written: None,
+                },
                 pc: self.registers.r[15],
                 what: what.0,
             }),

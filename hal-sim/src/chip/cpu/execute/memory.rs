@@ -226,6 +226,7 @@ impl Cpu {
     ) -> Trapped {
         let cycles = self.begin_load(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
+        self.check_exclusive(address, size)?;
         let value = self.load_aligned(bus, address, size)?;
         self.pass(cycles);
         self.exclusive = true;
@@ -245,6 +246,7 @@ impl Cpu {
     ) -> Trapped {
         let cycles = self.begin_load(last, waits(last, n));
         let address = self.reg(n).wrapping_add(u32::from(imm));
+        self.check_exclusive(address, size)?;
         if self.exclusive {
             self.store_aligned(bus, address, size, self.reg(t))?;
         } else {

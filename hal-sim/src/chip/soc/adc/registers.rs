@@ -1,7 +1,7 @@
 //! ADC1 and common registers (RM0090 section 13.13), by offset from ADC1.
 
 use super::{Adc, cr1, cr2, sr};
-use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
+use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
 
 const CSR: u32 = 0x300;
 const CCR: u32 = 0x304;
@@ -26,9 +26,9 @@ impl Adc {
 }
 
 impl Peripheral for Adc {
-    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32> {
+    fn read(&mut self, offset: u32, at: Cycle) -> Modelled<u32> {
         self.advance(at)?;
-        let word = match offset & !3 {
+        let word = match offset {
             0x00 | CSR => self.sr,
             0x04 => self.cr1,
             0x08 => self.cr2,
@@ -39,12 +39,11 @@ impl Peripheral for Adc {
             CCR => self.ccr,
             _ => return Err(Unmodelled("ADC register")),
         };
-        Ok(part(word, offset, size))
+        Ok(word)
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
+    fn write(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled {
         self.advance(at)?;
-        refuse(size != Size::Word, "ADC: writes narrower than a word")?;
         let busy = self.conversion.is_some();
         let resolution = offset == 0x04 && (value ^ self.cr1) & cr1::RES == 0;
         if busy && !resolution && !matches!(offset, 0 | 0x08 | 0x38) {

@@ -1,7 +1,6 @@
 //! The ADC against RM0090 chapter 13.
 
 use super::*;
-use crate::chip::cpu::Size;
 use crate::chip::soc::peripheral::{Driven, Peripheral};
 
 const SR: u32 = 0;
@@ -168,7 +167,7 @@ fn triggers_that_do_not_count_and_those_that_stop_the_run() {
     adc.trigger(1000).unwrap();
     assert!(adc.clone().trigger(1200).is_err(), "converting");
     assert!(adc.clone().advance(5000).is_err(), "no input");
-    assert!(adc.write(SMPR2, Size::Word, 0, 1001).is_err(), "converting");
+    assert!(adc.write(SMPR2, 0, 1001).is_err(), "converting");
     adc.set(CR2, 0, 1002);
     assert_eq!(adc.next_sample(), None, "ADON off aborts");
     adc.trigger(1100).unwrap();
@@ -194,7 +193,7 @@ fn a_group_that_changes_begins_anew_and_without_scan_its_first_is_all() {
     let mut adc = board();
     adc.trigger(1000).unwrap();
     adc.set(CR1, 0, 1001);
-    assert!(adc.write(CR1, Size::Word, 1 << 24, 1001).is_err(), "RES");
+    assert!(adc.write(CR1, 1 << 24, 1001).is_err(), "RES");
     adc.sampled(5);
     assert_eq!(adc.get(SR, 1000 + 8 * 30), 8 | 4, "JEOC");
     assert_eq!((adc.get(JDR1, 1300), adc.next_sample()), (5, None));
@@ -211,12 +210,9 @@ fn the_rest_is_not_modelled() {
         (0x34, 0),              // SQR3
         (0x108, 1),             // ADC2
     ] {
-        assert!(
-            adc.write(offset, Size::Word, value, 0).is_err(),
-            "{offset:#x}"
-        );
+        assert!(adc.write(offset, value, 0).is_err(), "{offset:#x}");
     }
-    assert!(adc.read(0x4C, Size::Word, 0).is_err());
+    assert!(adc.read(0x4C, 0).is_err());
     // Another trigger never comes, nor is this one heard.
     adc.set(CR2, 0x0011_0001, 0);
     adc.trigger(1_000_000).unwrap();

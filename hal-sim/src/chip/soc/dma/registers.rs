@@ -2,7 +2,6 @@
 
 use super::{Dma, STREAMS, Stream, bit, tim1_events};
 use crate::chip::Cycle;
-use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 
 /// Register offsets.
@@ -34,8 +33,7 @@ pub const fn stream_offset(stream: usize, register: u32) -> u32 {
 
 impl Dma {
     /// Reads the register at `offset`.
-    pub fn read(&self, offset: u32, size: Size) -> Modelled<u32> {
-        word(size)?;
+    pub fn read(&self, offset: u32) -> Modelled<u32> {
         if offset < offset::STREAM {
             return match offset {
                 offset::LISR => Ok(self.flags[0]),
@@ -59,8 +57,7 @@ impl Dma {
 
     /// Writes the register at `offset`, complete from `done` on. Clearing EN of
     /// a stream sets its `stopping`; who moves its items switches it off.
-    pub fn write(&mut self, offset: u32, size: Size, value: u32, done: Cycle) -> Modelled {
-        word(size)?;
+    pub fn write(&mut self, offset: u32, value: u32, done: Cycle) -> Modelled {
         match offset {
             offset::LISR | offset::HISR => return Ok(()), // read only
             offset::LIFCR => self.flags[0] &= !value,
@@ -168,12 +165,4 @@ fn place(offset: u32) -> Modelled<(usize, u32)> {
 fn fcr(stream: &Stream) -> u32 {
     let level = if stream.word.is_some() { 0b001 } else { 0b100 };
     stream.fcr | level << 3
-}
-
-fn word(size: Size) -> Modelled {
-    if size == Size::Word {
-        Ok(())
-    } else {
-        Err(Unmodelled("a DMA access narrower than a word"))
-    }
 }

@@ -1,5 +1,4 @@
 use super::*;
-use crate::chip::cpu::Size;
 
 const PLAYING: u32 = 6 << 25 | 3 << 16 | 2 << 13 | 2 << 11 | 1 << 10 | 1 << 8 | 1 << 6;
 
@@ -9,11 +8,11 @@ fn write(
     register: u32,
     value: u32,
 ) -> Result<(), crate::chip::cpu::bus::Unmodelled> {
-    dma.write(stream_offset(stream, register), Size::Word, value, 0)
+    dma.write(stream_offset(stream, register), value, 0)
 }
 
 fn read(dma: &Dma, offset: u32) -> u32 {
-    dma.read(offset, Size::Word).unwrap()
+    dma.read(offset).unwrap()
 }
 
 /// DMA2 with stream 5 ready to play 10 words to GPIOB_BSRR.
@@ -35,8 +34,7 @@ fn reset_values_and_addresses() {
         assert_eq!(read(&dma, stream_offset(stream, offset::CR)), 0);
         assert_eq!(read(&dma, stream_offset(stream, offset::FCR)), 0x21);
     }
-    assert!(dma.read(0xD0, Size::Word).is_err());
-    assert!(dma.read(0, Size::Byte).is_err());
+    assert!(dma.read(0xD0).is_err());
 }
 
 /// RM0090 10.5.1–10.5.4: six bits at 0, 6, 16, 22.
@@ -47,10 +45,9 @@ fn flags_have_their_places_and_clear_by_ones() {
         dma.raise(stream, bit::TCIF);
         let (isr, ifcr) = [(0, 8), (4, 12)][stream / 4];
         assert_eq!(read(&dma, isr), bit::TCIF << shift);
-        dma.write(ifcr, Size::Word, !(bit::TCIF << shift), 0)
-            .unwrap();
+        dma.write(ifcr, !(bit::TCIF << shift), 0).unwrap();
         assert_eq!(read(&dma, isr), bit::TCIF << shift);
-        dma.write(ifcr, Size::Word, bit::TCIF << shift, 0).unwrap();
+        dma.write(ifcr, bit::TCIF << shift, 0).unwrap();
         assert_eq!(read(&dma, isr), 0);
     }
 }

@@ -1,7 +1,7 @@
 //! The flash interface's registers (RM0090 section 3.9).
 
 use super::Flash;
-use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
+use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
 
 impl Flash {
     pub(super) fn set_acr(&mut self, value: u32) -> Modelled {
@@ -12,8 +12,8 @@ impl Flash {
 }
 
 impl Peripheral for Flash {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
-        let word = match offset & !3 {
+    fn read(&mut self, offset: u32, _at: Cycle) -> Modelled<u32> {
+        let word = match offset {
             0x00 => self.accelerator.acr(),
             0x04 | 0x08 => 0,
             0x0C => self.programming.status(),
@@ -21,14 +21,10 @@ impl Peripheral for Flash {
             0x14 => self.programming.option_control(),
             _ => return Err(Unmodelled("FLASH register")),
         };
-        Ok(part(word, offset, size))
+        Ok(word)
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
-        refuse(
-            size != Size::Word,
-            "FLASH: register writes narrower than a word",
-        )?;
+    fn write(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled {
         match offset {
             0x00 => self.set_acr(value),
             0x04 => self.programming.write_key(value),

@@ -121,8 +121,8 @@ fn icrst_and_dcrst_forget_and_are_refused_while_on() {
     let mut flash = flash(ICEN | DCEN);
     run(&mut flash, 1000, [1, 2], 8);
     data_wait(&mut flash, BASE + 0x100, 2000);
-    assert!(Peripheral::write(&mut flash, ACR, Size::Word, 5 | ICEN | ICRST, 0).is_err());
-    assert!(Peripheral::write(&mut flash, ACR, Size::Word, 5 | DCEN | DCRST, 0).is_err());
+    assert!(Peripheral::write(&mut flash, ACR, 5 | ICEN | ICRST, 0).is_err());
+    assert!(Peripheral::write(&mut flash, ACR, 5 | DCEN | DCRST, 0).is_err());
     flash.set(ACR, 5, 2000);
     flash.set(ACR, 5 | ICEN | DCEN, 2000);
     assert_eq!(run(&mut flash, 2000, [1], 8), [0], "kept while off");
@@ -266,8 +266,8 @@ fn keys_unlock_and_a_wrong_one_locks_until_reset() {
     assert_eq!(flash.get(CR, 0), 0x200);
     flash.set(CR, 1 << 31, 0);
     assert_eq!(flash.get(CR, 0), 1 << 31);
-    assert!(Peripheral::write(&mut flash, KEYR, Size::Word, 1, 0).is_err());
-    assert!(Peripheral::write(&mut flash, KEYR, Size::Word, 0x4567_0123, 0).is_err());
+    assert!(Peripheral::write(&mut flash, KEYR, 1, 0).is_err());
+    assert!(Peripheral::write(&mut flash, KEYR, 0x4567_0123, 0).is_err());
     flash.reset(0);
     flash.set(KEYR, 0x4567_0123, 0);
 }

@@ -37,6 +37,11 @@ impl Lock {
         self.pins = pins;
     }
 
+    /// Something else than the key is written.
+    pub const fn break_off(&mut self) {
+        self.written = 0;
+    }
+
     /// What becomes of a configuration register with `width` (1, 2, 4) bits a pin,
     /// the lowest pin being `first`, when `value` is written over `old`.
     pub fn keep(&self, old: u32, value: u32, width: u32, first: u32) -> u32 {

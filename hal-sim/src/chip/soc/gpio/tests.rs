@@ -3,11 +3,11 @@ use super::*;
 const B: usize = 1;
 
 fn write(gpio: &mut Gpio, offset: u32, value: u32, done: Cycle) {
-    gpio.write(B, offset, Size::Word, value, done).unwrap();
+    gpio.write(B, offset, Lanes::whole(value), done).unwrap();
 }
 
 fn read(gpio: &Gpio, port: usize, offset: u32) -> u32 {
-    gpio.clone().read(port, offset, Size::Word).unwrap()
+    gpio.clone().read(port, offset).unwrap()
 }
 
 /// RM0090 8.4: reset values.
@@ -82,9 +82,8 @@ fn functions_need_mode_and_number() {
 #[test]
 fn narrow_accesses_and_other_ports_are_refused() {
     let mut gpio = Gpio::default();
-    assert!(gpio.read(B, 0x28, Size::Word).is_err());
-    assert!(gpio.write(B, offset::ODR, Size::Half, 0, 0).is_err());
-    assert!(gpio.read(PORTS, offset::IDR, Size::Word).is_err());
+    assert!(gpio.read(B, 0x28).is_err());
+    assert!(gpio.read(PORTS, offset::IDR).is_err());
 }
 
 /// The key for `pins`: three writes and a read.
@@ -92,7 +91,7 @@ fn lock(gpio: &mut Gpio, pins: u32) -> u32 {
     for key in [1 << 16, 0, 1 << 16] {
         write(gpio, offset::LCKR, key | pins, 1);
     }
-    gpio.read(B, offset::LCKR, Size::Word).unwrap()
+    gpio.read(B, offset::LCKR).unwrap()
 }
 
 #[test]
@@ -138,7 +137,7 @@ fn a_key_with_any_error_locks_nothing() {
         for &value in writes {
             write(&mut gpio, offset::LCKR, value, 1);
         }
-        let seen = gpio.read(B, offset::LCKR, Size::Word).unwrap();
+        let seen = gpio.read(B, offset::LCKR).unwrap();
         assert_eq!(seen & key, 0, "{writes:x?}");
         write(&mut gpio, offset::MODER, 0, 2);
         assert_eq!(read(&gpio, B, offset::MODER), 0);
@@ -147,7 +146,7 @@ fn a_key_with_any_error_locks_nothing() {
     let mut gpio = Gpio::default();
     write(&mut gpio, offset::LCKR, key | 2, 1);
     write(&mut gpio, offset::LCKR, 2, 1);
-    assert_eq!(gpio.read(B, offset::LCKR, Size::Word), Ok(2));
+    assert_eq!(gpio.read(B, offset::LCKR), Ok(2));
     write(&mut gpio, offset::LCKR, key | 2, 1);
-    assert_eq!(gpio.read(B, offset::LCKR, Size::Word), Ok(2));
+    assert_eq!(gpio.read(B, offset::LCKR), Ok(2));
 }

@@ -16,7 +16,7 @@ mod tests;
 
 pub use cable::{Answer, Packet, Reply};
 
-use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Size, refuse};
+use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral};
 use endpoint::{Direction, Endpoint};
 use fifo::{Receive, Transmit};
 use registers::*;
@@ -233,8 +233,7 @@ impl Otg {
 }
 
 impl Peripheral for Otg {
-    fn read(&mut self, offset: u32, size: Size, at: Cycle) -> Modelled<u32> {
-        refuse(size != Size::Word, "OTG_FS access other than 32 bits")?;
+    fn read(&mut self, offset: u32, at: Cycle) -> Modelled<u32> {
         self.advance(at)?;
         match offset {
             offset::FIFO..0x5000 => {
@@ -249,8 +248,7 @@ impl Peripheral for Otg {
         }
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
-        refuse(size != Size::Word, "OTG_FS access other than 32 bits")?;
+    fn write(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled {
         self.advance(at)?;
         match offset {
             offset::FIFO..0x5000 => self.transmit[(offset >> 12) as usize - 1].push(value)?,

@@ -5,11 +5,11 @@ use super::*;
 const HZ: u64 = 168_000_000;
 
 fn read(otg: &mut Otg, offset: u32) -> u32 {
-    otg.read(offset, Size::Word, otg.now).unwrap()
+    otg.read(offset, otg.now).unwrap()
 }
 
 fn write(otg: &mut Otg, offset: u32, value: u32) {
-    otg.write(offset, Size::Word, value, otg.now).unwrap();
+    otg.write(offset, value, otg.now).unwrap();
 }
 
 /// Attached, reset over, FIFOs of 62, 16, 16, 16 words, endpoint 1 bulk in both
@@ -107,7 +107,7 @@ fn flushes_clear_themselves_after_eight_phy_clocks() {
     assert_eq!(read(&mut otg, 0x938), 0, "16 words fill it");
     write(&mut otg, offset::GRSTCTL, rstctl::TXFFLSH | 1 << 6);
     assert_eq!(read(&mut otg, 0x938), 16);
-    let busy = |otg: &mut Otg, at| otg.read(offset::GRSTCTL, Size::Word, at).unwrap() & 0x30;
+    let busy = |otg: &mut Otg, at| otg.read(offset::GRSTCTL, at).unwrap() & 0x30;
     assert_ne!(busy(&mut otg, 27), 0);
     // 8 of 48 MHz are 28 of 168 MHz.
     assert_eq!(busy(&mut otg, 28), 0);
@@ -130,10 +130,7 @@ fn out_packet_to_interrupt() {
     let status = 3 << 21 | 2 << 17 | 5 << 4 | 1;
     assert_eq!(read(&mut otg, offset::GRXSTSR), status);
     assert_eq!(read(&mut otg, offset::GRXSTSP), status);
-    assert!(
-        otg.read(offset::GRXSTSP, Size::Word, 0).is_err(),
-        "data first"
-    );
+    assert!(otg.read(offset::GRXSTSP, 0).is_err(), "data first");
     assert_eq!(read(&mut otg, 0x1000), 0x0403_0201);
     assert_eq!(read(&mut otg, 0x1000), 0x05);
     // A short packet ends the transfer: NAKSTS, and an entry of its own.
@@ -298,9 +295,8 @@ fn what_nobody_needs_is_refused_by_name() {
         (0x400, 0),
     ];
     for (offset, value) in bad {
-        let result = otg.write(offset, Size::Word, value, 0);
+        let result = otg.write(offset, value, 0);
         assert!(result.is_err(), "{offset:#05x} {value:#x}");
     }
-    assert!(otg.read(0x1000, Size::Word, 0).is_err(), "empty FIFO");
-    assert!(otg.read(offset::GINTSTS, Size::Byte, 0).is_err());
+    assert!(otg.read(0x1000, 0).is_err(), "empty FIFO");
 }

@@ -3,11 +3,10 @@
 use super::requests::Requests;
 use super::{MEMORY, PERIPHERAL, Playback};
 use crate::chip::Cycle;
-use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Read, refuse};
-use crate::chip::soc::Ram;
 use crate::chip::soc::dma::{NEVER, STREAMS, tim1_events};
 use crate::chip::soc::matrix::{Bridge, Master, Slave};
+use crate::chip::soc::{Lanes, Ram};
 
 /// A block of registers that lives here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,52 +37,46 @@ impl Block {
 }
 
 impl Playback {
-    /// The core reads `size` at `offset` of `block`, its data phase beginning
-    /// at `at`.
-    pub fn read(
-        &mut self,
-        block: Block,
-        offset: u32,
-        size: Size,
-        at: Cycle,
-        ram: &mut Ram,
-    ) -> Modelled<Read> {
+    /// The core reads the register at `offset` of `block`, a multiple of 4, its data phase
+    /// beginning at `at`.
+    pub fn read(&mut self, block: Block, offset: u32, at: Cycle, ram: &mut Ram) -> Modelled<Read> {
         let wait = self.pass(Slave::Ahb1, block.bridge(), at, ram)?;
         let done = at + Cycle::from(wait) + 1;
         let value = match block {
             Block::Timer(n) => {
                 let timer = &mut self.timers[Block::timer_index(n)];
                 let before = timer.next_event();
-                let value = timer.read(offset, size, done)?;
+                let value = timer.read(offset, done)?;
                 if timer.next_event() != before {
                     self.foresee();
                 }
                 value
             }
-            Block::Dma1 => self.dma[0].read(offset, size)?,
-            Block::Dma2 => self.dma[1].read(offset, size)?,
-            Block::Gpio(port) => self.gpio.read(port, offset, size)?,
+            Block::Dma1 => self.dma[0].read(offset)?,
+            Block::Dma2 => self.dma[1].read(offset)?,
+            Block::Gpio(port) => self.gpio.read(port, offset)?,
         };
         Ok(Read { value, wait })
     }
 
-    /// The core writes `value`; gives the wait states.
+    /// The core writes the register at `offset`, but to a port as a whole; gives the wait
+    /// states.
     pub fn write(
         &mut self,
         block: Block,
         offset: u32,
-        size: Size,
-        value: u32,
+        written: Lanes,
         at: Cycle,
         ram: &mut Ram,
     ) -> Modelled<u32> {
         let wait = self.pass(Slave::Ahb1, block.bridge(), at, ram)?;
         let done = at + Cycle::from(wait) + 1;
+        let value = written.value;
         match block {
             Block::Timer(1) => {
                 self.timers[0].advance(done - 1)?;
                 let before = self.timers[0].trigger_level();
-                self.timers[0].write(offset, size, value, done)?;
+                self.timers[0].write(offset, value, done)?;
                 if !before && self.timers[0].trigger_level() {
                     self.timers[1].advance(done - 1)?;
                     self.timers[1].trigger(done);
@@ -91,19 +84,19 @@ impl Playback {
                 self.link(done)?;
             }
             Block::Timer(n) => {
-                self.timers[Block::timer_index(n)].write(offset, size, value, done)?;
+                self.timers[Block::timer_index(n)].write(offset, value, done)?;
                 if n == 2 {
                     self.link_trigger(done)?;
                 }
                 self.foresee();
             }
-            Block::Dma1 => self.dma[0].write(offset, size, value, done)?,
+            Block::Dma1 => self.dma[0].write(offset, value, done)?,
             Block::Dma2 => {
-                self.dma[1].write(offset, size, value, done)?;
+                self.dma[1].write(offset, value, done)?;
                 self.listen(done);
             }
             Block::Gpio(port) => {
-                self.gpio.write(port, offset, size, value, done)?;
+                self.gpio.write(port, offset, written, done)?;
                 if port == 0 {
                     self.feed_capture(done)?;
                 }

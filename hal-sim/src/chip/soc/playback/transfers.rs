@@ -10,9 +10,9 @@ use super::{Access, MEMORY, PERIPHERAL, Playback};
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Unmodelled};
-use crate::chip::soc::Ram;
 use crate::chip::soc::dma::{EVENTS, NEVER, STREAMS, Target, bit};
 use crate::chip::soc::matrix::{Master, Slave};
+use crate::chip::soc::{Lanes, Ram};
 
 /// Cycles from the grant of a port to its bus access: arbitration, address.
 pub(super) const GRANT: Cycle = 2;
@@ -213,7 +213,7 @@ impl Playback {
             Target::Port(port, offset) => {
                 if let Some(word) = stream.word.take() {
                     // Beyond its registers a port is silent.
-                    let _ = self.gpio.write(port, offset, Size::Word, word, done);
+                    let _ = self.gpio.write(port, offset, Lanes::whole(word), done);
                 }
             }
             Target::Word(address) if stream.plays() => {

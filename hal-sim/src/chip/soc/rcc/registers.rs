@@ -3,8 +3,7 @@
 use super::{APB1, APB2, CSSC, CSSF, LPENR_RESET, PLLCFGR_FIELDS, PLLCFGR_RESET, RMVF, Rcc};
 use super::{LSI_START_NS, cr};
 use crate::chip::soc::clock::cycles_in;
-use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Size, Unmodelled, part, refuse};
-use crate::chip::soc::word::merged;
+use crate::chip::soc::peripheral::{Cycle, Modelled, Peripheral, Unmodelled, refuse};
 
 const CSR: u32 = 0x74;
 const LSION: u32 = 1;
@@ -76,8 +75,8 @@ impl Rcc {
 }
 
 impl Peripheral for Rcc {
-    fn read(&mut self, offset: u32, size: Size, _at: Cycle) -> Modelled<u32> {
-        let word = match offset & !3 {
+    fn read(&mut self, offset: u32, _at: Cycle) -> Modelled<u32> {
+        let word = match offset {
             0x00 => self.cr,
             0x04 => self.pllcfgr,
             0x08 => self.cfgr & !0xC | self.source.field() << 2,
@@ -101,15 +100,11 @@ impl Peripheral for Rcc {
                 }
             }
         };
-        Ok(part(word, offset, size))
+        Ok(word)
     }
 
-    fn write(&mut self, offset: u32, size: Size, value: u32, at: Cycle) -> Modelled {
-        // Words, half-words and bytes (RM0090 section 7.3).
-        let register = offset & !3;
-        let old = self.read(register, Size::Word, at)?;
-        let value = merged(old, offset, size, value);
-        match register {
+    fn write(&mut self, offset: u32, value: u32, at: Cycle) -> Modelled {
+        match offset {
             0x00 => self.write_cr(value, at)?,
             0x04 if value & PLLCFGR_FIELDS == self.pllcfgr & PLLCFGR_FIELDS => {}
             0x04 => {

@@ -2,7 +2,6 @@
 
 use super::{IN_FORCE, Mode, Timer, WRITTEN};
 use crate::chip::Cycle;
-use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::{Modelled, Unmodelled};
 
 /// Register offsets.
@@ -66,8 +65,8 @@ const CCER: [u32; 2] = [0x3FFF, 0xBBBB];
 
 impl Timer {
     /// Reads the register at `offset` in an access complete from `done` on.
-    pub fn read(&mut self, offset: u32, size: Size, done: Cycle) -> Modelled<u32> {
-        self.check(offset, size)?;
+    pub fn read(&mut self, offset: u32, done: Cycle) -> Modelled<u32> {
+        self.check(offset)?;
         self.advance(done.saturating_sub(1))?;
         Ok(match offset {
             offset::CR1 => self.cr1,
@@ -87,8 +86,8 @@ impl Timer {
     }
 
     /// Writes the register at `offset`; it holds from `done` on.
-    pub fn write(&mut self, offset: u32, size: Size, value: u32, done: Cycle) -> Modelled {
-        self.check(offset, size)?;
+    pub fn write(&mut self, offset: u32, value: u32, done: Cycle) -> Modelled {
+        self.check(offset)?;
         self.advance(done.saturating_sub(1))?;
         let value = if self.is_wide(offset) {
             value
@@ -133,12 +132,7 @@ impl Timer {
         (self.number != 1) as usize
     }
 
-    fn check(&self, offset: u32, size: Size) -> Modelled {
-        // The bridge doubles a half-word (RM0090 section 2.3): the same to
-        // registers of 16 bits.
-        if size == Size::Byte || size == Size::Half && self.is_wide(offset) {
-            return Err(Unmodelled("a TIM access narrower than its register"));
-        }
+    fn check(&self, offset: u32) -> Modelled {
         let advanced = matches!(offset, offset::RCR | offset::BDTR);
         let known = offset <= offset::BDTR && offset.is_multiple_of(4);
         let option = offset == offset::OR && self.number == 5;

@@ -1,6 +1,5 @@
 use super::offset as reg;
 use super::*;
-use crate::chip::cpu::Size;
 
 fn timer(number: u8, divider: u32) -> Timer {
     let mut timer = Timer::new(number);
@@ -9,11 +8,11 @@ fn timer(number: u8, divider: u32) -> Timer {
 }
 
 fn write(timer: &mut Timer, offset: u32, value: u32, done: Cycle) {
-    timer.write(offset, Size::Word, value, done).unwrap();
+    timer.write(offset, value, done).unwrap();
 }
 
 fn read(timer: &mut Timer, offset: u32, done: Cycle) -> u32 {
-    timer.read(offset, Size::Word, done).unwrap()
+    timer.read(offset, done).unwrap()
 }
 
 /// A read complete from c on sees what holds before c.
@@ -265,8 +264,8 @@ fn a_started_slave_counts_its_own_clock() {
     write(&mut tim, reg::SMCR, 6, 200);
     let before = count(&mut tim, 300);
     assert_eq!(count(&mut tim, 500), before + 100);
-    assert!(tim.write(reg::CR1, Size::Word, 0, 600).is_err(), "set anew");
-    assert!(slave().write(reg::SMCR, Size::Word, 5, 0).is_err(), "gated");
+    assert!(tim.write(reg::CR1, 0, 600).is_err(), "set anew");
+    assert!(slave().write(reg::SMCR, 5, 0).is_err(), "gated");
 }
 
 #[test]
@@ -396,11 +395,7 @@ fn a_preloaded_compare_waits_for_an_update() {
 
 #[test]
 fn what_nobody_models_is_refused() {
-    let refused = |number, offset, value| {
-        timer(number, 1)
-            .write(offset, Size::Word, value, 0)
-            .is_err()
-    };
+    let refused = |number, offset, value| timer(number, 1).write(offset, value, 0).is_err();
     assert!(refused(2, reg::SMCR, 4), "reset mode");
     assert!(refused(2, reg::DIER, 1 << 13), "COM of TIM2");
     assert!(refused(3, reg::RCR, 0), "no such register");
@@ -412,8 +407,6 @@ fn what_nobody_models_is_refused() {
     );
     assert!(refused(1, reg::CCMR1, 1 << 3), "a compare preload");
     let mut tim = timer(3, 1);
-    assert!(tim.read(reg::CNT, Size::Byte, 0).is_err());
-    assert!(timer(2, 1).read(reg::CNT, Size::Half, 0).is_err());
-    tim.write(reg::PSC, Size::Half, 0x0003_0003, 0).unwrap();
-    assert_eq!(tim.read(reg::PSC, Size::Half, 0), Ok(3));
+    tim.write(reg::PSC, 0x0003_0003, 0).unwrap();
+    assert_eq!(tim.read(reg::PSC, 0), Ok(3), "16 bits");
 }

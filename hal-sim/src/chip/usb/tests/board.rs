@@ -1,7 +1,6 @@
 //! A host and a controller with a driver (`driver`), without the core.
 
 use crate::chip::Cycle;
-use crate::chip::cpu::Size;
 use crate::chip::soc::Peripheral;
 use crate::chip::soc::otg::Otg;
 use crate::chip::usb::Host;
@@ -103,13 +102,13 @@ impl Board {
     pub fn read(&mut self, offset: u32) -> u32 {
         self.now += ACCESS;
         self.host.advance(self.now, &mut self.otg);
-        self.otg.read(offset, Size::Word, self.now).unwrap()
+        self.otg.read(offset, self.now).unwrap()
     }
 
     pub fn write(&mut self, offset: u32, value: u32) {
         self.now += ACCESS;
         self.host.advance(self.now, &mut self.otg);
-        self.otg.write(offset, Size::Word, value, self.now).unwrap();
+        self.otg.write(offset, value, self.now).unwrap();
     }
 
     pub(super) fn modify(&mut self, offset: u32, set: u32) {

@@ -180,10 +180,7 @@ fn semihosting_answers() {
     assert!(matches!(exit(0x30, &[]), Err(Stop::Instruction { .. })));
     assert!(matches!(
         exit(5, &[1, 0x3000_0000, 1]),
-        Err(Stop::Access {
-            address: 0x3000_0000,
-            ..
-        })
+        Err(Stop::Access { access, .. }) if access.address == 0x3000_0000
     ));
 }
 

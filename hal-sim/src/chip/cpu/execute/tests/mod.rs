@@ -1,5 +1,6 @@
 //! Instructions against the Arm ARM and the TRM, hand-assembled.
 
+mod bit_band;
 mod branch;
 mod control;
 mod it;

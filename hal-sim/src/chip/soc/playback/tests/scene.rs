@@ -2,11 +2,11 @@
 
 use crate::chip::Cycle;
 use crate::chip::cpu::Size;
-use crate::chip::soc::Ram;
 use crate::chip::soc::dma::{offset as dma, stream_offset};
 use crate::chip::soc::gpio::{Edge, offset as gpio};
 use crate::chip::soc::playback::{Block, Pace, Playback};
 use crate::chip::soc::timer::offset as tim;
+use crate::chip::soc::{Lanes, Ram};
 
 pub const SRAM2: u32 = 0x2001_C000;
 pub const LENGTH: u32 = 500;
@@ -44,7 +44,7 @@ impl Scene {
     pub fn write(&mut self, block: Block, offset: u32, value: u32) {
         let wait = self
             .playback
-            .write(block, offset, Size::Word, value, self.at, &mut self.ram)
+            .write(block, offset, Lanes::whole(value), self.at, &mut self.ram)
             .unwrap();
         self.at += Cycle::from(wait) + 2;
     }
@@ -52,7 +52,7 @@ impl Scene {
     pub fn read(&mut self, block: Block, offset: u32) -> u32 {
         let read = self
             .playback
-            .read(block, offset, Size::Word, self.at, &mut self.ram)
+            .read(block, offset, self.at, &mut self.ram)
             .unwrap();
         self.at += Cycle::from(read.wait) + 2;
         read.value
@@ -185,8 +185,7 @@ impl Scene {
             .write(
                 Block::Timer(1),
                 tim::CR1,
-                Size::Word,
-                5,
+                Lanes::whole(5),
                 before,
                 &mut self.ram,
             )

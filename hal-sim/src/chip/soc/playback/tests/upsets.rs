@@ -3,8 +3,8 @@
 use super::scene::*;
 use super::tape::playing;
 use crate::chip::Cycle;
-use crate::chip::cpu::Size;
 use crate::chip::cpu::bus::Modelled;
+use crate::chip::soc::Lanes;
 use crate::chip::soc::dma::{offset as dma, stream_offset};
 use crate::chip::soc::gpio::offset as gpio;
 use crate::chip::soc::playback::{Block, Pace};
@@ -156,7 +156,7 @@ fn a_centre_aligned_timer_asks_for_nothing_that_is_known() {
     for mode in 1..4 {
         let (block, value) = (Block::Timer(1), mode << 5 | 0b101);
         let mut playback = scene.playback.clone();
-        let wait = playback.write(block, tim::CR1, Size::Word, value, at, ram);
+        let wait = playback.write(block, tim::CR1, Lanes::whole(value), at, ram);
         assert!(wait.is_err(), "CMS {mode}");
     }
 }

@@ -1,12 +1,11 @@
-//! World time in cycles of a core whose clock may fail.
+//! Real time in cycles of a core whose clock changes.
 
 use crate::chip::Cycle;
 
-/// Picoseconds of a second, and of a microsecond.
+/// Picoseconds of a second, a microsecond and a nanosecond.
 const SECOND_PS: u128 = 1_000_000_000_000;
 const US_PS: u128 = 1_000_000;
-/// The board's clock, Hz.
-const NOMINAL_HZ: u32 = 168_000_000;
+const NS_PS: u128 = 1_000;
 
 /// From `cycle` on, which is `ps`, the clock is `hz`.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -18,18 +17,18 @@ struct Stretch {
 
 /// Which cycle is when.
 #[derive(Clone, PartialEq, Debug)]
-pub(super) struct Time {
-    /// In their order; the first begins with world time.
+pub struct Time {
+    /// In their order; the first begins with time.
     stretches: Vec<Stretch>,
 }
 
 impl Time {
-    /// World time 0 is at `origin`, at the board's clock.
-    pub fn new(origin: Cycle) -> Self {
+    /// Time 0 is at `origin`, at a clock of `hz`.
+    pub fn new(origin: Cycle, hz: u32) -> Self {
         let first = Stretch {
             cycle: origin,
             ps: 0,
-            hz: NOMINAL_HZ,
+            hz,
         };
         Self {
             stretches: vec![first],
@@ -51,16 +50,33 @@ impl Time {
         }
     }
 
-    /// World time at `cycle`, µs, rounded down; 0 before it began.
+    /// Time at `cycle`, µs, rounded down; 0 before it began.
     pub fn us(&self, cycle: Cycle) -> u64 {
+        (self.ps(cycle) / US_PS) as u64
+    }
+
+    /// Time at `cycle`, ns, rounded down; 0 before it began.
+    pub fn ns(&self, cycle: Cycle) -> u64 {
+        (self.ps(cycle) / NS_PS) as u64
+    }
+
+    fn ps(&self, cycle: Cycle) -> u128 {
         let after = self.stretches.partition_point(|it| it.cycle <= cycle);
         let stretch = self.stretches.get(after.saturating_sub(1));
-        stretch.map_or(0, |it| (it.ps_at(cycle) / US_PS) as u64)
+        stretch.map_or(0, |it| it.ps_at(cycle))
     }
 
     /// The first cycle at or after `us`.
     pub fn cycle(&self, us: u64) -> Cycle {
-        let ps = u128::from(us) * US_PS;
+        self.cycle_of(u128::from(us) * US_PS)
+    }
+
+    /// The first cycle at or after `ns`.
+    pub fn cycle_of_ns(&self, ns: u64) -> Cycle {
+        self.cycle_of(u128::from(ns) * NS_PS)
+    }
+
+    fn cycle_of(&self, ps: u128) -> Cycle {
         let after = self.stretches.partition_point(|it| it.ps <= ps);
         let stretch = self.stretches.get(after.saturating_sub(1));
         stretch.map_or(0, |it| it.cycle_of(ps))
@@ -85,7 +101,7 @@ mod tests {
 
     #[test]
     fn microseconds_have_168_cycles_until_the_clock_changes() {
-        let mut time = Time::new(1_000);
+        let mut time = Time::new(1_000, 168_000_000);
         for us in [0, 1, 7, 999_999, 10_000_000_000] {
             assert_eq!(time.cycle(us), 1_000 + us * 168);
             assert_eq!(time.us(1_000 + us * 168), us);
@@ -99,5 +115,9 @@ mod tests {
         assert_eq!((time.cycle(11), time.us(2_680 + 17)), (2_696, 11));
         assert_eq!((time.cycle(20), time.cycle(21)), (2_840, 2_924));
         assert_eq!((time.us(2_839), time.us(2_924 + 84)), (19, 22));
+        assert_eq!(
+            (time.ns(2_840 + 21), time.cycle_of_ns(20_250)),
+            (20_250, 2_861)
+        );
     }
 }

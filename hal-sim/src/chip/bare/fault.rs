@@ -1,0 +1,156 @@
+//! A fault as the program took it: the registers that say what happened, and where.
+
+use crate::chip::cpu::{Cpu, Size};
+use crate::chip::image::Symbols;
+use crate::chip::names;
+use crate::chip::soc::Soc;
+
+/// HardFault to UsageFault (Arm ARM B1.5.2).
+pub(super) const fn is_fault(number: u16) -> bool {
+    matches!(number, 3..=6)
+}
+
+const CFSR: u32 = 0xE000_ED28;
+const HFSR: u32 = 0xE000_ED2C;
+const MMFAR: u32 = 0xE000_ED34;
+const BFAR: u32 = 0xE000_ED38;
+
+/// CFSR's bit that MMFAR holds an address, and that BFAR does.
+const MMARVALID: u32 = 1 << 7;
+const BFARVALID: u32 = 1 << 15;
+
+/// What the bits of CFSR mean (Arm ARM B3.2.15).
+const CAUSES: [(u32, &str); 17] = [
+    (1, "the MPU denies the instruction"),
+    (1 << 1, "the MPU denies the data"),
+    (1 << 3, "the MPU denies what is unstacked"),
+    (1 << 4, "the MPU denies the stack"),
+    (1 << 5, "the MPU denies the floating-point stack"),
+    (1 << 8, "a bus error of an instruction"),
+    (1 << 9, "a bus error of data"),
+    (
+        1 << 10,
+        "a bus error of data stored some instructions before",
+    ),
+    (1 << 11, "a bus error of what is unstacked"),
+    (1 << 12, "a bus error of the stack"),
+    (1 << 13, "a bus error of the floating-point stack"),
+    (1 << 16, "an undefined instruction"),
+    (1 << 17, "a jump to an even address"),
+    (1 << 18, "an exception return that is none"),
+    (1 << 19, "floating point that CPACR denies"),
+    (1 << 24, "an address that is not aligned"),
+    (1 << 25, "a division by zero"),
+];
+
+/// What the bits of HFSR mean (Arm ARM B3.2.16), but for FORCED.
+const HARD_CAUSES: [(u32, &str); 2] = [
+    (1 << 1, "a bus error of a vector"),
+    (1 << 31, "a breakpoint without a debugger"),
+];
+
+/// Names of the words that the core stacks (Arm ARM B1.5.6).
+pub const STACKED: [&str; 8] = ["r0", "r1", "r2", "r3", "r12", "lr", "pc", "xpsr"];
+
+/// A fault that the program took.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// Exception number, 3 to 6.
+    pub number: u16,
+    /// When, ns after power-on.
+    pub ns: u64,
+    /// What the core stacked, in the order of [`STACKED`]; `None` if that failed.
+    pub stacked: Option<[u32; 8]>,
+    /// The stack pointer before.
+    pub sp: u32,
+    /// Configurable fault status.
+    pub cfsr: u32,
+    /// Hard fault status.
+    pub hfsr: u32,
+    /// The address that MMFAR or BFAR holds, if one does.
+    pub address: Option<u32>,
+}
+
+impl Fault {
+    /// Exception `number` was entered at `ns`, and its handler has not run yet.
+    pub(super) fn taken(number: u16, ns: u64, cpu: &mut Cpu, soc: &Soc) -> Self {
+        let at = cpu.cycle;
+        let mut register = |address| cpu.system.read(address, Size::Word, at).unwrap_or(0);
+        let [cfsr, hfsr, mmfar, bfar] = [CFSR, HFSR, MMFAR, BFAR].map(&mut register);
+        let address = match cfsr & (MMARVALID | BFARVALID) {
+            0 => None,
+            MMARVALID => Some(mmfar),
+            _ => Some(bfar),
+        };
+        let registers = &cpu.registers;
+        // EXC_RETURN's bit 2: which stack (Arm ARM B1.5.8).
+        let sp = match registers.r[14] & 4 {
+            0 => registers.msp(),
+            _ => registers.psp(),
+        };
+        let mut stacked = [0; STACKED.len()];
+        let mut is_there = true;
+        for (word, offset) in stacked.iter_mut().zip((0..).step_by(4)) {
+            let address = sp.wrapping_add(offset);
+            let read = soc.ram.read(address, Size::Word);
+            let read = read.or_else(|| soc.ccm.read(address, Size::Word));
+            is_there &= read.is_some();
+            *word = read.unwrap_or(0);
+        }
+        Self {
+            number,
+            ns,
+            stacked: is_there.then_some(stacked),
+            sp: sp.wrapping_add(4 * STACKED.len() as u32),
+            cfsr,
+            hfsr,
+            address,
+        }
+    }
+
+    /// Its name in the Arm ARM.
+    pub const fn name(&self) -> &'static str {
+        match self.number {
+            3 => "HardFault",
+            4 => "MemManage",
+            5 => "BusFault",
+            _ => "UsageFault",
+        }
+    }
+
+    /// Address of the instruction that it came with; `None` if it was not stacked.
+    pub fn pc(&self) -> Option<u32> {
+        self.stacked.map(|words| words[6])
+    }
+
+    /// Why, and where by `symbols`: one line.
+    pub fn describe(&self, symbols: &Symbols) -> String {
+        let of = |table: &[(u32, &'static str)], register: u32| -> Vec<&'static str> {
+            let set = table.iter().filter(|(bit, _)| register & bit != 0);
+            set.map(|(_, cause)| *cause).collect()
+        };
+        let causes = [of(&CAUSES, self.cfsr), of(&HARD_CAUSES, self.hfsr)].concat();
+        let mut text = format!("{}: {}", self.name(), causes.join(", "));
+        if let Some(address) = self.address {
+            text.push_str(&format!(" at {address:#010x}"));
+            if let Some(register) = names::register(address) {
+                text.push_str(&format!(" ({register})"));
+            }
+        }
+        match self.pc() {
+            Some(pc) => {
+                let function = symbols.describe(pc);
+                text.push_str(&format!(", pc {pc:#010x} (in {function})"));
+            }
+            None => text.push_str(", and its place could not be stacked"),
+        }
+        text
+    }
+
+    /// All registers by name, in hexadecimal.
+    pub fn registers(&self) -> Vec<(&'static str, u32)> {
+        let stacked = self.stacked.map(|words| STACKED.into_iter().zip(words));
+        let status = [("sp", self.sp), ("cfsr", self.cfsr), ("hfsr", self.hfsr)];
+        stacked.into_iter().flatten().chain(status).collect()
+    }
+}

@@ -1,0 +1,258 @@
+//! Everything but the core, as the core's bus: the chip, and what is at its pins: nothing
+//! that drives them, somebody who looks, and perhaps a USB host.
+
+use crate::chip::Cycle;
+use crate::chip::cpu::bus::{Bus, Denied, LINE_WORDS, Modelled, Read, Size};
+use crate::chip::soc::gpio::PORTS;
+use crate::chip::soc::rcc::Cause;
+use crate::chip::soc::{Pace, Soc, flash};
+use crate::chip::time::Time;
+use crate::chip::usb::Host;
+
+/// What an analogue input that nothing drives reads as.
+const OPEN_INPUT: u16 = 0;
+
+/// Pins of one port that changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PinEdge {
+    /// When, ns after power-on.
+    pub ns: u64,
+    /// 0 is port A.
+    pub port: usize,
+    /// Bit n: pin n changed.
+    pub changed: u16,
+    /// All levels of the port after it.
+    pub levels: u16,
+}
+
+/// The chip without its core, and what is at its pins.
+#[derive(Clone, Debug)]
+pub struct Wires {
+    /// The chip.
+    pub soc: Soc,
+    host: Option<Host>,
+    time: Time,
+    hz: u32,
+    now: Cycle,
+    /// Interrupt lines at `now`.
+    lines: [u32; LINE_WORDS],
+    edges: Vec<PinEdge>,
+    toggles: [[u64; 16]; PORTS],
+    serial: Vec<u8>,
+}
+
+impl Wires {
+    pub(super) fn new(image: &[u8], is_host: bool) -> Self {
+        let mut soc = Soc::new(Pace::Lazy);
+        // `Image` has checked that it fits.
+        let _ = soc.flash.load(flash::BASE, image);
+        let hz = soc.hz();
+        let host = is_host.then(|| {
+            let mut host = Host::new(hz.into());
+            host.plug(0, &mut soc.otg);
+            host
+        });
+        Self {
+            soc,
+            host,
+            time: Time::new(0, hz),
+            hz,
+            now: 0,
+            lines: [0; LINE_WORDS],
+            edges: Vec::new(),
+            toggles: [[0; 16]; PORTS],
+            serial: Vec::new(),
+        }
+    }
+
+    /// Which cycle is when.
+    pub const fn time(&self) -> &Time {
+        &self.time
+    }
+
+    /// Edges of pins since the last call, in their order.
+    pub fn edges(&mut self) -> impl Iterator<Item = PinEdge> + '_ {
+        self.edges.drain(..)
+    }
+
+    /// Level of pin `pin` of `port` (0 is A) now; low beyond I and 15.
+    pub fn level(&self, port: usize, pin: usize) -> bool {
+        self.soc.playback.gpio.level(port, pin)
+    }
+
+    /// How often each pin changed since power-on, by port (0 is A) and pin.
+    pub const fn toggles(&self) -> &[[u64; 16]; PORTS] {
+        &self.toggles
+    }
+
+    /// Bytes that USART2 sent since the last call.
+    pub fn serial(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.serial)
+    }
+
+    /// The USB host, if one is there.
+    pub const fn host(&self) -> Option<&Host> {
+        self.host.as_ref()
+    }
+
+    /// Bytes that came over USB since the last call.
+    pub fn received(&mut self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        while let Some((_, packet)) = self.host.as_mut().and_then(Host::received) {
+            bytes.extend_from_slice(packet.bytes());
+        }
+        bytes
+    }
+
+    pub(super) fn send(&mut self, bytes: &[u8], at: Cycle) {
+        if let Some(host) = &mut self.host {
+            host.send(bytes, at);
+            self.soc.reschedule();
+        }
+    }
+
+    /// Resets the chip for the reason that it asked for, which it gives.
+    pub(super) fn reset(&mut self, at: Cycle) -> Modelled<Cause> {
+        let cause = self.soc.reset.unwrap_or(Cause::Pin);
+        self.soc.reset(cause, at)?;
+        self.follow_clock(at);
+        self.collect();
+        Ok(cause)
+    }
+
+    fn follow_clock(&mut self, at: Cycle) {
+        if self.hz != self.soc.hz() {
+            self.hz = self.soc.hz();
+            self.time.set_hz(self.hz, at);
+            if let Some(host) = &mut self.host {
+                host.set_hz(self.hz.into(), at);
+            }
+        }
+    }
+
+    /// What left the chip up to now.
+    fn collect(&mut self) {
+        for edge in self.soc.playback.gpio.edges.drain(..) {
+            let (ns, port) = (self.time.ns(edge.cycle), usize::from(edge.port));
+            for (pin, count) in self.toggles[port].iter_mut().enumerate() {
+                *count += u64::from(edge.changed >> pin & 1);
+            }
+            self.edges.push(PinEdge {
+                ns,
+                port,
+                changed: edge.changed,
+                levels: edge.levels,
+            });
+        }
+        self.serial
+            .extend(self.soc.usart2.sent().map(|(_, byte)| byte));
+        self.soc.spi3.words().for_each(drop); // nothing hears them
+    }
+
+    /// The host's polls up to now met the registers as they were before this access to
+    /// OTG_FS.
+    #[inline]
+    fn poll_cable(&mut self, address: u32, at: Cycle) {
+        if address >> 16 == 0x5000
+            && let Some(host) = &mut self.host
+        {
+            host.advance(at, &mut self.soc.otg);
+        }
+    }
+
+    /// One step of [`Bus::advance`], up to the next thing that must be seen.
+    fn advance_step(&mut self, to: Cycle) -> Modelled {
+        self.soc.advance(to)?;
+        self.follow_clock(to);
+        if let Some(host) = &mut self.host {
+            host.advance(to, &mut self.soc.otg);
+        }
+        self.collect();
+        if self.soc.adc.next_sample().is_some_and(|it| it.at <= to) {
+            self.soc.adc.sampled(OPEN_INPUT);
+            self.soc.reschedule();
+        }
+        self.now = to;
+        self.lines = self.soc.lines();
+        Ok(())
+    }
+}
+
+impl Bus for Wires {
+    #[inline]
+    fn read(&mut self, address: u32, size: Size, at: Cycle) -> Result<Read, Denied> {
+        self.poll_cable(address, at);
+        self.soc.read(address, size, at)
+    }
+
+    #[inline]
+    fn write(&mut self, address: u32, size: Size, value: u32, at: Cycle) -> Result<u32, Denied> {
+        self.poll_cable(address, at);
+        self.soc.write(address, size, value, at)
+    }
+
+    #[inline(always)]
+    fn read_at_once(&self, address: u32, size: Size) -> Option<u32> {
+        self.soc.read_at_once(address, size)
+    }
+
+    #[inline(always)]
+    fn write_at_once(&mut self, address: u32, size: Size, value: u32) -> bool {
+        self.soc.write_at_once(address, size, value)
+    }
+
+    fn code(&mut self, address: u32) -> Result<u16, Denied> {
+        self.soc.code(address)
+    }
+
+    #[inline]
+    fn fetch(&mut self, line: u32, at: Cycle) -> u32 {
+        self.soc.fetch(line, at)
+    }
+
+    fn is_writable_code(&self, address: u32) -> bool {
+        self.soc.is_writable_code(address)
+    }
+
+    fn code_version(&self) -> u32 {
+        self.soc.code_version()
+    }
+
+    fn advance(&mut self, to: Cycle) -> Modelled {
+        loop {
+            let next = self.next_event().max(self.now);
+            if next >= to {
+                break;
+            }
+            self.advance_step(next)?;
+        }
+        self.advance_step(to)
+    }
+
+    fn next_event(&self) -> Cycle {
+        let host = self.host.as_ref();
+        let host = host.map_or(Cycle::MAX, |host| host.next_event(&self.soc.otg));
+        self.soc.next_event().min(host)
+    }
+
+    #[inline]
+    fn lines(&self) -> [u32; LINE_WORDS] {
+        self.lines
+    }
+
+    fn nmi(&self) -> bool {
+        self.soc.rcc.cssf
+    }
+
+    fn request_reset(&mut self, at: Cycle) {
+        self.soc.request_reset(at);
+    }
+
+    fn clocks_sleeping_core(&self) -> bool {
+        self.soc.clocks_sleeping_core()
+    }
+
+    fn wants_reset(&self) -> bool {
+        self.soc.wants_reset()
+    }
+}

@@ -1,0 +1,94 @@
+//! Bit-banding: each word of an alias region stands for one bit of memory (TRM 3.7).
+
+use super::bus::{Bus, Denied, Size};
+use crate::chip::Cycle;
+
+/// The alias regions, 32 MiB each, by the upper seven bits of an address: 0x2200_0000 of
+/// SRAM, 0x4200_0000 of peripherals.
+const ALIASES: [u32; 2] = [0x2200_0000 >> 25, 0x4200_0000 >> 25];
+
+/// One bit of memory, as an access to its alias reaches it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bit {
+    /// Address of the access to memory, aligned to its size.
+    pub address: u32,
+    /// Which bit of what lies there, 0 to 31.
+    pub number: u32,
+}
+
+impl Bit {
+    /// The bit that an access of `size` to the alias at `address` reaches; `None` outside of
+    /// the alias regions, and beside a word's address: only what is aligned to words is
+    /// converted (Arm's knowledge base, article 103489860). Memory is accessed in the width
+    /// of the access to the alias (Cortex-M4 Devices Generic User Guide, 2.2.5).
+    #[inline]
+    pub const fn of(address: u32, size: Size) -> Option<Self> {
+        let region = address >> 25;
+        if region != ALIASES[0] && region != ALIASES[1] || address & 3 != 0 {
+            return None;
+        }
+        let offset = address & 0x01FF_FFFF;
+        let byte = address & 0xF000_0000 | offset >> 5;
+        Some(Self {
+            address: byte & !(size.bytes() - 1),
+            number: offset >> 2 & (8 * size.bytes() - 1),
+        })
+    }
+
+    /// The bit in `memory`: 0 or 1.
+    pub const fn read_from(self, memory: u32) -> u32 {
+        memory >> self.number & 1
+    }
+
+    /// `memory` with bit 0 of `value` in its place.
+    pub const fn written_to(self, memory: u32, value: u32) -> u32 {
+        memory & !(1 << self.number) | (value & 1) << self.number
+    }
+
+    /// Reads memory, then writes it with bit 0 of `value` in its place, from `at` on; gives
+    /// the wait states of both.
+    ///
+    /// # Errors
+    /// As the two accesses.
+    #[inline(never)]
+    pub fn write(
+        self,
+        bus: &mut impl Bus,
+        size: Size,
+        value: u32,
+        at: Cycle,
+    ) -> Result<u32, Denied> {
+        let read = bus.read(self.address, size, at)?;
+        let wait = read.wait + 1;
+        let memory = self.written_to(read.value, value);
+        Ok(wait + bus.write(self.address, size, memory, at + Cycle::from(wait))?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// TRM figure 3-2, and of peripherals the bit that ST's HAL switches the PLL on by.
+    #[test]
+    fn a_word_of_an_alias_is_a_bit_in_the_width_of_its_access() {
+        for (alias, size, address, number) in [
+            (0x2200_0000, Size::Byte, 0x2000_0000, 0),
+            (0x2200_001C, Size::Byte, 0x2000_0000, 7),
+            (0x23FF_FFE0, Size::Byte, 0x200F_FFFF, 0),
+            (0x23FF_FFFC, Size::Byte, 0x200F_FFFF, 7),
+            (0x23FF_FFFC, Size::Half, 0x200F_FFFE, 15),
+            (0x23FF_FFFC, Size::Word, 0x200F_FFFC, 31),
+            (0x4247_0060, Size::Word, 0x4002_3800, 24),
+            (0x4247_0060, Size::Half, 0x4002_3802, 8),
+            (0x43FF_FFFC, Size::Word, 0x400F_FFFC, 31),
+        ] {
+            assert_eq!(Bit::of(alias, size), Some(Bit { address, number }));
+        }
+        for none in [0x21FF_FFFC, 0x2400_0000, 0x41FF_FFFC, 0x4400_0000] {
+            assert_eq!(Bit::of(none, Size::Word), None);
+        }
+        assert_eq!(Bit::of(0x1200_0000, Size::Word), None, "CCM has none");
+        assert_eq!(Bit::of(0x2200_0001, Size::Byte), None, "beside a word");
+    }
+}

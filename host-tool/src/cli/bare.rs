@@ -1,0 +1,332 @@
+//! `flexor chip`: any image on the simulated chip, without board and session.
+
+mod report;
+mod usb;
+
+use super::{Bar, Incomplete, Output, interrupt, wrong};
+use anyhow::Context;
+use clap::Args;
+use hal_sim::chip::bare::{Bare, Ending};
+use hal_sim::chip::cpu::Stop;
+use hal_sim::chip::image::Image;
+use hal_sim::chip::soc::gpio::PORTS;
+use hal_sim::trace::Dump;
+use host_core::link::Interruption;
+use host_core::record::{RecordError, may_write};
+use report::Report;
+use std::fs::File;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use usb::Line;
+
+/// Run any image for an STM32F405 on the simulated chip, without board or session.
+///
+/// Its semihosting console goes to the standard output. Exit code 0: it ran for its time, or
+/// ended itself with status 0; 1: it stopped, took a fault or ended with another status.
+#[derive(Args, Debug)]
+pub struct BareArgs {
+    /// The image (ELF)
+    image: PathBuf,
+    /// Device time to run for, such as 500ms, 2s or 10us, up to 1 h; default: 1s, with --usb
+    /// until Ctrl-C
+    #[arg(long = "for", value_name = "TIME", value_parser = duration)]
+    time: Option<Duration>,
+    /// Write the levels of all pins, PA0 to PI15, to this file as VCD; one that is there
+    /// only with --overwrite
+    #[arg(long, group = "replaced")]
+    vcd: Option<PathBuf>,
+    /// Replace the file that --vcd names
+    #[arg(long, requires = "replaced")]
+    overwrite: bool,
+    /// Print what the image sends on USART2
+    #[arg(long)]
+    uart: bool,
+    /// Offer its USB serial port in real time: at a socket of this computer
+    /// (--usb=tcp:127.0.0.1:PORT; alone: any free one), or as a pseudo-terminal (--usb=PATH)
+    #[arg(long, value_name = "WHERE", num_args = 0..=1, require_equals = true,
+          default_missing_value = "tcp:127.0.0.1:0")]
+    usb: Option<String>,
+}
+
+/// Longest and, without --usb, usual time.
+const MOST: Duration = Duration::from_secs(3600);
+const USUAL: Duration = Duration::from_secs(1);
+/// Device time between two looks around, ns.
+const STEP_NS: u64 = 1_000_000;
+
+/// A time with its unit: us, ms or s.
+fn duration(text: &str) -> Result<Duration, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let scale = match &text[digits.len()..] {
+        "us" => 1e-6,
+        "ms" => 1e-3,
+        "s" => 1.0,
+        _ => return Err("give a number and its unit, us, ms or s: 500ms".to_owned()),
+    };
+    let seconds = digits.parse::<f64>().map_err(|why| why.to_string())? * scale;
+    let allowed = 1e-6..=MOST.as_secs_f64();
+    match allowed.contains(&seconds) {
+        true => Ok(Duration::from_secs_f64(seconds)),
+        false => Err("allowed is 1us to 3600s".to_owned()),
+    }
+}
+
+/// Why a run is no success.
+#[derive(Debug, thiserror::Error)]
+enum Failed {
+    /// The core stopped.
+    #[error("E558 {image} stopped on the simulated chip after {seconds:.6} s: {why}")]
+    Stopped {
+        image: String,
+        seconds: f64,
+        why: String,
+    },
+    /// It hangs in a fault's handler.
+    #[error(
+        "E559 {image} took a fault on the simulated chip after {seconds:.6} s and is in its \
+         handler for good: {why}"
+    )]
+    Fault {
+        image: String,
+        seconds: f64,
+        why: String,
+    },
+    /// It says itself that it failed.
+    #[error("E569 {image} ended itself with status {status}")]
+    Status { image: String, status: u32 },
+}
+
+/// # Errors
+/// The image, a file, a wire, or how the image ended.
+pub fn main(args: &BareArgs, output: Output) -> anyhow::Result<()> {
+    let image = Image::open(&args.image)?;
+    if let Some(vcd) = &args.vcd {
+        may_write(vcd, args.overwrite, &[&args.image], None)?;
+    }
+    let interruption = interrupt::heed()?;
+    let mut line = args.usb.as_deref().map(Line::open).transpose()?;
+    if let Some(line) = &line {
+        // Where, before anything is simulated; a machine reads it as the first object.
+        output.say(
+            || format!("its USB port is at {}; end with Ctrl-C", line.place()),
+            || serde_json::json!({ "usb_at": line.place() }),
+        )?;
+    }
+    let bare = Bare::power_on(image, line.is_some());
+    let mut bare = bare.map_err(|stop| stopped(&args.image, 0, &stop.to_string()))?;
+    let mut run = Run::begin(args, &bare, output)?;
+    let until = match (args.time, &line) {
+        (Some(time), _) => time.as_nanos() as u64, // at most an hour
+        (None, None) => USUAL.as_nanos() as u64,
+        (None, Some(_)) => u64::MAX,
+    };
+    let ended = run.go(&mut bare, line.as_mut(), until, &interruption);
+    let ended = ended.and_then(|ended| run.finish(&mut bare).map(|()| ended))?;
+    let report = Report::of(&bare, &ended, &run.heard);
+    let error = match ended {
+        Ended::Time => None,
+        Ended::Signal(signal) => {
+            let words = format!("after {:.3} s of device time", bare.now_ns() as f64 * 1e-9);
+            Some(interrupt::Ended(signal, words).into())
+        }
+        Ended::Itself(ending) => failure(&args.image, &bare, ending),
+    };
+    match error {
+        None => output.say(|| report.table(), || report.machine()),
+        Some(error) if output.json => Err(Incomplete {
+            error,
+            result: report.machine(),
+        }
+        .into()),
+        Some(error) => {
+            output.say(|| report.table(), || report.machine())?;
+            Err(error)
+        }
+    }
+}
+
+/// Why a run is over.
+#[derive(Clone, Copy, Debug)]
+enum Ended {
+    /// Its time is.
+    Time,
+    /// Somebody ended it.
+    Signal(host_core::link::Signal),
+    /// The program did.
+    Itself(Ending),
+}
+
+fn stopped(image: &Path, ns: u64, why: &str) -> anyhow::Error {
+    Failed::Stopped {
+        image: image.display().to_string(),
+        seconds: ns as f64 * 1e-9,
+        why: why.to_owned(),
+    }
+    .into()
+}
+
+/// What is wrong with a program that ended so; `None`: nothing.
+fn failure(image: &Path, bare: &Bare, ending: Ending) -> Option<anyhow::Error> {
+    let symbols = &bare.image().symbols;
+    let fault = bare.faults().last();
+    match ending {
+        Ending::Exit(0) => None,
+        Ending::Exit(status) => {
+            let image = image.display().to_string();
+            Some(Failed::Status { image, status }.into())
+        }
+        Ending::InHandler => Some(
+            Failed::Fault {
+                image: image.display().to_string(),
+                seconds: fault.map_or(0, |fault| fault.ns) as f64 * 1e-9,
+                why: fault.map_or_else(String::new, |fault| fault.describe(symbols)),
+            }
+            .into(),
+        ),
+        Ending::Stopped(stop) => {
+            let (_, function) = bare.place();
+            let is_lock_up = matches!(stop, Stop::LockUp { .. });
+            let why = match fault.filter(|_| is_lock_up || bare.is_in_handler()) {
+                Some(fault) => format!("{stop}, after {}", fault.describe(symbols)),
+                None => format!("{stop} (in {function})"),
+            };
+            Some(stopped(image, bare.now_ns(), &why))
+        }
+    }
+}
+
+/// What a run writes while it goes on.
+struct Run<'a> {
+    args: &'a BareArgs,
+    output: Output,
+    dump: Option<Dump<File>>,
+    /// What the program printed, for machines; else whether its last line is open.
+    heard: Heard,
+    bar: Option<Bar>,
+}
+
+/// What the program printed so far.
+#[derive(Debug, Default)]
+struct Heard {
+    console: Vec<u8>,
+    uart: Vec<u8>,
+    /// Printed text that does not end its line.
+    is_open: bool,
+}
+
+impl<'a> Run<'a> {
+    fn begin(args: &'a BareArgs, bare: &Bare, output: Output) -> anyhow::Result<Self> {
+        let dump = args.vcd.as_deref().map(|path| {
+            let names: Vec<(String, bool)> = (0..PORTS)
+                .flat_map(|port| (0..16).map(move |pin| (port, pin)))
+                .map(|(port, pin)| (pin_name(port, pin), bare.wires.level(port, pin)))
+                .collect();
+            let lines = names.iter().map(|(name, high)| (name.as_str(), *high));
+            File::create(path)
+                .and_then(|file| Dump::begin(file, lines))
+                .map_err(RecordError::write(path))
+        });
+        // A bar where nothing else is printed on the terminal.
+        let is_quiet = !args.uart && args.usb.is_none();
+        Ok(Self {
+            args,
+            output,
+            dump: dump.transpose()?,
+            heard: Heard::default(),
+            bar: is_quiet.then(|| output.bar(&args.image.display().to_string())),
+        })
+    }
+
+    /// Runs to `until` ns, or to what ends it before.
+    fn go(
+        &mut self,
+        bare: &mut Bare,
+        mut line: Option<&mut Line>,
+        until: u64,
+        interruption: &Interruption,
+    ) -> anyhow::Result<Ended> {
+        let mut end = 0;
+        while end < until {
+            if let Some(signal) = interruption.asked() {
+                return Ok(Ended::Signal(signal));
+            }
+            end = end.saturating_add(STEP_NS).min(until);
+            let ended = bare.run_to(end);
+            if let Some(line) = line.as_deref_mut() {
+                line.serve(bare)?;
+            }
+            self.hear(bare)?;
+            if let Err(ending) = ended {
+                return Ok(Ended::Itself(ending));
+            }
+            if let Some(bar) = &self.bar {
+                bar.set(end as f64 / until as f64);
+            }
+        }
+        Ok(Ended::Time)
+    }
+
+    /// Prints and writes what came since the last call.
+    fn hear(&mut self, bare: &mut Bare) -> anyhow::Result<()> {
+        let (console, uart) = (bare.console(), bare.wires.serial());
+        let uart = if self.args.uart { uart } else { Vec::new() };
+        if self.output.json {
+            self.heard.console.extend(&console);
+            self.heard.uart.extend(&uart);
+        } else {
+            self.print(&[console, uart].concat())?;
+        }
+        let edges: Vec<_> = bare.wires.edges().collect();
+        if let (Some(dump), Some(path)) = (&mut self.dump, &self.args.vcd) {
+            for edge in edges {
+                for pin in (0..16).filter(|pin| edge.changed >> pin & 1 != 0) {
+                    let high = edge.levels >> pin & 1 != 0;
+                    let done = dump.change(edge.ns, 16 * edge.port + pin, high);
+                    done.map_err(RecordError::write(path))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Bytes as they are; on a terminal without what it would obey.
+    fn print(&mut self, bytes: &[u8]) -> anyhow::Result<()> {
+        let Some(last) = bytes.last() else {
+            return Ok(());
+        };
+        self.heard.is_open = *last != b'\n';
+        let mut out = std::io::stdout().lock();
+        let text = match std::io::stdout().is_terminal() {
+            true => super::printable(&String::from_utf8_lossy(bytes)).into_bytes(),
+            false => bytes.to_vec(),
+        };
+        match out.write_all(&text).and_then(|()| out.flush()) {
+            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                Err(error).context("E523 standard output")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// All that is left, and the dump's end.
+    fn finish(&mut self, bare: &mut Bare) -> anyhow::Result<()> {
+        self.hear(bare)?;
+        if let Some(bar) = &self.bar {
+            bar.finish();
+        }
+        if self.heard.is_open {
+            self.print(b"\n")?;
+        }
+        if let (Some(dump), Some(path)) = (self.dump.take(), &self.args.vcd) {
+            dump.end(bare.now_ns()).map_err(RecordError::write(path))?;
+        }
+        Ok(())
+    }
+}
+
+/// Pin `pin` of `port`, 0 to 8: PA0.
+fn pin_name(port: usize, pin: usize) -> String {
+    let letter = ["A", "B", "C", "D", "E", "F", "G", "H", "I"].get(port);
+    format!("P{}{pin}", letter.unwrap_or(&"?"))
+}
