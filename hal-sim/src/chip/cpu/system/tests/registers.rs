@@ -234,7 +234,7 @@ fn what_is_not_modelled_has_a_name() {
     let mut system = System::default();
     for (address, name) in [
         (0xE000_0000, "ITM"),
-        (0xE000_1020, "DWT but for CTRL and CYCCNT"),
+        (0xE000_1060, "DWT but for CTRL, CYCCNT and comparators"),
         (0xE000_2000, "FPB"),
         (0xE000_EDF4, "DCRSR"),
         (0xE00F_F000, "ROM table"),
