@@ -71,7 +71,7 @@ struct Awaited {
 /// let (number, frame) = client.hello(1_000); // send these bytes to the device
 /// assert_eq!(frame.first(), Some(&0)); // ends what an earlier host left half said
 /// client.receive(b"", 2_000)?; // and hand over what it sends, with the host's time
-/// assert!(client.next().is_none());
+/// assert!(client.take_message().is_none());
 /// let (keep_alive, _) = client.request(Request::KeepAlive, 3_000)?;
 /// assert_eq!(keep_alive, number + 1);
 /// # Ok::<(), host_core::link::Error>(())
@@ -134,7 +134,7 @@ impl Client {
         }
     }
 
-    /// Takes bytes that arrived by `now_us`, host time; [`Self::next`] gives the messages.
+    /// Takes bytes that arrived by `now_us`, host time; [`Self::take_message`] gives the messages.
     ///
     /// # Errors
     /// [`Error::OtherSchema`]: the device that answers a `Hello` speaks another version.
@@ -159,11 +159,11 @@ impl Client {
     }
 
     /// The oldest message that was not taken.
-    pub fn next(&mut self) -> Option<Incoming> {
+    pub fn take_message(&mut self) -> Option<Incoming> {
         self.incoming.pop_front()
     }
 
-    /// Whether [`Self::next`] has one.
+    /// Whether [`Self::take_message`] has one.
     #[must_use]
     pub fn has_message(&self) -> bool {
         !self.incoming.is_empty()

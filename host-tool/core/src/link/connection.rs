@@ -198,7 +198,7 @@ impl<P: Port> Connection<P> {
         if let Some(keeper) = &self.keeper {
             keeper.attend();
         }
-        if let Some(incoming) = self.client.next() {
+        if let Some(incoming) = self.client.take_message() {
             return Ok(Polled::Message(incoming));
         }
         // What had come by then was taken: more would have no end if the device has none.
@@ -206,7 +206,7 @@ impl<P: Port> Connection<P> {
             return Ok(Polled::Over);
         }
         let now_us = self.receive(until_us)?;
-        Ok(match self.client.next() {
+        Ok(match self.client.take_message() {
             Some(incoming) => Polled::Message(incoming),
             None if now_us >= until_us => Polled::Over,
             None => Polled::Waiting,

@@ -1,28 +1,13 @@
 //! A whole session in one call: opened, configured, armed, started, streamed, stopped.
 
 use super::stepper::{Attached, Stepper, signalled};
-use super::{Observer, Outputs, RunError, SessionFile, Stopped, trial};
+use super::{Observer, Outcome, Outputs, RunError, SessionFile, Stopped, trial};
 use crate::link::{Connection, Error, Interruption, Port};
-use crate::record::{Recorder, Trial};
-use firmware::link::HelloInfo;
+use crate::record::Recorder;
 use firmware::safety::State;
 
 /// Longest wait for the grounding that follows an acknowledgement, µs.
 const ACKNOWLEDGE_US: u64 = 300_000;
-
-/// The result of a session, complete or not.
-pub struct Outcome {
-    /// Everything recorded.
-    pub trial: Trial,
-    /// Who ran it.
-    pub device: Option<HelloInfo>,
-    /// Epoch of the trains in the port's own time, µs.
-    pub epoch_us: Option<u64>,
-    /// Requests refused while it ran.
-    pub refused: usize,
-    /// Why it ended early, if it did.
-    pub error: Option<RunError>,
-}
 
 /// Runs `session` through `port` and gives the port back with the outcome.
 /// `observer` sees it run and may end it; a closure hears the part done, 0 to 1.

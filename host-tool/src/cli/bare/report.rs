@@ -24,13 +24,15 @@ pub struct Report {
     /// By name, and how often each changed.
     pins: Vec<(String, u64)>,
     resets: Vec<(f64, &'static str)>,
-    /// In words, and its registers.
-    faults: Vec<(f64, String, Vec<(&'static str, u32)>)>,
+    faults: Vec<Fault>,
     unclocked: u64,
     usb: Option<String>,
     console: String,
     uart: String,
 }
+
+/// When a fault was taken, s; in words; its registers.
+type Fault = (f64, String, Vec<(&'static str, u32)>);
 
 impl Report {
     /// Of `bare`, which `ended` so.
