@@ -168,8 +168,8 @@ fn same_edges(chip: &Trace, native: &Trace) {
 /// The same messages in the same order; a fault's time and residual charge are
 /// those of the stop. What was no frame is refused at once, while an answer may
 /// wait for a refill: a call that a refill interrupts lets either go first. And the
-/// session looks for samples and for reports once a millisecond, at a phase that
-/// hangs on when it started. So these three kinds are compared apart.
+/// session looks for samples, edges and reports once a millisecond, at a phase that
+/// hangs on when it started. So these kinds are compared apart.
 fn same_messages(chip: &[u8], native: &[u8]) {
     let apart = |bytes: &[u8]| {
         let is_answer = |message: &Vec<u8>| {
@@ -178,7 +178,12 @@ fn same_messages(chip: &[u8], native: &[u8]) {
         };
         let is_sample = |message: &Vec<u8>| {
             let response = postcard::from_bytes(message).unwrap();
-            matches!(response, Response::Telemetry(_))
+            let is_edge = |event| matches!(event, Event::SyncEdge | Event::TriggerEdge);
+            match response {
+                Response::Telemetry(_) => true,
+                Response::Event { event, .. } => is_edge(event),
+                _ => false,
+            }
         };
         let (all, refused): (Vec<_>, Vec<_>) = messages(bytes).partition(is_answer);
         let (samples, mut all): (Vec<_>, Vec<_>) = all.into_iter().partition(is_sample);

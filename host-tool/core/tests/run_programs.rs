@@ -22,9 +22,9 @@ fn a_run_plays_the_pair_in_turn_burst_by_burst() {
         ..BENCH
     };
     let trace = &port.unwrap().world.recorder.trace;
-    // Without the fall at the end.
+    // Without the fall, which begins with the session's end.
     let epoch_us = outcome.epoch_us.unwrap();
-    let trace = trace.until(epoch_us + file.session.duration_us);
+    let trace = trace.until(epoch_us + file.session.duration_us - 1);
     let benches = [(0, bench(0)), (1, bench(12_500))];
     assert_played(&benches, &file.session, &trace, epoch_us);
 }

@@ -42,7 +42,8 @@ fn listen(client: &mut Connection<SimulatedPort>, us: u64) {
     while let Some(incoming) = client.next(until).unwrap() {
         let is_reading = matches!(incoming, Incoming::Event(_, Event::Electrode { .. }));
         let is_telemetry = matches!(incoming, Incoming::Telemetry(..));
-        assert!(is_reading || is_telemetry, "{incoming:?}");
+        let is_edge = matches!(incoming, Incoming::Event(_, Event::SyncEdge));
+        assert!(is_reading || is_telemetry || is_edge, "{incoming:?}");
     }
 }
 /// From setpoint to setpoint, µs.

@@ -1,12 +1,18 @@
 //! `flexor run --watch`: the session on the screen, hands on the controls.
 
-use crate::live::{Model, Shared, Watch, screen};
+use super::interrupt;
+use crate::live::{Model, Shared, Watch, leave_unread, screen};
 use anyhow::Context;
 use host_core::link::{Interruption, Port};
 use host_core::record::Recorder;
 use host_core::run::{Control, Outcome, Outputs, SessionFile, run_taken};
 use std::io::{self, IsTerminal};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// How long a screen that is drawn is waited for when the session is over.
+const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Whether there is a terminal to show a session on and to take keys from.
 pub fn has_terminal() -> bool {
@@ -24,21 +30,45 @@ pub fn play<P: Port>(
     interruption: &Interruption,
 ) -> (Outcome, anyhow::Result<()>) {
     let model = Model::new(device, Some(session)).with_hands();
-    let shared = Shared::new(model, interruption.clone());
-    let is_over = AtomicBool::new(false);
-    let (outcome, shown) = std::thread::scope(|scope| {
-        let screen = scope.spawn(|| {
+    let shared = Arc::new(Shared::new(model, interruption.clone()));
+    let is_over = Arc::new(AtomicBool::new(false));
+    let drawing = std::thread::spawn({
+        let (shared, is_over) = (Arc::clone(&shared), Arc::clone(&is_over));
+        move || {
             let shown = screen(&shared, || is_over.load(Ordering::Acquire), || false);
             // Nobody can stop it by hand any more.
             shared.control(Control::Stop);
             shown
-        });
-        let watch = Watch::new(&shared);
-        let (outcome, _) = run_taken(session, port, Some(recorder), watch, outputs);
-        is_over.store(true, Ordering::Release);
-        (outcome, screen.join())
+        }
     });
-    let shown = shown.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-    let shown = shown.context("E546 the terminal has gone: the session was stopped then");
+    let watch = Watch::new(&shared);
+    let (outcome, _) = run_taken(session, port, Some(recorder), watch, outputs);
+    is_over.store(true, Ordering::Release);
+    let begin = Instant::now();
+    while !drawing.is_finished() && begin.elapsed() < FAREWELL {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let shown = match drawing.is_finished() {
+        true => drawing
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+        // It hangs in a write, and so would whatever else is said there.
+        false => {
+            let _ = crossterm::terminal::disable_raw_mode();
+            leave_unread(Duration::ZERO);
+            Err(io::ErrorKind::TimedOut.into())
+        }
+    };
+    // Closed, it says so by a signal as well.
+    let shown = match (shown, interruption.asked()) {
+        (Err(_), Some(signal)) => {
+            let ended = "and closed the terminal: the session was stopped then".to_owned();
+            return (outcome, Err(interrupt::Ended(signal, ended).into()));
+        }
+        (shown, _) => shown,
+    };
+    let shown = shown.context(
+        "E571 the terminal has gone, or takes nothing any more: the session was stopped then",
+    );
     (outcome, shown)
 }

@@ -112,6 +112,7 @@ fn take_key(shared: &Shared, key: KeyEvent) {
 fn take_keys(shared: &Shared, next: Instant) -> io::Result<()> {
     waits(Duration::ZERO)?;
     loop {
+        shared.attend();
         while event::poll(Duration::ZERO)? {
             if let Event::Key(key) = event::read()? {
                 take_key(shared, key);

@@ -11,6 +11,9 @@ use std::time::{Duration, Instant};
 /// Between two questions for the device's status.
 const STATUS_PERIOD: Duration = Duration::from_millis(200);
 
+/// Keys that nobody has looked for in this time reach no session: it is stopped.
+const UNATTENDED: Duration = Duration::from_secs(2);
+
 /// The model, and orders that wait to be carried out.
 pub struct Shared {
     model: Mutex<Model>,
@@ -18,6 +21,8 @@ pub struct Shared {
     stop: AtomicBool,
     acknowledge: AtomicBool,
     controls: Mutex<VecDeque<Control>>,
+    /// When keys were looked for last.
+    attended: Mutex<Instant>,
     interruption: Interruption,
 }
 
@@ -30,6 +35,7 @@ impl Shared {
             stop: AtomicBool::new(false),
             acknowledge: AtomicBool::new(false),
             controls: Mutex::default(),
+            attended: Mutex::new(Instant::now()),
             interruption,
         }
     }
@@ -52,6 +58,17 @@ impl Shared {
     /// Does something at the controls.
     pub fn control(&self, control: Control) {
         self.controls().push_back(control);
+    }
+
+    /// Somebody looks for keys now.
+    pub fn attend(&self) {
+        *self.attended.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+    }
+
+    /// Whether nobody has looked for keys for so long that no hand reaches the session.
+    fn is_unattended(&self) -> bool {
+        let attended = self.attended.lock();
+        attended.unwrap_or_else(PoisonError::into_inner).elapsed() > UNATTENDED
     }
 
     fn controls(&self) -> MutexGuard<'_, VecDeque<Control>> {
@@ -84,6 +101,8 @@ pub struct Watch<'a> {
     /// is to be repeated, where every request counts.
     asks: bool,
     asked: Option<Instant>,
+    /// No hand reaches the session any more, and it was stopped for that.
+    is_left: bool,
 }
 
 impl<'a> Watch<'a> {
@@ -93,6 +112,7 @@ impl<'a> Watch<'a> {
             shared,
             asks: shared.model().hands.is_none(),
             asked: None,
+            is_left: false,
         }
     }
 }
@@ -116,6 +136,12 @@ impl Observer for Watch<'_> {
     }
 
     fn control(&mut self, _: u64) -> Option<Control> {
+        // A terminal that takes no output keeps its reader from the keys, too.
+        let has_hands = !self.asks;
+        if has_hands && !self.is_left && self.shared.is_unattended() {
+            self.is_left = true;
+            return Some(Control::Stop);
+        }
         self.shared.controls().pop_front()
     }
 

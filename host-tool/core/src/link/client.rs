@@ -68,8 +68,8 @@ struct Awaited {
 /// use firmware::link::Request;
 ///
 /// let mut client = Client::default();
-/// let (number, frame) = client.hello(1_000); // send these bytes to the device
-/// assert_eq!(frame.first(), Some(&0)); // ends what an earlier host left half said
+/// let (number, frame) = client.hello(1_000); // send Client::BREAK and these bytes
+/// assert_eq!(frame.last(), Some(&0)); // ends the frame
 /// client.receive(b"", 2_000)?; // and hand over what it sends, with the host's time
 /// assert!(client.take_message().is_none());
 /// let (keep_alive, _) = client.request(Request::KeepAlive, 3_000)?;
@@ -91,17 +91,19 @@ pub struct Client {
 }
 
 impl Client {
+    /// Ends what an earlier host may have left half said: to be sent before a `Hello`.
+    pub const BREAK: [u8; 1] = [0];
+
     /// Opens a session, or opens it again after a reset: the request's number and the bytes to
-    /// send at `now_us`, host time. The answer is an [`Incoming::Hello`] or a refusal; what
-    /// came before it was meant for an earlier host and is dropped.
+    /// send at `now_us`, host time, after [`Self::BREAK`]. The answer is an [`Incoming::Hello`]
+    /// or a refusal; what came before it was meant for an earlier host and is dropped.
     pub fn hello(&mut self, now_us: u64) -> (u16, Vec<u8>) {
         self.awaited.clear();
-        let mut bytes = vec![0]; // ends what an earlier host may have left half said
         let (seq, request) = (self.numbers.next(), Request::Hello { schema: SCHEMA });
-        bytes.extend(framed(self.session, seq, request).unwrap_or_default()); // always fits
+        let frame = framed(self.session, seq, request).unwrap_or_default(); // always fits
         self.opening = Some(seq);
         self.await_answer(seq, now_us, None);
-        (seq, bytes)
+        (seq, frame)
     }
 
     /// The number of `request` and the bytes to send at `now_us`, host time.

@@ -77,8 +77,9 @@ impl<P: Port> Connection<P> {
     pub fn hello(&mut self) -> Result<HelloInfo, Error> {
         self.keeper = None; // it speaks in the session before
         let sent_us = self.attend();
-        let (seq, bytes) = self.client.hello(sent_us);
-        self.port.send(&bytes)?;
+        self.port.send(&Client::BREAK)?;
+        let (seq, frame) = self.client.hello(sent_us);
+        self.port.send(&frame)?;
         match self.await_answer("Hello", seq, sent_us)? {
             Incoming::Hello(info) => Ok(*info),
             _ => Err(no_answer("Hello")),

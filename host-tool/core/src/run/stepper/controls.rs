@@ -229,6 +229,9 @@ impl<P: Port> Stepper<'_, P> {
         if self.highest_intensity(channel).is_none() {
             return Some(not_driven(channel));
         }
+        if self.intensity_percent(channel) == 0 {
+            return Some(format!("channel {channel} is at 0 % already"));
+        }
         let lowered = self
             .intensity_percent(channel)
             .saturating_sub(INTENSITY_STEP);

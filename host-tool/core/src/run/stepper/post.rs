@@ -42,7 +42,9 @@ impl<P: Port> Stepper<'_, P> {
             return Ok(());
         };
         let ahead_us = PROGRAM_AHEAD_US.min(MOST_TICKS * tick_us);
-        while self.programmed.next_us <= due + ahead_us {
+        // Nothing begins when the session is over, though the trains play until the stop.
+        let end_us = (due + ahead_us + 1).min(self.session.duration_us);
+        while self.programmed.next_us < end_us {
             let at_us = self.programmed.next_us;
             self.programmed.next_us += tick_us;
             let orders = self.programmed_at(at_us);
