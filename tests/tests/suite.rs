@@ -34,5 +34,6 @@ mod protocol_parity;
 mod protocol_vectors;
 mod qemu_instructions;
 mod qemu_parity;
+mod snapshots_of_sessions;
 mod trigger;
 mod widths;

@@ -186,7 +186,14 @@ impl Debugger {
             Err(_) if self.client.is_none() && self.others.is_empty() => self.let_go(),
             Err(_) => {}
         }
+        has_heard |= self.listen_to_client()?;
         self.listen_to_others()?;
+        Ok(has_heard)
+    }
+
+    /// Does what the client asks that has the core. Whether anything came.
+    fn listen_to_client(&mut self) -> Result<bool, BoardError> {
+        let mut has_heard = false;
         while let Some(client) = &mut self.client {
             match client.hear() {
                 Ok(None) => break,
@@ -202,7 +209,12 @@ impl Debugger {
     /// first who does is attached.
     fn listen_to_others(&mut self) -> Result<(), BoardError> {
         for mut other in std::mem::take(&mut self.others) {
-            match other.hear() {
+            let heard = other.hear();
+            if matches!(heard, Ok(Some(_))) {
+                // The client before may have left since it was listened to.
+                self.listen_to_client()?;
+            }
+            match heard {
                 Err(_) => {}
                 Ok(None) => self.others.push(other),
                 Ok(Some(_)) if self.is_attached() => {

@@ -62,7 +62,8 @@ impl Course {
                 down_us,
             } => {
                 let since_us = at_us - rise.burst_from(begun_us);
-                let left_us = on_us - (at_us - begun_us) as f64;
+                // Passes begin, and end, on whole microseconds.
+                let left_us = on_us.round() - (at_us - begun_us) as f64;
                 let up = share(since_us, *up_us, rise);
                 let down = match down_us {
                     0 => f64::from(u8::from(left_us > 0.0)),

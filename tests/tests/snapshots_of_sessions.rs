@@ -1,0 +1,43 @@
+//! A running session that is copied: both go on as if there were one.
+
+use host_core::run::{Attached, DeviceName, SessionFile, Stepped, Stepper, Until};
+use tests::desk::load;
+
+fn file() -> SessionFile {
+    let mut file = load("ten_channels.toml");
+    file.session.duration_us = 600_000;
+    file
+}
+
+#[test]
+fn a_copy_of_a_session_on_the_chip_goes_on_as_the_session_does() {
+    let file = file();
+    let port = DeviceName::Chip.open(&file.session, 1).unwrap();
+    let mut stepper = Stepper::open(&file, port, Attached::default()).unwrap();
+    stepper.configure().unwrap();
+    stepper.arm().unwrap();
+    stepper.start().unwrap();
+    stepper.step(Until::Time(250_000)).unwrap();
+    let mut copy = stepper
+        .snapshot()
+        .expect("the chip simulator can be copied");
+    assert_eq!(copy.time_us(), stepper.time_us());
+    // The copy goes first, so that nothing of it is the other's.
+    assert_eq!(copy.step(Until::Time(u64::MAX)).unwrap(), Stepped::Over);
+    let (copied, _) = copy.close(Ok(()));
+    assert_eq!(stepper.step(Until::Time(u64::MAX)).unwrap(), Stepped::Over);
+    let (whole, _) = stepper.close(Ok(()));
+    assert!(whole.error.is_none() && copied.error.is_none());
+    assert!(whole.trial.samples.len() > 40 && whole.trial.pulses > Some(100));
+    assert_eq!(copied.trial.samples, whole.trial.samples);
+    assert_eq!(copied.trial.counters, whole.trial.counters);
+    assert_eq!(copied.trial.pulses, whole.trial.pulses);
+}
+
+#[test]
+fn a_session_in_this_process_cannot_be_copied() {
+    let file = file();
+    let port = DeviceName::Native.open(&file.session, 1).unwrap();
+    let stepper = Stepper::open(&file, port, Attached::default()).unwrap();
+    assert!(stepper.snapshot().is_none());
+}
