@@ -103,6 +103,8 @@ pub struct Client {
     pub reads_words: bool,
     /// It let the core run and waits for the stop reply.
     pub waits: bool,
+    /// Nothing more arrives.
+    pub is_gone: bool,
     /// It detached, or killed, and may go: the core is no longer its own.
     pub has_left: bool,
     /// Sent last, should it be asked for again.
@@ -120,6 +122,7 @@ impl Client {
             knows_breaks: [false; 2],
             reads_words: false,
             waits: false,
+            is_gone: false,
             has_left: false,
             last: Vec::new(),
         }
@@ -136,27 +139,45 @@ impl Client {
     /// It is gone.
     pub fn hear(&mut self) -> io::Result<Option<Heard>> {
         loop {
-            while let Some(byte) = self.pending.pop_front() {
-                match self.receiver.push(byte) {
-                    None => {}
-                    Some(Heard::Again) => self.line.write(&self.last)?,
-                    // Without acknowledgements there is none of the opposite either.
-                    Some(Heard::Damaged) if self.acknowledges => self.line.write(b"-")?,
-                    Some(Heard::Interrupt) => return Ok(Some(Heard::Interrupt)),
-                    Some(heard) => {
-                        if self.acknowledges {
-                            self.line.write(b"+")?;
-                        }
-                        return Ok(Some(heard));
-                    }
-                }
-            }
-            let mut buffer = [0; 4096];
-            match self.line.read(&mut buffer)? {
-                0 => return Ok(None),
-                count => self.pending.extend(&buffer[..count]),
+            match self.parse()? {
+                None if self.fetch() => {}
+                None if self.is_gone => return Err(io::ErrorKind::ConnectionReset.into()),
+                heard => return Ok(heard),
             }
         }
+    }
+
+    /// Fetches bytes that have arrived, and returns whether there were any.
+    pub fn fetch(&mut self) -> bool {
+        let mut buffer = [0; 4096];
+        let read = self.line.read(&mut buffer);
+        self.is_gone |= read.is_err();
+        let count = read.unwrap_or(0);
+        self.pending.extend(buffer.iter().take(count));
+        count > 0
+    }
+
+    /// As [`Self::hear`], of the bytes fetched so far.
+    ///
+    /// # Errors
+    /// It is gone.
+    pub fn parse(&mut self) -> io::Result<Option<Heard>> {
+        while let Some(byte) = self.pending.pop_front() {
+            match self.receiver.push(byte) {
+                None => {}
+                Some(Heard::Again) => self.line.write(&self.last)?,
+                // Without acknowledgements there is none of the opposite either.
+                Some(Heard::Damaged) if self.acknowledges => self.line.write(b"-")?,
+                Some(Heard::Interrupt) => return Ok(Some(Heard::Interrupt)),
+                Some(heard) => {
+                    if self.acknowledges {
+                        self.line.write(b"+")?;
+                    }
+                    return Ok(Some(heard));
+                }
+            }
+        }
+        Ok(None)
     }
 
     /// Sends a packet with these contents. A line that is broken shows when it is heard.

@@ -186,14 +186,23 @@ impl Debugger {
             Err(_) if self.client.is_none() && self.others.is_empty() => self.let_go(),
             Err(_) => {}
         }
+        // Fetched first: whoever saw the client leave is heard after it has left.
+        for other in &mut self.others {
+            other.fetch();
+        }
+        let stood = self.core == Core::Halted;
         has_heard |= self.listen_to_client()?;
-        self.listen_to_others()?;
+        if !(stood && self.core != Core::Halted) {
+            self.listen_to_others()?;
+        }
         Ok(has_heard)
     }
 
-    /// Does what the client asks that has the core. Whether anything came.
+    /// Does what the client asks that has the core, up to what lets the core go: it runs before
+    /// more is heard. Whether anything came.
     fn listen_to_client(&mut self) -> Result<bool, BoardError> {
         let mut has_heard = false;
+        let stood = self.core == Core::Halted;
         while let Some(client) = &mut self.client {
             match client.hear() {
                 Ok(None) => break,
@@ -201,6 +210,9 @@ impl Debugger {
                 Err(_) => self.lose_client(),
             }
             has_heard = true;
+            if stood && self.core != Core::Halted {
+                break;
+            }
         }
         Ok(has_heard)
     }
@@ -209,13 +221,9 @@ impl Debugger {
     /// first who does is attached.
     fn listen_to_others(&mut self) -> Result<(), BoardError> {
         for mut other in std::mem::take(&mut self.others) {
-            let heard = other.hear();
-            if matches!(heard, Ok(Some(_))) {
-                // The client before may have left since it was listened to.
-                self.listen_to_client()?;
-            }
-            match heard {
+            match other.parse() {
                 Err(_) => {}
+                Ok(None) if other.is_gone => {}
                 Ok(None) => self.others.push(other),
                 Ok(Some(_)) if self.is_attached() => {
                     let name = self.client.as_ref().map(Client::name).unwrap_or_default();

@@ -1,7 +1,10 @@
 //! Clients that come and go, and what launchers ask of a probe's server.
 
 use super::*;
+use crate::chip::gdb::line::Line;
 use crc::{CRC_32_MPEG_2, Crc};
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex};
 
 /// BKPT 0; MOVS R0, #7; B to the BKPT.
 const BKPT: [u16; 3] = [0xBE00, 0x2007, 0xE7FC];
@@ -67,6 +70,65 @@ fn detaching_lets_the_core_run_and_attaching_halts_it() {
     drop(next);
     let mut last = served.attach();
     assert_ne!(r0(&mut last), second);
+}
+
+/// A client that has said everything and gone before the server looks.
+struct Scripted {
+    says: Vec<u8>,
+    /// What the server answered.
+    answers: Arc<Mutex<Vec<u8>>>,
+}
+
+impl Line for Scripted {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.says.len().min(buffer.len());
+        if count == 0 {
+            return Err(io::ErrorKind::ConnectionReset.into());
+        }
+        buffer[..count].copy_from_slice(&self.says[..count]);
+        self.says.drain(..count);
+        Ok(count)
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.answers.lock().unwrap().extend(bytes);
+        Ok(())
+    }
+
+    fn name(&self) -> String {
+        "a script".to_owned()
+    }
+}
+
+struct Script(VecDeque<Scripted>);
+
+impl Port for Script {
+    fn accept(&mut self) -> io::Result<Option<Box<dyn Line>>> {
+        let next = self.0.pop_front();
+        Ok(next.map(|line| Box::new(line) as Box<dyn Line>))
+    }
+}
+
+#[test]
+fn a_core_let_go_runs_before_the_next_debugger_halts_it() {
+    for lets_go in ["c", "D"] {
+        let answers = Arc::new(Mutex::new(Vec::new()));
+        let client = |packets: &[&str]| Scripted {
+            says: packets.iter().flat_map(|p| framed(p.as_bytes())).collect(),
+            answers: Arc::clone(&answers),
+        };
+        let port = Script([client(&["?", lets_go]), client(&["?", "p0", "D"])].into());
+        let image = program(&LOOP, &[("Reset", CODE, 12)]);
+        let board = Board::power_on(image, [None; CHANNELS], Pace::Lazy, Points::default());
+        let mut debugger = Debugger::new(port, board.unwrap(), Outlives::Debugger);
+        for step in 1..=4 {
+            debugger.run_to(step * 16_000).unwrap();
+        }
+        let answers = String::from_utf8(answers.lock().unwrap().clone()).unwrap();
+        // In a millisecond the register counts to thousands; 0 is a core that never ran.
+        assert_eq!(answers.matches(HALTED).count(), 2, "{lets_go}: {answers}");
+        assert!(!answers.contains("$00000000#"), "{lets_go}: {answers}");
+    }
 }
 
 #[test]
