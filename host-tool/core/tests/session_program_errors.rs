@@ -47,6 +47,7 @@ const BAD_PROGRAMS: &[&str] = &[
     "channels = [1, 2] → channels = [1, 7]",
     "channels = [1, 2] → channels = [1, 11]",
     "channels = [1, 2] → channels = []",
+    "channels = [1, 2] → channels = [\"1\", true, 11, 1.5]",
     "channels = [3] → channels = [2, 3]",
     "channel = 4, value → channel = 3, value",
     "kind = \"on-off\" → kind = \"on off\"",
@@ -56,6 +57,8 @@ const BAD_PROGRAMS: &[&str] = &[
     "value = 8.0 → value = 8.0 ⏎ cadence_rpm = 50",
     "stagger_s = 2.0 → stagger_s = 30.0",
     "stagger_s = 2.0 → delay_s = 30.0",
+    // Before the end, and behind the last burst of channel 1, at 29.975 s.
+    "stagger_s = 2.0 → delay_s = 29.98",
     "stagger_s = 2.0 → repeats = 8 ⏎ stagger_s = 2.0",
     "off_s = 2.0 → repeats = 2",
     "on_s = 2.0 → on_s = 31.0",

@@ -35,10 +35,10 @@ pub(super) fn notes(session: &Session) -> Vec<String> {
         if let Course::Stimulus(index, course) = &session.setpoints.course
             && *index == channel.index()
         {
-            notes.extend(rise.of_course(&course.points, course.is_held));
+            notes.extend(rise.of_course(&course.points, course.is_held, ""));
         }
         let steps = session.setpoints.programs.steps(channel.index());
-        notes.extend(steps.and_then(|points| rise.of_course(points, true)));
+        notes.extend(steps.and_then(|points| rise.of_course(points, true, " of its program")));
     }
     notes
 }
@@ -71,8 +71,9 @@ impl Rise<'_> {
         ))
     }
 
-    /// The step of a course that takes longest.
-    fn of_course(&self, points: &[(u64, Stimulus)], is_held: bool) -> Option<String> {
+    /// The step that takes longest of a course whose times count from the start, or from the
+    /// begin `of` something.
+    fn of_course(&self, points: &[(u64, Stimulus)], is_held: bool, of: &str) -> Option<String> {
         let first = points.first().map(|&(at_us, to)| (0, at_us, to));
         let pairs = points.windows(2).filter_map(|pair| match pair {
             [(_, from), (at_us, to)] => Some((from.amplitude.get(), *at_us, *to)),
@@ -83,7 +84,7 @@ impl Rise<'_> {
         let (takes_us, at_us, to) = taken.max_by_key(|(takes_us, ..)| *takes_us)?;
         (takes_us > self.period_us()).then(|| {
             format!(
-                "channel {}: the step to {} at {} s takes {} s (`rise_ms`, `rise_bursts`)",
+                "channel {}: the step to {} at {} s{of} takes {} s (`rise_ms`, `rise_bursts`)",
                 self.channel.number,
                 self.channel.display(to.amplitude),
                 self.seconds(at_us),

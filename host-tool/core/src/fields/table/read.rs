@@ -204,14 +204,20 @@ impl<'a> Table<'a> {
             Kind::Real(number) => self
                 .real_value(number, file, place.clone())
                 .map(|it| it.map(Value::Real)),
-            Kind::Wholes(number, _) => file.as_array().and_then(|list| {
+            Kind::Wholes(number, _) => file.as_array().map(|list| {
                 let each = list.iter().map(|item| {
                     let place = self.place(field.name, item.span());
-                    let read = self.whole_value(number, item.get_ref(), place);
-                    read.map(|value| value.map(|value| (value, item.span())))
+                    let (value, expected) = (item.get_ref(), "a number in each place");
+                    let read = self.whole_value(number, value, place.clone());
+                    let read = read.unwrap_or_else(|| {
+                        let found = kind(value);
+                        self.doc.say(Problem::WrongType { expected, found }, place);
+                        None
+                    });
+                    read.map(|value| (value, item.span()))
                 });
-                let each: Vec<Option<_>> = each.collect::<Option<_>>()?;
-                Some(each.into_iter().collect::<Option<_>>().map(Value::Wholes))
+                let each: Vec<Option<_>> = each.collect(); // all mistakes are told
+                each.into_iter().collect::<Option<_>>().map(Value::Wholes)
             }),
             Kind::Pairs(number, count, what) => file.as_array().and_then(|list| {
                 let pairs = list.iter().map(|pair| self.pair(field, number, pair));

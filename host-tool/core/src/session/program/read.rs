@@ -270,8 +270,9 @@ impl<'a> Reader<'a> {
         every_us: Option<f64>,
     ) {
         let (found, rise) = (player.found, player.rise);
-        if first_us >= self.duration_us as f64 {
-            let (channel, begins) = (found.number, seconds(first_us.round() as u64));
+        let first_burst_us = rise.burst_from(first_us.round() as u64); // not negative
+        if first_burst_us >= self.duration_us {
+            let (channel, begins) = (found.number, seconds(first_burst_us));
             t.say(latest, Problem::BeginsAfterEnd { channel, begins });
             return;
         }
