@@ -4,7 +4,7 @@
 use super::trajectory::end_s;
 use crate::plot::axis::Head;
 use crate::plot::ink::{ChannelMark, INK, channel_mark, stroke};
-use crate::plot::series::{Point, range, round_step, shorten};
+use crate::plot::series::{Point, Shortened, round_step};
 use crate::plot::{Axis, Figure, Mark, Panel, Scale, Svg};
 use crate::record::{ChannelInfo, Sample, Trial};
 
@@ -31,29 +31,71 @@ enum Value {
     Rate,
 }
 
-impl Value {
-    /// What a trial knows of it over time.
-    fn course(self, trial: &Trial, channel: u8) -> impl Iterator<Item = Point> + Clone {
-        let place = trial.place(
-            channel,
-            match self {
-                Self::Amplitude => |_| true,
-                Self::Force => |c| c.muscle,
-                Self::Wanted | Self::Rate => |c| c.force,
-            },
-        );
-        let value = move |sample: &Sample| {
-            let known = |values: &[Option<f64>]| values.get(place?).copied();
-            match self {
-                Self::Amplitude => Some(known(&sample.amplitudes)?.unwrap_or(0.0)),
-                Self::Force => known(&sample.forces_n)?,
-                Self::Wanted => known(&sample.wanted_n)?,
-                Self::Rate => known(&sample.rates_hz)?,
-            }
+/// A value of a channel, where a trial has it.
+struct Source {
+    value: Value,
+    place: Option<usize>,
+}
+
+/// A value of a channel over a trial.
+#[derive(Clone, Copy, Default)]
+struct Survey {
+    /// Samples that have it.
+    count: usize,
+    largest: Option<f64>,
+}
+
+impl Source {
+    /// `values` of each of these channels, channel by channel.
+    fn all(trial: &Trial, channels: &[u8], values: &[Value]) -> Vec<Self> {
+        let of = |value: Value, channel: u8| Self {
+            value,
+            place: trial.place(
+                channel,
+                match value {
+                    Value::Amplitude => |_| true,
+                    Value::Force => |c| c.muscle,
+                    Value::Wanted | Value::Rate => |c| c.force,
+                },
+            ),
         };
-        let samples = trial.samples.iter();
-        samples.filter_map(move |sample| Some((sample.t_s, value(&sample)?)))
+        let of_channel = |channel: &u8| {
+            let channel = *channel;
+            values.iter().map(move |value| of(*value, channel))
+        };
+        channels.iter().flat_map(of_channel).collect()
     }
+
+    /// What a sample has of it.
+    fn of(&self, sample: &Sample) -> Option<f64> {
+        let known = |values: &[Option<f64>]| values.get(self.place?).copied();
+        match self.value {
+            Value::Amplitude => Some(known(&sample.amplitudes)?.unwrap_or(0.0)),
+            Value::Force => known(&sample.forces_n)?,
+            Value::Wanted => known(&sample.wanted_n)?,
+            Value::Rate => known(&sample.rates_hz)?,
+        }
+    }
+}
+
+/// `values` of each of these channels over each trial, in the order of [`Source::all`]. Samples
+/// are packed: each trial is gone through once.
+fn surveys(trials: &[Trial], channels: &[u8], values: &[Value]) -> Vec<Vec<Survey>> {
+    let of_trial = |trial: &Trial| {
+        let sources = Source::all(trial, channels, values);
+        let mut surveys = vec![Survey::default(); sources.len()];
+        for sample in trial.samples.iter().filter(|it| it.t_s.is_finite()) {
+            for (survey, source) in surveys.iter_mut().zip(&sources) {
+                if let Some(value) = source.of(&sample).filter(|it| it.is_finite()) {
+                    survey.count += 1;
+                    let largest = survey.largest.unwrap_or(value);
+                    survey.largest = Some(largest.max(value));
+                }
+            }
+        }
+        surveys
+    };
+    trials.iter().map(of_trial).collect()
 }
 
 /// One row.
@@ -69,18 +111,22 @@ struct Lane {
 
 /// Amplitude of every channel over time, or nothing without channels.
 pub(super) fn amplitudes(trials: &[Trial]) -> Svg {
-    let value = Value::Amplitude;
-    let lane = |channel: &ChannelInfo| {
-        let top = largest(trials, value, channel.number).max(channel.limit);
+    let values = [Value::Amplitude];
+    let channels = channels(trials);
+    let numbers: Vec<u8> = channels.iter().map(|channel| channel.number).collect();
+    let surveys = surveys(trials, &numbers, &values);
+    let lane = |(row, channel): (usize, &&ChannelInfo)| {
+        let of_row = surveys.iter().filter_map(|all| all.get(row)?.largest);
+        let top = of_row.fold(1e-3, f64::max).max(channel.limit);
         let unit = format!("amplitude ({})", channel.unit);
         Lane::of(channel, unit, top, channel.limit)
     };
-    let lanes: Vec<Lane> = channels(trials).into_iter().map(lane).collect();
+    let lanes: Vec<Lane> = channels.iter().enumerate().map(lane).collect();
     grid(
         trials,
         &lanes,
         "Amplitude of every channel over time",
-        &[value],
+        (&values, &surveys),
     )
 }
 
@@ -110,15 +156,20 @@ fn alike(
     shown: fn(&ChannelInfo) -> bool,
     values: &[Value],
 ) -> Svg {
-    let rows = || channels(trials).into_iter().filter(|c| shown(c));
-    let tops = rows().flat_map(|c| values.iter().map(|value| largest(trials, *value, c.number)));
-    let most = tops.fold(0.0, f64::max);
+    let mut channels = channels(trials);
+    channels.retain(|channel| shown(channel));
+    let numbers: Vec<u8> = channels.iter().map(|channel| channel.number).collect();
+    let surveys = surveys(trials, &numbers, values);
+    let tops = surveys.iter().flatten().filter_map(|it| it.largest);
+    let most = match channels.is_empty() {
+        true => 0.0,
+        false => tops.fold(1e-3, f64::max),
+    };
     let step = round_step(most, 2.0);
     let top = (most / step).ceil() * step;
-    let lanes: Vec<Lane> = rows()
-        .map(|c| Lane::of(c, unit.to_owned(), top, top))
-        .collect();
-    grid(trials, &lanes, what, values)
+    let lane = |channel: &&ChannelInfo| Lane::of(channel, unit.to_owned(), top, top);
+    let lanes: Vec<Lane> = channels.iter().map(lane).collect();
+    grid(trials, &lanes, what, (values, &surveys))
 }
 
 /// The channels of all trials, each once, lowest number first.
@@ -128,12 +179,6 @@ fn channels(trials: &[Trial]) -> Vec<&ChannelInfo> {
     channels.sort_by_key(|channel| channel.number);
     channels.dedup_by_key(|channel| channel.number);
     channels
-}
-
-fn largest(trials: &[Trial], value: Value, n: u8) -> f64 {
-    let of_trial = |trial: &Trial| range(value.course(trial, n).map(|(_, value)| value));
-    let tops = trials.iter().filter_map(of_trial).map(|(_, high)| high);
-    tops.fold(1e-3, f64::max)
 }
 
 impl Lane {
@@ -152,15 +197,13 @@ impl Lane {
         row + ZERO - REACH * value / self.top
     }
 
-    /// The first value as a filled line, the second, if any, over it.
-    fn marks(&self, trial: &Trial, row: f64, values: &[Value]) -> Vec<Mark> {
+    /// The first value's parts as filled lines, the second's, if any, over it.
+    fn marks(&self, row: f64, values: Vec<Vec<Vec<Point>>>) -> Vec<Mark> {
         let ChannelMark { color, .. } = channel_mark(self.number);
         let strokes = [stroke(color, 1.3), stroke(INK, 1.0)];
         let mut marks = Vec::new();
-        for (n, (value, line)) in values.iter().zip(strokes).enumerate() {
-            let known = value.course(trial, self.number);
-            let points = known.map(|(t_s, value)| (t_s, self.height(row, value)));
-            for part in shorten(points, BUCKETS) {
+        for (n, (parts, line)) in values.into_iter().zip(strokes).enumerate() {
+            for part in parts {
                 if let (0, Some(tint)) = (n, channel_mark(self.number).tint()) {
                     marks.push(Mark::Outline(closed(&part, self.height(row, 0.0)), tint));
                 }
@@ -174,7 +217,36 @@ impl Lane {
     }
 }
 
-fn grid(trials: &[Trial], lanes: &[Lane], description: &str, values: &[Value]) -> Svg {
+/// The rows of a trial, gone through once.
+fn rows(trial: &Trial, lanes: &[Lane], values: &[Value], surveys: &[Survey]) -> Vec<Mark> {
+    let numbers: Vec<u8> = lanes.iter().map(|lane| lane.number).collect();
+    let sources = Source::all(trial, &numbers, values);
+    let begun = |survey: &Survey| Shortened::of(survey.count, BUCKETS);
+    let mut short: Vec<Shortened> = surveys.iter().map(begun).collect();
+    let each = values.len().max(1);
+    for sample in trial.samples.iter() {
+        let lanes = (0..).map(f64::from).zip(lanes);
+        let all = lanes.zip(short.chunks_mut(each).zip(sources.chunks(each)));
+        for ((row, lane), (short, sources)) in all {
+            for (short, source) in short.iter_mut().zip(sources) {
+                if let Some(value) = source.of(&sample) {
+                    short.push((sample.t_s, lane.height(row, value)));
+                }
+            }
+        }
+    }
+    let mut parts = short.into_iter().map(Shortened::close);
+    let numbered = (0..).map(f64::from).zip(lanes);
+    let marks = numbered.map(|(row, lane)| lane.marks(row, parts.by_ref().take(each).collect()));
+    marks.flatten().collect()
+}
+
+fn grid(
+    trials: &[Trial],
+    lanes: &[Lane],
+    description: &str,
+    (values, surveys): (&[Value], &[Vec<Survey>]),
+) -> Svg {
     if lanes.is_empty() || trials.is_empty() {
         return Svg::default();
     }
@@ -192,7 +264,7 @@ fn grid(trials: &[Trial], lanes: &[Lane], description: &str, values: &[Value]) -
         y.ticks.push(tick(0.0, "0".to_owned()));
         y.ticks.push(tick(lane.scale, number(lane.scale)));
     }
-    let panel = |(column, trial): (usize, &Trial)| {
+    let panel = |(column, (trial, surveys)): (usize, (&Trial, &Vec<Survey>))| {
         let time = Axis {
             grid: false,
             ..Axis::linear("time (s)", (0.0, end_s(trials)), 6.0)
@@ -200,17 +272,15 @@ fn grid(trials: &[Trial], lanes: &[Lane], description: &str, values: &[Value]) -
         let title = crate::plot::words::shortened(13.0, &trial.name, 240.0, true);
         let height = lanes.len() as f64 * ROW;
         Panel {
-            marks: numbered()
-                .flat_map(|(row, lane)| lane.marks(trial, row, values))
-                .collect(),
+            marks: rows(trial, lanes, values, surveys),
             ..Panel::new(&title, time, y.clone().silent(column > 0), height)
         }
     };
-    let rows = trials.chunks(COLUMNS);
+    let lines = trials.chunks(COLUMNS).zip(surveys.chunks(COLUMNS));
     Figure {
         description: description.to_owned(),
-        rows: rows
-            .map(|row| row.iter().enumerate().map(panel).collect())
+        rows: lines
+            .map(|(trials, surveys)| trials.iter().zip(surveys).enumerate().map(panel).collect())
             .collect(),
         ..Figure::default()
     }
