@@ -33,6 +33,8 @@ use std::sync::Arc;
 
 /// Longest time from power-on or the last reset to an open port, s.
 const BOOT_LIMIT_S: u64 = 3;
+/// The same in cycles of the fastest clock.
+pub(super) const BOOT_LIMIT: Cycle = BOOT_LIMIT_S * 168_000_000;
 
 /// Why there is no running board.
 #[derive(Debug, thiserror::Error)]
@@ -107,23 +109,22 @@ impl<O: Observer> Board<O> {
     /// Runs until the host has opened the device's port: clocks, tape, USB
     /// enumeration. World time begins here.
     pub fn boot(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
-        while !self.boot_on(sensors, Some(BOOT_LIMIT_S))? {}
+        while !self.boot_on(sensors, Some(self.last_reset.unwrap_or(0) + BOOT_LIMIT))? {}
         Ok(())
     }
 
     /// [`Self::boot`] by at most a millisecond at the fastest clock; says
-    /// whether it is done. Seconds since the last reset without an open port may have a limit.
+    /// whether it is done. Without an open port it may end at a cycle.
     pub(super) fn boot_on(
         &mut self,
         sensors: &Sensors,
-        limit_s: Option<u64>,
+        end: Option<Cycle>,
     ) -> Result<bool, BoardError> {
         self.around
             .sense(sensors, self.cpu.cycle)
             .map_err(|what| self.explain(what.at(&self.cpu)))?;
         if !self.around.host.open {
-            let taken = self.cpu.cycle - self.last_reset.unwrap_or(0);
-            if limit_s.is_some_and(|limit_s| taken > limit_s * 168_000_000) {
+            if end.is_some_and(|end| self.cpu.cycle > end) {
                 let failure = self.around.host.failure;
                 let why = failure.map_or_else(String::new, |f| format!(": {f}"));
                 return Err(BoardError::NoPort { why });

@@ -21,7 +21,7 @@ pub use line::{Line, Port};
 pub use points::Points;
 
 use super::Cycle;
-use super::board::{Around, Board, BoardError};
+use super::board::{Around, BOOT_LIMIT, Board, BoardError};
 use super::cpu::Stop;
 use super::cpu::system::{Compared, Hit};
 use crate::lockstep::Device;
@@ -65,6 +65,8 @@ pub struct Debugger {
     status: String,
     /// The BKPT that stopped the core, which goes on behind it.
     stopped_by: Option<u32>,
+    /// Since when the core goes through a session with nobody attached.
+    alone_since: Option<Cycle>,
 }
 
 /// Most connections that wait without being attached: the oldest makes room.
@@ -90,17 +92,23 @@ impl Debugger {
             others: Vec::new(),
             status: SIGTRAP.to_owned(),
             stopped_by: None,
+            alone_since: None,
         }
     }
 
     /// [`Board::boot`], as the debugger lets it, and however long the image takes: one that
-    /// opens no port is debugged all the same.
+    /// opens no port is debugged all the same. Alone it has as long as without a debugger.
     ///
     /// # Errors
-    /// As [`Self::run_to`].
+    /// As [`Self::run_to`]; E541: it was left alone and opened no port.
     pub fn boot(&mut self, sensors: &Sensors) -> Result<(), BoardError> {
-        while !self.run(0, |board| board.boot_on(sensors, None))? {}
-        Ok(())
+        loop {
+            let begin = self.alone_since.max(self.board.last_reset());
+            let end = self.alone_since.and(begin).map(|begin| begin + BOOT_LIMIT);
+            if self.run(0, |board| board.boot_on(sensors, end))? {
+                return Ok(());
+            }
+        }
     }
 
     /// [`Board::run_to`], as the debugger lets it.
@@ -128,7 +136,12 @@ impl Debugger {
             let done = act(&mut self.board);
             self.print_console();
             match done {
-                Err(BoardError::Stopped { stop, .. }) if self.is_attached() => self.stop(stop),
+                // Where the port stays open, the next debugger finds the core as it stopped.
+                Err(BoardError::Stopped { stop, .. })
+                    if self.is_attached() || self.outlives == Outlives::Debugger =>
+                {
+                    self.stop(stop);
+                }
                 other => return other,
             }
         }
@@ -245,6 +258,7 @@ impl Debugger {
     fn attach(&mut self) {
         self.board.cpu.system.set_debugger(true);
         self.forget_debugger();
+        self.alone_since = None;
         self.core = Core::Halted;
         self.status = SIGTRAP.to_owned();
         if let Some(client) = &mut self.client {
@@ -269,6 +283,8 @@ impl Debugger {
         self.board.cpu.system.set_debugger(false);
         self.pass_breakpoint_instruction();
         self.core = Core::Runs;
+        let is_session = self.outlives == Outlives::Nothing;
+        self.alone_since = is_session.then_some(self.board.cpu.cycle);
     }
 
     /// The client is gone without a word.

@@ -198,8 +198,41 @@ fn an_image_that_opens_no_usb_port_is_left_running() {
     while board.cpu.cycle < 10 * 168_000_000 {
         assert!(matches!(board.boot_on(&sensors, None), Ok(false)));
     }
-    let limited = board.boot_on(&sensors, Some(3));
+    let limited = board.boot_on(&sensors, Some(3 * 168_000_000));
     assert!(matches!(limited, Err(BoardError::NoPort { .. })));
+}
+
+/// A debugger that detaches or hangs up leaves an image that opens no port as long as it has
+/// without a debugger.
+#[test]
+fn an_image_that_opens_no_usb_port_ends_a_session_that_is_left_alone() {
+    for (packets, is_detached) in [(&["?", "D"][..], true), (&["?", "c"][..], false)] {
+        let says = packets.iter().flat_map(|p| framed(p.as_bytes())).collect();
+        let answers = Arc::default();
+        let port = Script([Scripted { says, answers }].into());
+        let image = program(&[0xBF30, 0xE7FD], &[("Reset", CODE, 4)]);
+        let board = Board::power_on(image, [None; CHANNELS], Pace::Lazy, Points::default());
+        let mut debugger = Debugger::new(port, board.unwrap(), Outlives::Nothing);
+        let ended = debugger.boot(&Sensors::default());
+        let is_told = matches!(ended, Err(BoardError::NoPort { .. }));
+        assert!(is_told, "detached: {is_detached}, {ended:?}");
+    }
+}
+
+/// Under `serve` a core that locks up with nobody attached waits for the next debugger.
+#[test]
+fn a_core_that_locks_up_alone_waits_for_the_next_debugger() {
+    // UDF, without handlers: the core locks up.
+    let served = Served::for_ever(&[0xDE00, 0xDE00]);
+    for leaves in ["D", "c"] {
+        let mut gdb = served.attach();
+        gdb.exchanges(&[("vRun;", HALTED)]);
+        gdb.send(leaves);
+    }
+    let mut next = served.attach();
+    assert_ne!(next.register(15), CODE, "it stands where it locked up");
+    next.exchanges(&[("vRun;", HALTED)]);
+    assert_eq!(next.register(15), CODE);
 }
 
 #[test]
