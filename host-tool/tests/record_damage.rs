@@ -88,6 +88,20 @@ fn what_a_record_has_lost_is_named() {
             fs::copy(first.join(file), added.join(file)).unwrap();
         }
     });
+    let changed = |from: &'static str, to: &'static str| {
+        move |copy: &Path| {
+            let path = trial_of(copy).join("session.toml");
+            let text = fs::read_to_string(&path).unwrap();
+            assert!(text.contains(from));
+            fs::write(path, text.replace(from, to)).unwrap();
+        }
+    };
+    harmed(&folder, "no_session", gone("session.toml"));
+    harmed(
+        &folder,
+        "session",
+        changed("frequency_hz = ", "frequency_hz = 1"),
+    );
     let left = rows - 3;
     let name = trial_of(&folder.join("one"));
     let name = name.file_name().unwrap().to_string_lossy().into_owned();
@@ -100,12 +114,18 @@ fn what_a_record_has_lost_is_named() {
         ("no_trial", format!("{name}/trial.json is missing")),
         ("no_folder", format!("the folder {name} is missing")),
         ("added", "the folder 02-of-another was added".to_owned()),
+        ("no_session", format!("{name}/session.toml is missing")),
+        ("session", format!("{name}/session.toml was changed since it was run")),
     ];
     for (copy, what) in copies {
         let says = format!("E585 the record in {copy} is damaged: {what}");
         let (exit, error) = failed(&folder, &format!("rerun {copy} --out again"));
         assert_eq!(exit, Some(1), "{copy}");
-        assert!(error.contains(&says), "{copy}: {error}");
+        let is_told = match copy.ends_with("session") {
+            true => error.contains(&format!("E595 {copy}/{name}/session.toml")),
+            false => error.contains(&says),
+        };
+        assert!(is_told, "{copy}: {error}");
         assert!(!folder.join("again").exists(), "{copy}");
 
         // The page is made, says so, and a second one does as well.
@@ -127,6 +147,11 @@ fn what_a_record_has_lost_is_named() {
         assert!(text.contains(&says), "{copy}: {text}");
         let compared = told(&folder, &format!("compare one {copy}"));
         assert_eq!(compared["damaged"].as_array().unwrap().len(), 1);
+        // Rate and width of a session that was not run make no numbers.
+        let charge = compared.pointer("/rows/1/channels/0/cathodic_uc");
+        let is_known = charge.is_some_and(serde_json::Value::is_number);
+        let has_none = copy.ends_with("session") || copy == "no_trial" || copy == "no_folder";
+        assert_eq!(is_known, !has_none, "{copy}: {charge:?}");
         let page = fs::read_to_string(folder.join(compared["page"].as_str().unwrap())).unwrap();
         assert!(page.contains(&format!("<b>Damaged: {what}")), "{copy}");
     }

@@ -379,6 +379,7 @@ impl Guard {
     /// Whether [`Self::tick`] would change nothing and find nothing: `false` where
     /// that is not plain. For simulators, which may then leave the tick out.
     #[must_use]
+    #[inline]
     pub fn is_at_rest(&self, now: Micros, inputs: &Inputs, scheduler: &Scheduler) -> bool {
         let closed = inputs.closed();
         let is_let_go = self.held & !closed != 0;

@@ -58,6 +58,7 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
     let dir = args.record.as_path();
     let record = load(dir)?;
     args.out.apart_from(std::slice::from_ref(&args.record))?;
+    has_its_files(dir, &record)?;
     if let Some(damaged) = record.damaged(dir) {
         return Err(damaged.into());
     }
@@ -108,20 +109,28 @@ fn planned(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
     let Some(plan) = record.plan.clone() else {
         return Err(RerunError::Unknown { dir, what });
     };
+    Ok(plan)
+}
+
+/// That session and wearer files are those that were run.
+fn has_its_files(dir: &Path, record: &Run) -> Result<(), RerunError> {
+    if !record.is_repeatable() || record.plan.is_none() {
+        return Ok(()); // refused for that
+    }
     for (position, trial) in record.trials.iter().enumerate() {
         let sum = sha256(trial.session_text.as_bytes());
         if trial.session_sha256.as_deref() != Some(&sum) {
-            let folder = trial_folder(&dir, position, &trial.name);
+            let folder = trial_folder(dir, position, &trial.name);
             return Err(RerunError::Altered(folder.join("session.toml"), "session"));
         }
         if let Some(wearer) = &trial.wearer
             && wearer.sha256 != sha256(wearer.text.as_bytes())
         {
-            let folder = trial_folder(&dir, position, &trial.name);
+            let folder = trial_folder(dir, position, &trial.name);
             return Err(RerunError::Altered(folder.join(KEPT_AS), "wearer"));
         }
     }
-    Ok(plan)
+    Ok(())
 }
 
 /// Runs the session of a record again, as it was ordered.

@@ -79,8 +79,8 @@ pub fn doses(trial: &Trial) -> Vec<ChannelDose> {
 
 /// Rows further apart than this are not joined: nothing was recorded there, s.
 const GAP_S: f64 = 0.5;
-/// How long a row still shows the latest burst when the next is overdue, s: the device waits
-/// 1.5 ms (`GRACE_US` in `firmware/src/device/controller/in_force.rs`).
+/// How long a row still shows the latest pulse when a period has passed since it, s: the device
+/// waits 1.5 ms (`GRACE_US` in `firmware/src/device/controller/in_force.rs`).
 const GRACE_S: f64 = 0.0015;
 
 /// Least and greatest of some values.
@@ -99,6 +99,9 @@ struct Played {
     /// changes: its first burst is taken to come with the row that shows it.
     offset_s: Option<f64>,
     pulses_per_burst: u64,
+    /// How long a row still shows the latest burst when the next is overdue, s: from the
+    /// latest pulse of the burst, which comes after its first.
+    grace_s: f64,
     /// mA for each unit of amplitude.
     ma_per_unit: f64,
 }
@@ -106,11 +109,14 @@ struct Played {
 impl Played {
     fn of(train: &TrainSpec, stage: StageSpec, is_live: bool) -> Self {
         let is_free = train.trigger.is_none() && !is_live;
+        let further = u64::from(train.burst_count.saturating_sub(1));
+        let span_us = further * u64::from(train.burst_interval_us);
         Self {
             shape: train.shape,
             period_s: f64::from(train.period_us) / 1e6,
             offset_s: is_free.then(|| f64::from(train.offset_us) / 1e6),
             pulses_per_burst: u64::from(train.burst_count),
+            grace_s: GRACE_S + span_us as f64 / 1e6,
             ma_per_unit: match stage {
                 StageSpec::Current { .. } => 1.0,
                 StageSpec::Voltage { load_ohm, .. } => 1e3 / f64::from(load_ohm),
@@ -211,7 +217,7 @@ impl Count {
         };
         let (bursts, latest_s) = match self.latest_s {
             Some(latest_s) => {
-                let due = ((t_s - GRACE_S - latest_s) * rate_hz + 1e-6)
+                let due = ((t_s - played.grace_s - latest_s) * rate_hz + 1e-6)
                     .floor()
                     .max(0.0);
                 (due as u64, latest_s + due / rate_hz)

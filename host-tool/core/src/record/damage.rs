@@ -2,7 +2,8 @@
 //! trials and rows there were.
 
 use super::disk::trial_folder;
-use super::{RecordError, Run, Trial};
+use super::{RecordError, Run, Trial, sha256};
+use crate::session::KEPT_AS;
 use hal_sim::input;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -76,6 +77,31 @@ pub(super) fn of(dir: &Path, counted: &[Counted], found: &[(PathBuf, Held)]) -> 
     let added = found.iter().filter(|(folder, _)| !known(folder));
     let added = added.map(|(folder, _)| format!("the folder {} was added", last(folder)));
     each.chain(added).collect()
+}
+
+/// Files of a trial that are not those it was run with, by their SHA-256. A session file that
+/// is another is left out: its width or rate would make numbers that were never played.
+pub(super) fn altered(folder: &Path, trial: &mut Trial) -> Vec<String> {
+    let mut altered = Vec::new();
+    let mut tell = |name: &str, text: &str| {
+        let what = match text.is_empty() {
+            true => "is missing",
+            false => "was changed since it was run",
+        };
+        altered.push(format!("{}/{name} {what}", last(folder)));
+    };
+    let is_other = |sum: &str, text: &str| sum != sha256(text.as_bytes());
+    let session_sum = trial.session_sha256.as_deref();
+    if session_sum.is_some_and(|sum| is_other(sum, &trial.session_text)) {
+        tell("session.toml", &trial.session_text);
+        trial.session_text.clear();
+    }
+    if let Some(wearer) = &trial.wearer
+        && is_other(&wearer.sha256, &wearer.text)
+    {
+        tell(KEPT_AS, &wearer.text);
+    }
+    altered
 }
 
 /// Of a trial whose folder is not that of a trial any more.

@@ -96,6 +96,7 @@ pub fn load_each(dir: &Path, each: &mut dyn FnMut(Trial)) -> Result<Run, RecordE
         if let Some(wearer) = &mut trial.wearer {
             wearer.text = copied(&folder.join(KEPT_AS))?;
         }
+        run.damage.extend(damage::altered(&folder, &mut trial));
         found.push((folder, Held::by(&trial)));
         each(trial);
     }

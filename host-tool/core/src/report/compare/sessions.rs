@@ -22,7 +22,9 @@ pub(super) fn of_group(group: &Group<'_>) -> Vec<FileDifference> {
             ("session.toml", &first.session, &other.session),
             ("wearer.toml", &first.wearer, &other.wearer),
         ];
-        for (file, one, another) in both {
+        // A session file that is missing, or not the one that was run, differs from no other.
+        let is_usable = !first.session.is_empty() && !other.session.is_empty();
+        for (file, one, another) in both.into_iter().skip(usize::from(!is_usable)) {
             let is_known = |(text, known): &&mut (&str, FileDifference)| {
                 known.file == file && *text == another.as_str()
             };
