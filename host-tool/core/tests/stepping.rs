@@ -1,11 +1,14 @@
 //! Sessions step by step: the same as in one go, wherever the steps end.
 
-use firmware::link::Event;
+use firmware::link::{Event, Request};
 use firmware::safety::StopCause;
+use firmware::units::Amplitude;
 use hal_sim::random::word;
+use host_core::link::{Error, Port};
 use host_core::record::{Recorder, Trial};
 use host_core::run::{
-    Attached, Control, DeviceName, Outcome, SessionFile, Stepped, Stepper, Until, begin_trial, run,
+    Attached, Control, DeviceName, Outcome, RunError, SessionFile, Stepped, Stepper, Until,
+    begin_trial, run,
 };
 use std::path::Path;
 
@@ -98,6 +101,43 @@ fn a_step_ends_with_an_event() {
     assert_eq!(stepper.step(Until::Event(u64::MAX)).unwrap(), Stepped::Over);
     let (outcome, _) = stepper.close(Ok(()));
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
+}
+
+#[test]
+fn the_caller_of_a_live_session_gives_its_setpoints() {
+    let text = "title = \"live\"\nduration_s = 0.2\n[wearer]\nhost_timeout_ms = 100\n\
+        [[channel]]\nnumber = 1\nname = \"flexor\"\nlimit = 15.0\n\
+        stage = { kind = \"current\", full_scale_ma = 100.0 }\n\
+        train = { shape = \"biphasic-cathodic-first\", width_us = 200, frequency_hz = 50.0 }\n\
+        [setpoints]\nkind = \"amplitudes\"\nrate_hz = 50\n\
+        values = [{ channel = 1, value = 1.0 }]\n";
+    let wanted = |ma: u32| Request::Amplitudes {
+        at: None,
+        mask: 1,
+        values: [Amplitude::new(1_000 * ma)].into_iter().collect(),
+        widths: Default::default(), // the train's own
+    };
+    let file = SessionFile::parse("live.toml", text).unwrap();
+    let port = DeviceName::Native.open(&file.session, 1).unwrap();
+    let stepper = Stepper::open(&file, port, Attached::default()).unwrap();
+    let mut stepper = stepper.live();
+    stepper.configure().unwrap();
+    stepper.arm().unwrap();
+    stepper.request(wanted(8)).unwrap();
+    stepper.start().unwrap();
+    // Longer than the session and than the host may be silent, and exactly so long.
+    let stepped = stepper.step(Until::Time(777_777)).unwrap();
+    assert_eq!((stepped, stepper.time_us()), (Stepped::Reached, 777_777));
+    stepper.post(wanted(16)).unwrap();
+    let ran = stepper.step(Until::Time(900_000)).map(drop);
+    assert!(matches!(ran, Err(RunError::Link(Error::Refused(_)))));
+    let (outcome, mut port) = stepper.close(ran);
+    let trial = outcome.trial;
+    assert!(trial.samples.is_empty());
+    assert!(trial.pulses.is_some_and(|pulses| pulses > 35));
+    let dac = &port.world().unwrap().recorder.trace.dac;
+    let most = dac.iter().map(|write| u32::from(write.code)).max();
+    assert_eq!(most, Some(65_535 * 8 / 100));
 }
 
 #[test]

@@ -2,12 +2,14 @@
 //! time or an event, stop, close.
 //!
 //! [`run`](super::run()) is its first user. A program of your own drives it the same way; the
-//! result does not depend on where the steps end.
+//! result does not depend on where the steps end. A program that decides on setpoints while
+//! the session runs gives them itself ([`Stepper::live`]).
 
 mod close;
 mod controls;
 mod ended;
 mod listen;
+mod live;
 mod measured;
 mod post;
 mod record;
@@ -60,7 +62,8 @@ impl Default for Attached<'_> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Until {
     /// To this time, µs after the start of the trains, and at most 2 ms further: to the first
-    /// moment from then on at which the host looks at its device anyway.
+    /// moment from then on at which the host looks at its device anyway; in a live session
+    /// exactly to it.
     Time(u64),
     /// To this time at most, or to the first event before it.
     Event(u64),
@@ -153,6 +156,8 @@ pub struct Stepper<'a, P> {
     is_stopped: bool,
     /// When the controls were looked at last, µs after the start.
     controlled_us: u64,
+    /// In a live session, when the device is due a keep-alive, in the port's time.
+    keep_alive_us: Option<u64>,
     /// When the device last said something, in the port's time.
     heard_us: u64,
     /// How long this computer had stalled in sum by then, µs.
@@ -230,6 +235,7 @@ impl<'a, P: Port> Stepper<'a, P> {
             paused: Paused::No,
             is_stopped: false,
             controlled_us: 0,
+            keep_alive_us: None,
             heard_us: 0,
             heard_stalled_us: 0,
         })
@@ -280,7 +286,9 @@ impl<'a, P: Port> Stepper<'a, P> {
         if self.measures() && self.connection.port().glove_deg().is_none() {
             return Err(RunError::NoGlove("this device".to_owned()));
         }
-        self.connection.subscribe(self.session.telemetry_ms)?;
+        if !self.is_live() {
+            self.connection.subscribe(self.session.telemetry_ms)?;
+        }
         Ok(())
     }
 
@@ -321,6 +329,7 @@ impl<'a, P: Port> Stepper<'a, P> {
         };
         // The epoch is at most a few milliseconds from now.
         self.started_us = Some((now_us + self.epoch).saturating_sub(now));
+        self.begin_keep_alives()?;
         self.post_programs(0)
     }
 
@@ -349,6 +358,9 @@ impl<'a, P: Port> Stepper<'a, P> {
         };
         self.event = None;
         let to_us = begin.saturating_add(to_us);
+        if self.is_live() {
+            return self.step_live(to_us, ends_at_event);
+        }
         loop {
             if let (true, Some((t_s, event))) = (ends_at_event, self.event.take()) {
                 return Ok(Stepped::Event(t_s, event));
@@ -368,7 +380,7 @@ impl<'a, P: Port> Stepper<'a, P> {
                 self.attached.observer.see(Seen::Progress(1.0));
                 return Ok(Stepped::Over);
             }
-            self.post(self.session.setpoints.due_us(self.index - 1), due)?;
+            self.post_due(self.session.setpoints.due_us(self.index - 1), due)?;
             if self.index.is_multiple_of(90) {
                 let part = due as f64 / duration_us as f64;
                 self.attached.observer.see(Seen::Progress(part));

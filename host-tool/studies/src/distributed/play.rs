@@ -9,9 +9,8 @@ use firmware::link::{Code, Request};
 use firmware::pulse::CHANNELS;
 use firmware::units::Amplitude;
 use hal_sim::body::shared::{Electrode, Readings, SAMPLE_US, Shared, SharedSpec};
-use host_core::link::{Connection, Error, Incoming, Port};
-use host_core::run::DeviceName;
-use host_core::session::Session;
+use host_core::link::{Error, Port};
+use host_core::run::{Attached, DeviceName, RunError, SessionFile, Stepper, Until};
 use std::sync::PoisonError;
 
 /// A window's last reading is taken before its end: what is sent then is there for the next
@@ -22,7 +21,7 @@ const MOST_ERROR: f64 = 0.5;
 
 /// A condition as it goes on.
 struct Playing<'a> {
-    client: Connection<Box<dyn Port>>,
+    stepper: Stepper<'a, Box<dyn Port>>,
     condition: &'a Condition,
     /// Of the first of its electrodes, which are alike but for what they reach.
     electrode: Electrode,
@@ -30,7 +29,6 @@ struct Playing<'a> {
     /// Of each electrode that is steered by a model, mN.
     share_mn: Vec<u32>,
     readings: Readings,
-    epoch_us: u64,
     taken: usize,
     amplitude_ma: f64,
 }
@@ -47,13 +45,15 @@ pub fn play(
     let failed = |why: String| DistributedError::Device(condition.says.clone(), why);
     let spec = person.muscle(declared, condition)?;
     let wanted_n = declared.hold.wanted * spec.strength_n;
-    let file = text(condition, &spec, person.value("alpha_a_per_s2")?);
-    let session = Session::parse("distributed.toml", &file).map_err(|e| failed(e.to_string()))?;
-    let port = DeviceName::Native.open(&session, 1)?;
+    let text = text(condition, &spec, person.value("alpha_a_per_s2")?);
+    let file = SessionFile::parse("distributed.toml", &text).map_err(|e| failed(e.to_string()))?;
+    let port = DeviceName::Native.open(&file.session, 1)?;
     let mut series = Series::new(declared, condition, wanted_n);
-    match Playing::begin(condition, &spec, wanted_n, &session, port)? {
+    match Playing::begin(condition, &spec, wanted_n, &file, port)? {
         None => series.is_refused = true,
-        Some(mut playing) => playing.go(declared, &mut series).map_err(failed)?,
+        Some(mut playing) => playing
+            .go(declared, &mut series)
+            .map_err(|e| failed(e.to_string()))?,
     }
     Ok(series)
 }
@@ -64,11 +64,11 @@ impl<'a> Playing<'a> {
         condition: &'a Condition,
         spec: &SharedSpec,
         wanted_n: f64,
-        session: &Session,
+        file: &'a SessionFile,
         mut port: Box<dyn Port>,
     ) -> Result<Option<Self>, DistributedError> {
         let failed = |why: String| DistributedError::Device(condition.says.clone(), why);
-        let told = |error: Error| failed(error.to_string());
+        let told = |error: RunError| failed(error.to_string());
         let body = Shared::new(spec.clone())?;
         let readings = body.readings();
         let world = port.world();
@@ -80,21 +80,22 @@ impl<'a> Playing<'a> {
         // Each by what it can.
         let all_n: f64 = electrodes.iter().map(|it| strength_n(spec, it)).sum();
         let share = |it: &&Electrode| (1e3 * wanted_n * strength_n(spec, it) / all_n) as u32;
-        let (client, _) = Connection::open(port).map_err(told)?;
+        let stepper = Stepper::open(file, port, Attached::default()).map_err(told)?;
         let mut playing = Self {
-            client,
+            stepper: stepper.live(),
             condition,
             amplitude_ma: electrode.threshold_ma,
             electrode,
             wanted_n,
             share_mn: electrodes.iter().map(share).collect(),
             readings,
-            epoch_us: 0,
             taken: 0,
         };
-        let started = playing.start(session);
-        let is_out_of_reach = |error: &Error| match error {
-            Error::Refused(refused) => refused.code() == Some(Code::ForceOutOfReach),
+        let started = playing.start();
+        let is_out_of_reach = |error: &RunError| match error {
+            RunError::Link(Error::Refused(refused)) => {
+                refused.code() == Some(Code::ForceOutOfReach)
+            }
             _ => false,
         };
         match started {
@@ -104,16 +105,15 @@ impl<'a> Playing<'a> {
         }
     }
 
-    fn start(&mut self, session: &Session) -> Result<(), Error> {
-        for request in session.requests() {
-            self.client.request(request)?;
-        }
-        self.client.arm()?;
+    fn start(&mut self) -> Result<(), RunError> {
+        self.stepper.configure()?;
+        self.stepper.arm()?;
         for request in self.orders() {
-            self.client.request(request)?;
+            self.stepper.request(request)?;
         }
-        self.epoch_us = self.client.start()?; // device time is world time
-        self.taken = (self.epoch_us / SAMPLE_US) as usize;
+        self.stepper.start()?;
+        let epoch_us = self.stepper.port().now_us() - self.stepper.time_us();
+        self.taken = (epoch_us / SAMPLE_US) as usize;
         Ok(())
     }
 
@@ -138,7 +138,7 @@ impl<'a> Playing<'a> {
         }]
     }
 
-    fn go(&mut self, declared: &Declared, series: &mut Series) -> Result<(), String> {
+    fn go(&mut self, declared: &Declared, series: &mut Series) -> Result<(), RunError> {
         let gain_ma = match self.condition.drive {
             Drive::Open => declared.open.gain_ma,
             _ => declared.hold.gain_ma,
@@ -147,7 +147,7 @@ impl<'a> Playing<'a> {
         let mut nth = 0;
         while !series.is_over(nth) {
             nth += 1;
-            self.listen(self.epoch_us + nth * window_us - EARLY_US)?;
+            self.stepper.step(Until::Time(nth * window_us - EARLY_US))?;
             let window = self.window();
             let is_looking = match self.condition.drive {
                 Drive::Feedback => true,
@@ -162,9 +162,9 @@ impl<'a> Playing<'a> {
                 self.amplitude_ma = (self.amplitude_ma + by_ma).clamp(least, most);
             }
             for request in self.orders() {
-                self.client.post(request).map_err(|e| e.to_string())?;
+                self.stepper.post(request)?;
             }
-            if let Some(world) = self.client.port().world() {
+            if let Some(world) = self.stepper.port().world() {
                 world.recorder.forget();
             }
         }
@@ -185,15 +185,5 @@ impl<'a> Playing<'a> {
             is_most: self.amplitude_ma >= self.electrode.full_ma,
             amplitude_ma: self.amplitude_ma,
         }
-    }
-
-    /// Goes on to `until_us`; a refusal ends it.
-    fn listen(&mut self, until_us: u64) -> Result<(), String> {
-        while let Some(incoming) = self.client.next(until_us).map_err(|e| e.to_string())? {
-            if let Incoming::Refused(_, refused) = incoming {
-                return Err(Error::Refused(refused).to_string());
-            }
-        }
-        Ok(())
     }
 }

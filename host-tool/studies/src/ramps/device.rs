@@ -10,8 +10,8 @@ use firmware::link::Request;
 use firmware::units::Amplitude;
 use hal_sim::body::bench::elbow::BICEPS;
 use hal_sim::body::{Drive, Pulse};
-use host_core::link::{Connection, Incoming, Port};
-use host_core::run::DeviceName;
+use host_core::link::Port;
+use host_core::run::{Attached, DeviceName, RunError, SessionFile, Stepper, Until};
 use host_core::session::Session;
 use std::fmt::Write;
 
@@ -102,13 +102,16 @@ impl Stimulation {
     ) -> Result<(Vec<Pulse>, Apart), RampsError> {
         let failed = |why: String| RampsError::Device(self.in_words(), why);
         let text = self.session(protocol);
-        let session = Session::parse("ramp.toml", &text).map_err(|e| failed(e.to_string()))?;
-        let mut port = device.open(&session, 1)?;
+        let file = SessionFile::parse("ramp.toml", &text);
+        let mut file = file.map_err(|e| failed(e.to_string()))?;
+        self.widen(protocol, &mut file.session);
+        let mut port = device.open(&file.session, 1)?;
         let heard = Heard::default();
         let world = port.world();
         let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
         world.body = Box::new(Notes::on(&heard));
-        let epoch_us = self.stream(protocol, &session, port).map_err(failed)?;
+        let streamed = self.stream(protocol, &file, port);
+        let epoch_us = streamed.map_err(|e| failed(e.to_string()))?;
         let found = heard.all().into_iter().filter_map(|it| {
             let t_us = it.t_us.checked_sub(epoch_us)?;
             let is_one = it.drive != Drive::Milliamps(0.0);
@@ -123,56 +126,35 @@ impl Stimulation {
     fn stream(
         self,
         protocol: &Protocol,
-        session: &Session,
+        file: &SessionFile,
         port: Box<dyn Port>,
-    ) -> Result<u64, String> {
-        let told = |error: host_core::link::Error| error.to_string();
-        let (mut client, _) = Connection::open(port).map_err(told)?;
-        for request in session.requests() {
-            client
-                .request(self.widened(protocol, request))
-                .map_err(told)?;
-        }
-        client.arm().map_err(told)?;
-        let first = self.setpoint(protocol, 0);
-        client.request(first).map_err(told)?;
-        let epoch_us = client.start().map_err(told)?; // device time is world time
+    ) -> Result<u64, RunError> {
+        let mut stepper = Stepper::open(file, port, Attached::default())?.live();
+        stepper.configure()?;
+        stepper.arm()?;
+        stepper.request(self.setpoint(protocol, 0))?;
+        stepper.start()?;
         let period_us = period_us(protocol);
         let count = (micros(protocol.settle_s) + micros(protocol.ramp_s)) / period_us;
         for nth in 1..=count {
             let due_us = nth * period_us;
-            listen(&mut client, epoch_us + due_us - period_us / EARLY)?;
-            let request = self.setpoint(protocol, due_us);
-            client.post(request).map_err(told)?;
+            stepper.step(Until::Time(due_us - period_us / EARLY))?;
+            stepper.post(self.setpoint(protocol, due_us))?;
         }
-        listen(
-            &mut client,
-            epoch_us + (count + 1) * period_us - period_us / EARLY,
-        )?;
-        client.stop().map_err(told)?;
-        Ok(epoch_us)
+        let end_us = (count + 1) * period_us;
+        stepper.step(Until::Time(end_us - period_us / EARLY))?;
+        stepper.stop()?;
+        Ok(stepper.port().now_us() - stepper.time_us())
     }
 
-    /// A channel's configuration, its width to change up to the ramp's end.
-    fn widened(self, protocol: &Protocol, request: Request) -> Request {
-        match (self, request) {
-            (Self::Width(_), Request::Channel { channel, mut spec }) => {
-                spec.train.max_width_us = protocol.width_ramp_us as u16;
-                Request::Channel { channel, spec }
+    /// Lets the channel's width change up to the ramp's end.
+    fn widen(self, protocol: &Protocol, session: &mut Session) {
+        if let Self::Width(_) = self {
+            for channel in &mut session.channels {
+                channel.spec.train.max_width_us = protocol.width_ramp_us as u16;
             }
-            (_, request) => request,
         }
     }
-}
-
-/// Goes on to `until_us`; a refusal ends it.
-pub(super) fn listen(client: &mut Connection<Box<dyn Port>>, until_us: u64) -> Result<(), String> {
-    while let Some(incoming) = client.next(until_us).map_err(|e| e.to_string())? {
-        if let Incoming::Refused(_, refused) = incoming {
-            return Err(host_core::link::Error::Refused(refused).to_string());
-        }
-    }
-    Ok(())
 }
 
 /// Compares pulse by pulse.

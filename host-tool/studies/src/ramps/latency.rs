@@ -1,15 +1,13 @@
 //! From a trigger, and from a host's command, to the first edge of a pulse (section 3.2): a
 //! train of 40 µs that goes from 0 to 20 mA every second.
 
-use super::device::listen;
 use super::error::RampsError;
 use crate::laboratory::{Heard, Notes};
 use firmware::link::Request;
 use firmware::units::Amplitude;
 use hal_sim::body::Drive;
-use host_core::link::{Connection, Port};
-use host_core::run::DeviceName;
-use host_core::session::Session;
+use host_core::link::Port;
+use host_core::run::{Attached, DeviceName, RunError, SessionFile, Stepper, Until};
 
 /// What the oscilloscope of the paper said, µs (section 4.1).
 pub const PAPER_US: [u64; 2] = [1_220, 1_300];
@@ -62,39 +60,35 @@ fn wanted(ma: u32) -> Request {
     }
 }
 
-/// A device that stimulates, and what reaches its electrodes.
+/// A device that stimulates, and the pulses that reach its electrodes.
 struct Opened {
-    client: Connection<Box<dyn Port>>,
+    stepper: Stepper<'static, Box<dyn Port>>,
     heard: Heard,
 }
 
 impl Opened {
     fn new(device: &DeviceName, text: &str, ma: u32) -> Result<Self, RampsError> {
-        let session = Session::parse("latency.toml", text).map_err(|e| failed(e.to_string()))?;
-        let mut port = device.open(&session, 1)?;
+        let file = SessionFile::parse("latency.toml", text).map_err(failed)?;
+        let mut port = device.open(&file.session, 1)?;
         let heard = Heard::default();
         let world = port.world();
-        let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
+        let world = world.ok_or_else(|| failed("it is not simulated"))?;
         world.body = Box::new(Notes::on(&heard));
-        let told = |e: host_core::link::Error| failed(e.to_string());
-        let (mut client, _) = Connection::open(port).map_err(told)?;
-        for request in session.requests() {
-            client.request(request).map_err(told)?;
-        }
-        client.arm().map_err(told)?;
-        client.request(wanted(ma)).map_err(told)?;
-        client.start().map_err(told)?;
-        Ok(Self { client, heard })
+        let stepper = begin(file, port, ma).map_err(failed)?;
+        Ok(Self { stepper, heard })
     }
 
-    /// Says that it is there until `until_us`, with this wish.
-    fn hold(&mut self, until_us: u64, ma: u32) -> Result<(), String> {
-        while self.client.port().now_us() + 40_000 < until_us {
-            let next_us = self.client.port().now_us() + 20_000;
-            self.client.post(wanted(ma)).map_err(|e| e.to_string())?;
-            listen(&mut self.client, next_us)?;
-        }
-        listen(&mut self.client, until_us)
+    /// The world's time, µs.
+    fn now_us(&mut self) -> u64 {
+        self.stepper.port().now_us()
+    }
+
+    /// Asks for this current, and lets time pass until `until_us`.
+    fn hold(&mut self, until_us: u64, ma: u32) -> Result<(), RampsError> {
+        let epoch_us = self.now_us() - self.stepper.time_us();
+        self.stepper.post(wanted(ma)).map_err(failed)?;
+        let stepped = self.stepper.step(Until::Time(until_us - epoch_us));
+        stepped.map(drop).map_err(failed)
     }
 
     /// From `from_us` to the first pulse after it of at least so much.
@@ -103,6 +97,20 @@ impl Opened {
         let mut later = self.heard.all().into_iter().filter(|it| it.t_us >= from_us);
         Some(later.find(|it| is(it.drive))?.t_us - from_us)
     }
+}
+
+/// A device that stimulates with this current, mA.
+fn begin(
+    file: SessionFile,
+    port: Box<dyn Port>,
+    ma: u32,
+) -> Result<Stepper<'static, Box<dyn Port>>, RunError> {
+    let mut stepper = Stepper::open_owned(file, port, Attached::default())?.live();
+    stepper.configure()?;
+    stepper.arm()?;
+    stepper.request(wanted(ma))?;
+    stepper.start()?;
+    Ok(stepper)
 }
 
 /// Least and greatest.
@@ -128,12 +136,12 @@ pub fn latency(device: &DeviceName) -> Result<Latency, RampsError> {
     })
 }
 
-fn failed(why: String) -> RampsError {
-    RampsError::Device("latency".to_owned(), why)
+fn failed(why: impl ToString) -> RampsError {
+    RampsError::Device("latency".to_owned(), why.to_string())
 }
 
 fn silent() -> RampsError {
-    failed("a pulse did not come".to_owned())
+    failed("a pulse did not come")
 }
 
 /// From an edge at the trigger input to the first edge of the train, silent or not.
@@ -141,12 +149,12 @@ fn triggered(device: &DeviceName) -> Result<[u64; 2], RampsError> {
     let mut opened = Opened::new(device, &session(TRIGGERED_HZ, true), 20)?;
     let mut found = Vec::new();
     for _ in 0..TIMES {
-        let at_us = opened.client.port().now_us() + EVERY_US;
-        opened.hold(at_us - 10_000, 20).map_err(failed)?;
-        if let Some(world) = opened.client.port().world() {
+        let at_us = opened.now_us() + EVERY_US;
+        opened.hold(at_us - 10_000, 20)?;
+        if let Some(world) = opened.stepper.port().world() {
             world.trigger(at_us);
         }
-        opened.hold(at_us + 250_000, 20).map_err(failed)?;
+        opened.hold(at_us + 250_000, 20)?;
         found.push(opened.to_first(at_us, 0.0));
     }
     ends(found).ok_or_else(silent)
@@ -157,13 +165,13 @@ fn commanded(device: &DeviceName, (rate_hz, from_ma): (u32, u32)) -> Result<[u64
     let mut opened = Opened::new(device, &session(rate_hz, false), from_ma)?;
     let mut found = Vec::new();
     for _ in 0..TIMES {
-        let at_us = opened.client.port().now_us() + EVERY_US;
-        opened.hold(at_us, from_ma).map_err(failed)?;
-        let sent_us = opened.client.port().now_us();
-        opened.hold(sent_us + 250_000, 20).map_err(failed)?;
+        let at_us = opened.now_us() + EVERY_US;
+        opened.hold(at_us, from_ma)?;
+        let sent_us = opened.now_us();
+        opened.hold(sent_us + 250_000, 20)?;
         found.push(opened.to_first(sent_us, GONE_MA));
-        let off_us = opened.client.port().now_us() + 100_000;
-        opened.hold(off_us, from_ma).map_err(failed)?;
+        let off_us = opened.now_us() + 100_000;
+        opened.hold(off_us, from_ma)?;
     }
     ends(found).ok_or_else(silent)
 }

@@ -82,7 +82,9 @@ impl<P: Port> Stepper<'_, P> {
         let status = self.connection.status()?;
         self.attached.observer.see(Seen::Status(&status));
         self.trial.counters = trial::counters(&self.begun, &status.counters);
-        self.connection.subscribe(0)?;
+        if !self.is_live() {
+            self.connection.subscribe(0)?;
+        }
         let world = self.connection.port().world();
         match world.map_or(0, |world| world.body.unsettled()) {
             0 => Ok(()),

@@ -67,6 +67,9 @@ impl<P: Port> Stepper<'_, P> {
 
     /// What is sent before `Start`.
     pub(super) fn first_orders(&mut self) -> Vec<Request> {
+        if self.is_live() {
+            return Vec::new();
+        }
         let now_us = self.time_us();
         let first = self.session.setpoints.at(now_us);
         let all = iter::once(first).chain(self.session.counted_from_start());
@@ -85,7 +88,7 @@ impl<P: Port> Stepper<'_, P> {
 
     /// Sends what is due `due` µs after the start, and changes of model level since
     /// `before`.
-    pub(super) fn post(&mut self, before: u64, due: u64) -> Result<(), RunError> {
+    pub(super) fn post_due(&mut self, before: u64, due: u64) -> Result<(), RunError> {
         if self.is_paused() {
             return Ok(());
         }

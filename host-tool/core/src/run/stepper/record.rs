@@ -1,7 +1,7 @@
 //! What a run's record is told of what arrives.
 
 use super::{Paused, RunError, Stepper, TAKE_US};
-use crate::link::{Incoming, Port, Refused};
+use crate::link::{Error, Incoming, Port, Refused};
 use crate::record::MarkerKind;
 use crate::run::{Seen, identity, pulses, trial};
 use crate::session::{nearest, newtons};
@@ -200,6 +200,9 @@ impl<P: Port> Stepper<'_, P> {
                 self.attached.observer.see(Seen::Refused(t_s, &refused));
                 let nearest = self.nearest(seq, &refused).unwrap_or_default();
                 self.note(t_s, format!("{refused}{nearest}"))?;
+                if self.is_live() && self.ended.is_none() {
+                    self.ended = Some(Error::Refused(refused.clone()).into());
+                }
                 self.last_refused = Some((t_s, refused));
             }
             Incoming::Status(_, status) => self.attached.observer.see(Seen::Status(&status)),

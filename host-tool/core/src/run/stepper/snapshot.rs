@@ -35,6 +35,7 @@ impl<P: Port> Stepper<'_, P> {
             paused: self.paused,
             is_stopped: self.is_stopped,
             controlled_us: self.controlled_us,
+            keep_alive_us: self.keep_alive_us,
             heard_us: self.heard_us,
             heard_stalled_us: self.heard_stalled_us,
         })
