@@ -121,7 +121,7 @@ fn draw(args: &TwoPointsArgs, cells: &Cells, sweep: &Sweep, output: Output) -> a
     if let (Some(signal), false) = (interruption.asked(), computed.is_whole) {
         let result = match is_shard {
             true => json!({}),
-            false => told(&cells.outcome(sweep, &computed.units), out),
+            false => told(&cells.outcome(sweep, &computed.units)?, out),
         };
         let when = match out {
             Some(_) => kept(done),
@@ -137,7 +137,7 @@ fn draw(args: &TwoPointsArgs, cells: &Cells, sweep: &Sweep, output: Output) -> a
     let result = match out {
         Some(dir) if is_shard => return say_shard("two-points", (sweep.shard, dir), output),
         Some(dir) => sweep.close(cells, dir, &computed.units)?,
-        None => cells.outcome(sweep, &computed.units),
+        None => cells.outcome(sweep, &computed.units)?,
     };
     output.say(|| people(&summaries, out), || told(&result, out))
 }

@@ -6,6 +6,7 @@
 //! there are 105°, 90° and 75° here.
 
 use std::ops::RangeInclusive;
+use serde::{Deserialize, Serialize};
 
 /// Flexion at which the two fits of Rankin & Neptune (an arm, and the slope of a length)
 /// agree within a millimetre, degrees.
@@ -16,7 +17,7 @@ pub const FITTED_DEG: RangeInclusive<f64> = 0.0..=100.0;
 pub const LIMIT_DEG: RangeInclusive<f64> = 0.0..=110.0;
 
 /// A muscle about the elbow, or beside it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Muscle {
     /// Long head of the triceps, which crosses the shoulder too.
     TricepsLong,

@@ -8,6 +8,7 @@
 use super::InvalidBench;
 use crate::body::muscle::{Muscle, Parameters, Step};
 use crate::random::{Noise, word};
+use serde::{Deserialize, Serialize};
 
 /// Step of the slow parts, s.
 const TICK_S: f64 = 1e-3;
@@ -17,7 +18,7 @@ const MATCHED_HZ: f64 = 40.0;
 const HALF_HZ: f64 = 30.0;
 
 /// In what a generator departs from the calcium-force model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// Fibres shorten against tendon and straps, and a shorter fibre pulls less: A falls by
     /// 30 % · size at the force that the model could hold at most. Assumed.
@@ -74,7 +75,7 @@ impl Kind {
 }
 
 /// A departure and how large it is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Foreign {
     /// Which.
     pub kind: Kind,

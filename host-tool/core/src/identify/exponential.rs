@@ -3,9 +3,10 @@
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DVector, Dyn, OMatrix, U2, Vector2};
+use serde::{Deserialize, Serialize};
 
 /// F_PK(I) = a·e^(bI).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Exponential {
     /// N.
     pub a_n: f64,
@@ -92,7 +93,7 @@ impl LeastSquaresProblem<f64, Dyn, U2> for Problem<'_> {
 }
 
 /// How well something is estimated, as the paper tells it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
     /// Coefficient of determination.
     pub r2: f64,

@@ -7,6 +7,7 @@ use super::problem::{Problem, Weighting};
 use super::record::ForceRecord;
 use hal_sim::random::Random;
 use levenberg_marquardt::LevenbergMarquardt;
+use serde::{Deserialize, Serialize};
 
 /// Seeds of the starts, tried in this order until [`AGREE`] of them end alike.
 pub const START_SEEDS: [u64; 6] = [1, 2, 3, 4, 5, 6];
@@ -49,7 +50,7 @@ pub struct Fit {
 }
 
 /// What was found.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
     /// A in N/s, K, τc, τ1, τ2 in s.
     pub constants: Constants,
@@ -60,7 +61,7 @@ pub struct Fitted {
     /// Starts that were tried.
     pub starts: usize,
     /// Names of the constants that these data cannot tell.
-    pub untold: Vec<&'static str>,
+    pub untold: Vec<String>,
 }
 
 impl Fitted {
@@ -159,7 +160,7 @@ impl Fit {
         };
         Ok(Fitted {
             constants: best.constants(),
-            untold: untold(&covariance),
+            untold: untold(&covariance).into_iter().map(str::to_owned).collect(),
             covariance: rows(&covariance),
             noise_n: variance.sqrt(),
             starts,

@@ -1,6 +1,7 @@
 //! How high a train's force comes, and how fast (Lee 2020, equation 9).
 
 use super::model::{Constants, Sensitive};
+use serde::{Deserialize, Serialize};
 
 /// Force from which on time counts, N (Lee 2020, §3.3).
 pub const BEGINS_N: f64 = 0.015;
@@ -11,7 +12,7 @@ const GRID_S: f64 = 2e-4;
 const AFTER_S: f64 = 0.1;
 
 /// Times are in s from when force exceeds [`BEGINS_N`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Response {
     /// Largest force, N.
     pub peak_n: f64,

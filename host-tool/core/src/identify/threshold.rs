@@ -8,6 +8,7 @@
 
 use super::average::averaged;
 use super::error::IdentifyError;
+use serde::{Deserialize, Serialize};
 
 /// The paper's rule: "if the force … exceeds the threshold value (0.015 N)" (Lee 2020, §2.3.3,
 /// step 3).
@@ -56,7 +57,7 @@ pub struct Detector {
 }
 
 /// What a try showed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Shown {
     /// What was tried, mA.
     pub ma: f64,
@@ -69,7 +70,7 @@ pub struct Shown {
 }
 
 /// A threshold and how it was found.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Found {
     /// I_MT, mA.
     pub threshold_ma: f64,

@@ -1,6 +1,7 @@
 //! How a held force is judged.
 
 use super::declared::{Condition, Declared, Drive, Hold, Open};
+use serde::{Deserialize, Serialize};
 
 /// A window's readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +32,7 @@ pub struct Series {
 }
 
 /// How long a force was held.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Endurance {
     /// s; 0 of a force that was not reached.
     pub seconds: f64,

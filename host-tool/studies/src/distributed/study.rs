@@ -5,6 +5,7 @@ use super::error::DistributedError;
 use super::held::{Endurance, Series};
 use super::person::Person;
 use super::play::play;
+use serde::{Deserialize, Serialize};
 
 /// What a command calls it.
 pub const NAME: &str = "distributed";
@@ -19,10 +20,12 @@ pub struct Study {
     pub(super) seed: u64,
     /// Persons.
     pub(super) draws: u64,
+    /// Played on the person in the middle, whatever the seed.
+    points: Vec<(&'static str, f64, Condition)>,
 }
 
 /// A condition on a person, judged.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Measured {
     /// The condition.
     pub id: String,
@@ -45,7 +48,7 @@ pub struct Measured {
 }
 
 /// What came of a person.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Found {
     /// From 0.
     pub index: u64,
@@ -56,10 +59,10 @@ pub struct Found {
 }
 
 /// A point of a middle person's way along an axis.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AxisPoint {
     /// `crosstalk`, `reach`, `activation`, `rate_hz` or `wanted`.
-    pub axis: &'static str,
+    pub axis: String,
     /// Where on it.
     pub value: f64,
     /// What was played there.
@@ -104,6 +107,7 @@ impl Study {
         Ok(Self {
             seed: seed.unwrap_or(declared.seed),
             draws: draws.unwrap_or(declared.draws),
+            points: axis_points(&declared)?,
             declared,
         })
     }
@@ -138,32 +142,9 @@ impl Study {
         })
     }
 
-    /// What is to be played on the person in the middle, whatever the seed.
-    ///
-    /// # Errors
-    /// E722: a condition is missing.
-    pub fn axis_points(&self) -> Result<Vec<(&'static str, f64, Condition)>, DistributedError> {
-        let axes = &self.declared.axes;
-        let ids = ["one", "four-half", "four-fast"];
-        let along: [(&str, &[f64], [&str; 3]); 4] = [
-            ("crosstalk", &axes.crosstalk, ids),
-            ("reach", &axes.reach, ids),
-            ("activation", &axes.activation, ids),
-            ("wanted", &axes.wanted, ["one", "four", "four-half"]),
-        ];
-        let mut points = Vec::new();
-        for (axis, values, ids) in along {
-            for &value in values {
-                for id in ids {
-                    points.push((axis, value, self.declared.condition(id)?.clone()));
-                }
-            }
-        }
-        for &rate_hz in &axes.rate_hz {
-            let four = self.declared.condition("four")?.clone();
-            points.push(("rate_hz", rate_hz, Condition { rate_hz, ..four }));
-        }
-        Ok(points)
+    /// What is played on the person in the middle, whatever the seed: axis, value, condition.
+    pub(super) fn points(&self) -> &[(&'static str, f64, Condition)] {
+        &self.points
     }
 
     /// What comes of such a point.
@@ -181,9 +162,37 @@ impl Study {
         let person = Person::middle(&declared).with(axis, *value);
         let series = play(&declared, condition, &person)?;
         Ok(AxisPoint {
-            axis,
+            axis: (*axis).to_owned(),
             value: *value,
             measured: Measured::of(condition, &series, false),
         })
     }
 }
+
+    /// What is to be played on the person in the middle, whatever the seed.
+    ///
+    /// # Errors
+    /// E722: a condition is missing.
+fn axis_points(declared: &Declared) -> Result<Vec<(&'static str, f64, Condition)>, DistributedError> {
+        let axes = &declared.axes;
+        let ids = ["one", "four-half", "four-fast"];
+        let along: [(&str, &[f64], [&str; 3]); 4] = [
+            ("crosstalk", &axes.crosstalk, ids),
+            ("reach", &axes.reach, ids),
+            ("activation", &axes.activation, ids),
+            ("wanted", &axes.wanted, ["one", "four", "four-half"]),
+        ];
+        let mut points = Vec::new();
+        for (axis, values, ids) in along {
+            for &value in values {
+                for id in ids {
+                    points.push((axis, value, declared.condition(id)?.clone()));
+                }
+            }
+        }
+        for &rate_hz in &axes.rate_hz {
+            let four = declared.condition("four")?.clone();
+            points.push(("rate_hz", rate_hz, Condition { rate_hz, ..four }));
+        }
+        Ok(points)
+    }

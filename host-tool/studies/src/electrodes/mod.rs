@@ -8,10 +8,12 @@
 
 mod declaration;
 mod outcome;
+mod run;
 mod sets;
 mod wearer;
 
 pub use declaration::{DECLARED, Study};
 pub use outcome::{NAME, Told, outcome};
+pub use run::Run;
 pub use sets::{METHODS, Missed, SETS, best, missed, squares};
 pub use wearer::{DIRECTION_NAMES, NAMES, Wearer, directions};

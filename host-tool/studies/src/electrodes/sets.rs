@@ -7,6 +7,7 @@ use crate::limb::{choices, chosen};
 use firmware::limb::{Jacobians, Limb, Vector};
 use host_core::limb::{Bounded, Exact, Trouble};
 use nalgebra::{SMatrix, SVector, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Sets of electrodes: bit `n` is electrode `n`.
 pub const SETS: usize = 1 << MUSCLES.len();
@@ -20,7 +21,7 @@ const NOTHING: f64 = 1e-4;
 
 /// Of one wearer, by each method, of each wanted force (sizes, then directions): the part of
 /// it that each set misses.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Missed(pub [Vec<Vec<f32>>; METHODS.len()]);
 
 /// Parts of `wanted` that least squares over each set of these forces miss.

@@ -10,13 +10,13 @@ use super::participant::Participant;
 use super::regression::{Score, folds, predicted, score};
 use firmware::limb::JOINTS;
 use hal_sim::random;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What one condition of one participant came to.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Condition {
     /// Its name.
-    pub name: &'static str,
+    pub name: String,
     /// What was wanted and measured, aligned.
     pub targets: Vec<Target>,
     /// By how much it was turned about the vertical, degrees.
@@ -41,7 +41,7 @@ pub(super) fn condition(
         None => Vec::new(),
     };
     Ok(Condition {
-        name,
+        name: name.to_owned(),
         measures: measures(&targets)?,
         targets,
         turned_deg,

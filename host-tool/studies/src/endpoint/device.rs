@@ -147,7 +147,7 @@ fn vector(it: Vector<Exact>) -> Vector3<f64> {
 
 /// How smoothly muscles follow as the wanted direction goes around three great circles in
 /// steps of a degree.
-#[derive(Clone, Copy, Debug, PartialEq, Default, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Switches {
     /// Steps in which some muscle changed by more than the jump.
     pub jumps: usize,

@@ -3,10 +3,10 @@
 use super::error::EndpointError;
 use crate::tracking::statistics::percentile;
 use host_core::statistics::{StatisticsError, student_t_p};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A target: what was wanted and what was measured.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Target {
     /// Number of its command among twelve: direction times magnitudes, then magnitude.
     pub command: usize,
@@ -21,7 +21,7 @@ pub struct Target {
 }
 
 /// Pearson's correlation with its right-tailed p.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Correlation {
     /// Coefficient.
     pub r: f64,
@@ -82,7 +82,7 @@ pub fn align(targets: &mut [Target]) -> f64 {
 }
 
 /// What a condition comes to.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measures {
     /// Correlation of wanted component (row) with measured component (column), of
     /// directions (unit vectors).

@@ -24,6 +24,7 @@ mod played;
 mod population;
 mod regression;
 mod replication;
+mod run;
 mod sheets;
 mod walk;
 
@@ -43,4 +44,5 @@ pub use regression::{Features, Score, folds, predicted, ridge, score};
 pub use replication::{
     CONDITIONS, PARTICIPANTS, Person, Replication, frame_of, person, replication,
 };
+pub use run::{NAME, Run};
 pub use walk::{RATES_HZ, Walk, walk};

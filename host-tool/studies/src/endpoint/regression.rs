@@ -6,7 +6,7 @@ use super::error::EndpointError;
 use super::metrics::pearson;
 use hal_sim::random::{self, Random};
 use nalgebra::{DMatrix, DVector};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Features √(2/D)·cos(ωx + b), ω normal with deviation 1/length, b even over a turn
 /// (Rahimi and Recht 2007).
@@ -75,7 +75,7 @@ pub fn ridge(
 }
 
 /// How well outputs are predicted.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Score {
     /// Pearson's coefficient squared, mean over outputs.
     pub r_squared: f64,

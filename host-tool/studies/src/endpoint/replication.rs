@@ -11,7 +11,7 @@ use super::model::Model;
 use super::participant::{Command, Participant};
 use super::walk::{RATES_HZ, Walk, walk};
 use hal_sim::random;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Participants of a study.
 pub const PARTICIPANTS: usize = 3;
@@ -23,7 +23,7 @@ pub const CONDITIONS: [&str; 8] = [
 const SUBSTITUTES: u64 = 1 << 32;
 
 /// What one participant came to.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Person {
     /// Conditions in order.
     pub conditions: Vec<Condition>,
@@ -48,7 +48,7 @@ pub struct Person {
 }
 
 /// What one study came to.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Replication {
     /// Its number.
     pub index: u64,

@@ -8,7 +8,7 @@ use super::error::EndpointError;
 use super::metrics::{Target, align};
 use super::participant::{DIRECTIONS, Participant};
 use hal_sim::body::arm::{Arm, ELECTRODES};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How often the device recruits, Hz: its own, and the paper's.
 pub const RATES_HZ: [u64; 2] = [200, 20];
@@ -17,7 +17,7 @@ pub const RATES_HZ: [u64; 2] = [200, 20];
 const BIN_MS: u64 = 50;
 
 /// What came of going around at one rate.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Walk {
     /// Recruitments per second.
     pub rate_hz: u64,

@@ -25,9 +25,11 @@ mod protocol;
 mod quoted;
 mod result;
 mod results;
+mod run;
 pub mod search;
 mod sheet;
 mod sources;
+mod study;
 mod sweep;
 mod wearer;
 mod wearers;
@@ -55,4 +57,7 @@ pub use results::{
     results_text,
 };
 pub use sheet::{Along, Band, Bar, Curve, Grid, Matrix, Plot, Plots, Sheet, Shows};
+pub use run::{Ran, Runnable, decided_by};
+pub(crate) use study::line;
+pub use study::{Lines, Study};
 pub use sweep::{Computed, Drawing, Shard, Sweep, Swept, join, merge, number_of, part_of};

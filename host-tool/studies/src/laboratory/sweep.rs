@@ -2,6 +2,7 @@
 
 mod drawing;
 mod folder;
+mod in_order;
 mod merging;
 mod playing;
 
@@ -13,19 +14,15 @@ use super::page::publish;
 use super::result::Outcome;
 pub use drawing::Drawing;
 use folder::Folder;
+use in_order::in_order;
 use host_core::record::Place;
 pub use merging::{Joined, join, part_of};
 use playing::Playing;
 pub use playing::number_of;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-
-/// Units computed between two writings, for each core: few, so that little is
-/// lost, and enough that no core waits for the slowest.
-const AT_ONCE: usize = 8;
 
 /// A part of a sweep: units whose index is `number - 1` modulo `of`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
@@ -206,7 +203,7 @@ impl Sweep {
     }
 
     /// Computes what `dir` does not hold yet, or all of it without keeping it anywhere;
-    /// `go_on` hears the part done, 0 to 1, and may say no.
+    /// `go_on` hears the part done, 0 to 1, at least every 50 ms, and may say no.
     ///
     /// # Errors
     /// The folder holds something else or cannot be written; a unit failed, which ends the
@@ -225,23 +222,24 @@ impl Sweep {
         };
         // What is known are the first ones.
         let left = all.get(units.len()..).unwrap_or_default();
-        for some in left.chunks(AT_ONCE * rayon::current_num_threads()) {
-            if !go_on(units.len() as f64 / all.len() as f64) {
-                let is_whole = false;
-                return Ok(Computed { units, is_whole });
+        let part = |done: usize| done as f64 / all.len() as f64;
+        let compute = |index: &u64, goes_on: &(dyn Fn() -> bool + Sync)| {
+            let unit = drawing.compute(self, *index, goes_on)?;
+            Ok(unit.map(|unit| (*index, unit)))
+        };
+        let keep = &mut |(index, unit): (u64, D::Unit)| -> Result<f64, D::Error> {
+            if let Some(folder) = &mut folder {
+                folder.append(drawing, self, (index, &unit))?;
             }
-            let unit = |index: &u64| Ok((*index, drawing.compute(self, *index)?));
-            let done: Vec<Result<_, D::Error>> = some.par_iter().map(unit).collect();
-            for result in done {
-                let (index, unit) = result?;
-                if let Some(folder) = &mut folder {
-                    folder.append(drawing, self, (index, &unit))?;
-                }
-                units.insert(index, unit);
-            }
+            units.insert(index, unit);
+            Ok(part(units.len()))
+        };
+        let begun = part(all.len() - left.len());
+        in_order(left, begun, &compute, keep, go_on)?;
+        let is_whole = units.len() == all.len();
+        if is_whole {
+            go_on(1.0);
         }
-        go_on(1.0);
-        let is_whole = true;
         Ok(Computed { units, is_whole })
     }
 
@@ -270,18 +268,22 @@ impl Sweep {
         (0..drawing.units(self.draws)).filter(move |unit| shard.has(*unit))
     }
 
-    /// Writes what the whole came to.
+    /// Writes what the units came to, be they all or the first ones: result, page and the
+    /// study's own files.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// It cannot be analysed, or not be written.
     pub fn close<D: Drawing>(
         &self,
         drawing: &D,
         dir: &Path,
         units: &BTreeMap<u64, D::Unit>,
-    ) -> Result<Outcome, LaboratoryError> {
-        let outcome = drawing.outcome(self, units);
+    ) -> Result<Outcome, D::Error> {
+        let outcome = drawing.outcome(self, units)?;
         publish(dir, &outcome, drawing.trials())?;
+        for (name, content) in drawing.files(self, units)? {
+            folder::write(&dir.join(name), &content)?;
+        }
         Ok(outcome)
     }
 

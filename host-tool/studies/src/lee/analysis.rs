@@ -7,13 +7,14 @@ use host_core::identify::{
     Agreement, Constants, Exponential, Fit, Fitted, ForceRecord, Response, Weighting, agreement,
     averaged, responses, simulated,
 };
+use serde::{Deserialize, Serialize};
 
 /// The period of the paper's 30 Hz, s: 166 steps of 0.2 ms (its table 7 follows from no
 /// other).
 const PAPER_30_HZ_S: f64 = 0.0332;
 
 /// What fifteen trains came to.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Analysed {
     /// I1 to I5, mA.
     pub amplitudes: Vec<f64>,

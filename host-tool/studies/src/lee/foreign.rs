@@ -8,9 +8,10 @@ use super::protocol::{Amplitudes, fifteen};
 use super::truth::Truth;
 use hal_sim::body::bench::{Foreign, Generator, Kind, WristSpec};
 use hal_sim::random::word;
+use serde::{Deserialize, Serialize};
 
 /// What a departure of some size came to in one subject.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mismatch {
     /// Subject, from 0.
     pub subject: usize,

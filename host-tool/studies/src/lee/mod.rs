@@ -24,6 +24,7 @@ mod paper;
 mod pools;
 mod protocol;
 mod quality;
+mod run;
 mod spread;
 mod study;
 mod tables;
@@ -39,6 +40,7 @@ pub use error::LeeError;
 pub use foreign::Mismatch;
 pub use outcome::Told;
 pub use protocol::{Amplitudes, Searched, Session, Stimulator, Train};
+pub use run::Run;
 pub use study::{Drawn, Part, Study, Unit};
 pub use truth::Truth;
 

@@ -3,6 +3,7 @@
 use super::declaration::Declaration;
 use super::error::LeeError;
 use host_core::identify::{ForceRecord, Found, averaged, bare_rule, in_order};
+use serde::{Deserialize, Serialize};
 
 /// Rest before a train that is fitted, and all of its record, samples of 1 ms.
 const BEFORE: usize = 500;
@@ -66,7 +67,7 @@ impl Amplitudes {
 }
 
 /// What a search came to.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Searched {
     /// By the detector; `None`: no threshold up to the largest amplitude.
     pub found: Option<Found>,

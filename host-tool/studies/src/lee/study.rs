@@ -11,6 +11,7 @@ use super::truth::Truth;
 use hal_sim::body::bench::{Foreign, Kind};
 use hal_sim::random::word;
 use host_core::run::DeviceName;
+use serde::{Deserialize, Serialize};
 
 /// Of the second session's seed.
 const FOUND: u64 = 0x1ee;
@@ -40,7 +41,7 @@ pub enum Unit {
 }
 
 /// What a unit became.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Part {
     /// A subject's replication, or why it came to nothing.
     Own(Box<Drawn>),
@@ -49,7 +50,7 @@ pub enum Part {
 }
 
 /// A subject's replication.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Drawn {
     /// Subject, from 0.
     pub subject: usize,

@@ -9,7 +9,7 @@ use firmware::units::Amplitude;
 use hal_sim::body::sagittal::{ELBOW, ELECTRODES, Geometry, JOINTS, Links, SHOULDER};
 use host_core::limb::{Bounded, Muscles, Quartic, TERMS};
 use nalgebra::{SMatrix, SVector};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Arms.
 pub const ARMS: usize = 2;
@@ -27,7 +27,7 @@ const CHOICES: [f64; TERMS] = [1.0, 4.0, 6.0, 4.0, 1.0];
 const EVERY: usize = 4;
 
 /// Activation of a muscle by the angle of its joint.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Curve {
     /// What static optimisation gives along the ways of the three heights: angle in degrees,
     /// and k.
@@ -46,7 +46,7 @@ pub struct Curve {
 }
 
 /// What static optimisation makes of the declared way.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Curves {
     /// Range of elbow and shoulder that the device is told, degrees.
     pub range_deg: [[f64; 2]; JOINTS],

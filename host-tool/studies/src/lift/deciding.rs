@@ -8,13 +8,13 @@ use super::person::{Person, middle};
 use crate::laboratory::{Grid, Sheet};
 use hal_sim::random;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Stream of the persons in the middle.
 const STREAM: u64 = 0xDEC1;
 
 /// One change, and what every claim then is.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Changed {
     /// What is otherwise.
     pub named: String,
@@ -25,7 +25,7 @@ pub struct Changed {
 }
 
 /// What decides.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Decides {
     /// Nothing changed.
     pub middle: Changed,

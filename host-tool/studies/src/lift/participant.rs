@@ -8,10 +8,10 @@ use super::error::LiftError;
 use super::person::Person;
 use super::trial::{Lifted, Worker};
 use hal_sim::random;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What one condition of a person came to: means over the lifts of the sets that are judged.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Found {
     /// Which.
     pub condition: Condition,
@@ -46,7 +46,7 @@ impl Found {
 }
 
 /// What a person came to.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Participant {
     /// Drawn numbers, in the order of the ranges.
     pub values: Vec<f64>,

@@ -6,13 +6,13 @@ use super::participant::{Participant, participant};
 use super::person::{Person, drawn};
 use super::tests::{Tested, tested};
 use hal_sim::random;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Stream of persons' own seeds.
 const PERSONS: u64 = 0x11F7;
 
 /// A study.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Replication {
     /// Persons.
     pub people: Vec<Participant>,

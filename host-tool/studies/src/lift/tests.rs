@@ -6,13 +6,13 @@ use super::participant::Participant;
 use host_core::statistics::{
     StatisticsError, bonferroni, mauchly, paired_t, repeated_measures, shapiro_wilk,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Pairs of conditions, by their places in [`Condition::ALL`].
 pub const PAIRS: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
 
 /// What the tests of a metric say.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Tested {
     /// Of what.
     pub metric: Metric,

@@ -8,9 +8,10 @@ use hal_sim::body::bench::arms::Muscle;
 use hal_sim::body::bench::{IsometricElbow, IsometricSpec};
 use hal_sim::body::{Body, Drive, Pulse};
 use std::collections::VecDeque;
+use serde::{Deserialize, Serialize};
 
 /// A moment of a ramp: that of one of its pulses.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Moment {
     /// What is ramped: mA or µs.
     pub at: f64,
@@ -21,7 +22,7 @@ pub struct Moment {
 }
 
 /// A muscle over a ramp.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answer {
     /// Which.
     pub muscle: Muscle,
@@ -34,7 +35,7 @@ pub struct Answer {
 }
 
 /// A test's record.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Course {
     /// Which test.
     pub test: Test,

@@ -10,12 +10,13 @@ use super::test::{Stimulation, Test};
 use hal_sim::body::Pulse;
 use hal_sim::body::bench::arms::Muscle;
 use hal_sim::body::bench::elbow::{BICEPS, TRICEPS};
+use serde::{Deserialize, Serialize};
 
 /// Pulses of each stimulation, as they are meant or as a device put them out.
 pub type Pulses = Vec<(Stimulation, Vec<Pulse>)>;
 
 /// What is measured of a test.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// Which.
     pub test: Test,
@@ -34,7 +35,7 @@ pub struct Measured {
 }
 
 /// A pulse held, without noise: what it comes to.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Held {
     /// Charge of a phase, µC.
     pub charge_uc: f64,
@@ -45,7 +46,7 @@ pub struct Held {
 }
 
 /// A person's strength and duration, of a pair.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StrengthDurationFound {
     /// As they were found.
     pub thresholds: Vec<Threshold>,
@@ -58,6 +59,21 @@ pub struct StrengthDurationFound {
 pub struct Found {
     /// Who.
     pub person: Person,
+    /// What was measured.
+    pub kept: Kept,
+}
+
+impl std::ops::Deref for Found {
+    type Target = Kept;
+
+    fn deref(&self) -> &Kept {
+        &self.kept
+    }
+}
+
+/// What was measured of a person, whom seed and number draw again.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Kept {
     /// Each of their tests.
     pub measured: Vec<Measured>,
     /// The records of those who are shown.
@@ -123,14 +139,14 @@ impl Found {
         }
         let beyond = declared.beyond;
         let held = |pulse| person.held(&declared.judged, pulse);
-        Ok(Self {
+        let kept = Kept {
             measured,
             courses,
             strength_duration,
             beyond: [held(beyond.first)?, held(beyond.second)?],
             departs: departs(declared, &person)?,
-            person,
-        })
+        };
+        Ok(Self { person, kept })
     }
 
     /// Tests of ramps of one kind, current or width.

@@ -7,9 +7,10 @@ use super::test::micros;
 use hal_sim::body::bench::{Holds, IsometricElbow};
 use hal_sim::body::{Body, Drive, Pulse};
 use host_core::statistics::student_t_p;
+use serde::{Deserialize, Serialize};
 
 /// A threshold as it was found.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Threshold {
     /// µs.
     pub width_us: u32,
@@ -19,7 +20,7 @@ pub struct Threshold {
 
 /// I = rheobase·(1 + chronaxie/width) through thresholds (Weiss; Geddes 2004), with 95 %
 /// intervals.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
     /// mA.
     pub rheobase_ma: f64,

@@ -3,8 +3,9 @@
 use super::declared::Declared;
 use super::device::put_out;
 use super::error::RampsError;
-use super::found::{Found, Pulses};
+use super::found::{Found, Kept, Pulses};
 use super::latency::latency;
+use super::person::Person;
 use host_core::run::DeviceName;
 
 /// What a command calls it.
@@ -72,6 +73,15 @@ impl Study {
             pulses,
             vec![apart.in_words(device), latency.in_words(device)],
         ))
+    }
+
+    /// Person `index`, of whom this was measured.
+    ///
+    /// # Errors
+    /// E690: the declaration.
+    pub(super) fn of_person(&self, index: u64, kept: Kept) -> Result<Found, RampsError> {
+        let person = Person::drawn(&self.declared, self.seed, index)?;
+        Ok(Found { person, kept })
     }
 
     /// What comes of person `index` under these pulses.

@@ -4,12 +4,13 @@ use super::declared::Protocol;
 use hal_sim::body::bench::Holds;
 use hal_sim::body::bench::elbow::{BICEPS, TRICEPS};
 use hal_sim::body::{Drive, Pulse};
+use serde::{Deserialize, Serialize};
 
 /// Below this no stage plays a pulse, µs (docs/protocol.md).
 pub const LEAST_WIDTH_US: u32 = 10;
 
 /// What is stimulated in a test.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Stimulation {
     /// Current from 0 to the ramp's end, at this width, µs.
     Current(u32),
@@ -20,7 +21,7 @@ pub enum Stimulation {
 }
 
 /// A test.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Test {
     /// Its place among a person's tests, from 0.
     pub nth: u64,

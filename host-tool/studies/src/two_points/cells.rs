@@ -162,9 +162,14 @@ impl Drawing for Cells {
         vec![format!("{unit},{cell},{wearer}{drawn}")]
     }
 
-    fn compute(&self, sweep: &Sweep, unit: u64) -> Result<Drawn, TwoPointsError> {
+    fn compute(
+        &self,
+        sweep: &Sweep,
+        unit: u64,
+        _: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Drawn>, TwoPointsError> {
         match self.place(sweep.draws, unit) {
-            (Some(cell), wearer) => self.population.draw(cell, sweep.seed, wearer),
+            (Some(cell), wearer) => self.population.draw(cell, sweep.seed, wearer).map(Some),
             (None, _) => Err(TwoPointsError::Declaration(format!("no unit {unit}"))),
         }
     }
@@ -178,12 +183,16 @@ impl Drawing for Cells {
         row::read(row, &self.population).map_err(|what| (0, what))
     }
 
-    fn outcome(&self, sweep: &Sweep, units: &BTreeMap<u64, Drawn>) -> Outcome {
+    fn outcome(
+        &self,
+        sweep: &Sweep,
+        units: &BTreeMap<u64, Drawn>,
+    ) -> Result<Outcome, TwoPointsError> {
         let (seed, draws) = (sweep.seed, sweep.draws);
         let summaries = self.summaries(draws, units);
         let (done, of) = (summaries.len(), self.count());
         let population = &self.population;
-        Outcome {
+        Ok(Outcome {
             name: NAME.to_owned(),
             title: population.title.clone(),
             seed,
@@ -209,6 +218,6 @@ impl Drawing for Cells {
             decides: Vec::new(),
             sheets: Vec::new(),
             notes: self.notes(&summaries),
-        }
+        })
     }
 }

@@ -10,7 +10,7 @@ use hal_sim::body::hand::digits::{INDEX, normalised};
 use hal_sim::body::hand::pools::DIGITS;
 use hal_sim::body::hand::spec::{A, B};
 use hal_sim::random::{Random, standard_normal, word};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// `two_points/experiments.toml`.
 pub const EXPERIMENTS: &str = include_str!("../../../two_points/experiments.toml");
@@ -73,7 +73,7 @@ pub enum Experiment {
 }
 
 /// What is stimulated, and how the arm lies.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Condition {
     /// For people.
     pub name: String,
@@ -86,7 +86,7 @@ pub struct Condition {
 }
 
 /// One stimulation.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Stimulated {
     /// Which condition, from 0.
     pub condition: usize,

@@ -10,6 +10,7 @@ use hal_sim::body::hand::pools::DIGITS;
 use hal_sim::body::hand::spec::{A, B};
 use hal_sim::body::hand::{Hand, InvalidHand, MovingHand, Segment};
 use hal_sim::body::{Body, Drive, Lead};
+use serde::{Deserialize, Serialize};
 
 /// How long, µs.
 const HOLD_US: u64 = 10_000_000;
@@ -17,7 +18,7 @@ const HOLD_US: u64 = 10_000_000;
 const ROW_US: u64 = 20_000;
 
 /// The index finger's angle over ten seconds, every 20 ms, °.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hold {
     /// What was stimulated.
     pub pattern: Pattern,

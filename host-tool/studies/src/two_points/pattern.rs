@@ -4,6 +4,7 @@
 use hal_sim::body::hand::Segment;
 use hal_sim::body::hand::network::Terminal;
 use hal_sim::body::hand::spec::{A, B};
+use serde::{Deserialize, Serialize};
 
 /// Period of every pattern, µs: 50 Hz.
 pub const PERIOD_US: u32 = 20_000;
@@ -18,7 +19,7 @@ const SHORT: usize = 6;
 const ISOLATED_US: [u32; 4] = [1_000, 2_000, 5_000, 10_000];
 
 /// Which points pulse.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum Points {
     /// One alone: [`A`] or [`B`].
     One(usize),
@@ -32,7 +33,7 @@ pub enum Points {
 }
 
 /// A pattern.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Pattern {
     /// Which points pulse.
     pub points: Points,

@@ -3,9 +3,10 @@
 use super::experiments::{Condition, Stimulated};
 use crate::laboratory::{Row, Share};
 use host_core::statistics::quantile_of;
+use serde::{Deserialize, Serialize};
 
 /// One participant's session of one draw.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Session {
     /// Whose.
     pub participant: String,

@@ -12,9 +12,10 @@ use host_core::record::Sample;
 use host_core::run::{DeviceName, SessionFile, run};
 use host_core::session::BodySpec;
 use toml::{Table, Value};
+use serde::{Deserialize, Serialize};
 
 /// Which points are pulsed, in the paper's order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Method {
     /// Point A alone.
     A,

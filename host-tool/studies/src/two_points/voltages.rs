@@ -7,6 +7,7 @@ use hal_sim::body::hand::network::Terminal;
 use hal_sim::body::hand::pools::DIGITS;
 use hal_sim::body::hand::spec::{A, B, E};
 use hal_sim::body::hand::{Hand, Segment};
+use serde::{Deserialize, Serialize};
 
 /// Steps of the search, and its end, V: what the stimulator gives is assumed, for the
 /// paper's greatest is 40 V.
@@ -23,7 +24,7 @@ const FACTORS: [f64; 2] = [1e-9, 1e9];
 const BISECTIONS: u32 = 24;
 
 /// What a search finds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Voltages {
     /// Lowest that visibly bends the index finger, at A and B, V.
     pub threshold_v: [f64; 2],

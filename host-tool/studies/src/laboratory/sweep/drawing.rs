@@ -19,24 +19,38 @@ pub trait Drawing: Sync {
     fn only(&self) -> Option<String> {
         None
     }
+    /// The file that keeps what was computed.
+    fn file(&self) -> &'static str {
+        "draws.csv"
+    }
     /// SHA-256 of everything declared, by file.
     fn hashes(&self) -> BTreeMap<String, String>;
     /// `declaration.toml`.
     fn declaration(&self) -> &str;
-    /// Names of the columns.
+    /// Names of the columns; none: the file has no header.
     fn columns(&self) -> Vec<String>;
     /// Units in all, of so many draws.
     fn units(&self, draws: u64) -> u64;
     /// Rows of every unit.
     fn rows_each(&self) -> usize;
+    /// The index that the first row of a unit begins with.
+    fn index_of(&self, row: &str) -> Option<u64> {
+        row.split(',').next()?.parse().ok()
+    }
     /// How each row of a unit begins: everything that is known before it is computed, its
     /// index first.
     fn begins(&self, sweep: &Sweep, unit: u64) -> Vec<String>;
-    /// What a unit comes to.
+    /// What a unit comes to; nothing once `goes_on` says no, if the unit is long enough to
+    /// ask.
     ///
     /// # Errors
     /// The sweep ends, with everything before kept.
-    fn compute(&self, sweep: &Sweep, unit: u64) -> Result<Self::Unit, Self::Error>;
+    fn compute(
+        &self,
+        sweep: &Sweep,
+        unit: u64,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Self::Unit>, Self::Error>;
     /// The rest of each of its rows, with every digit that decides.
     fn rest(&self, unit: &Self::Unit) -> Vec<String>;
     /// What a unit came to of the rest of each of its rows.
@@ -44,8 +58,27 @@ pub trait Drawing: Sync {
     /// # Errors
     /// Which of them, from 0, says what, that [`Self::rest`] never says.
     fn read(&self, rest: &[&str]) -> Result<Self::Unit, (usize, String)>;
-    /// What all units come to.
-    fn outcome(&self, sweep: &Sweep, units: &BTreeMap<u64, Self::Unit>) -> Outcome;
+    /// What the units come to, be they all or the first ones.
+    ///
+    /// # Errors
+    /// They cannot be analysed.
+    fn outcome(
+        &self,
+        sweep: &Sweep,
+        units: &BTreeMap<u64, Self::Unit>,
+    ) -> Result<Outcome, Self::Error>;
+    /// Files beside the page, by name: name and content.
+    ///
+    /// # Errors
+    /// As [`Self::outcome`].
+    fn files(
+        &self,
+        sweep: &Sweep,
+        units: &BTreeMap<u64, Self::Unit>,
+    ) -> Result<Vec<(String, String)>, Self::Error> {
+        let _ = (sweep, units);
+        Ok(Vec::new())
+    }
     /// Trials that the page shows beside.
     fn trials(&self) -> &[Conducted] {
         &[]

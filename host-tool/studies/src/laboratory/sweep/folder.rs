@@ -1,5 +1,5 @@
-//! A sweep on disk: `sweep.json`, `declaration.toml` and `draws.csv`, to which whole
-//! units are appended in order.
+//! A sweep on disk: `sweep.json`, `declaration.toml` and the file of a
+//! [`Drawing`], to which whole units are appended in order.
 
 use super::Sweep;
 use super::drawing::Drawing;
@@ -31,7 +31,7 @@ impl Folder {
     ) -> Result<(Self, Units<D>), LaboratoryError> {
         fs::create_dir_all(dir).map_err(failed(dir))?;
         refuse_other(dir, sweep)?;
-        let rows = dir.join("draws.csv");
+        let rows = dir.join(drawing.file());
         let (known, text) = match about(dir).exists() && rows.exists() {
             true => whole_rows(&rows, sweep, drawing)?,
             false => (BTreeMap::new(), header(drawing)),
@@ -108,7 +108,7 @@ pub(super) fn units<D: Drawing>(
     sweep: &Sweep,
     drawing: &D,
 ) -> Result<Units<D>, LaboratoryError> {
-    let rows = dir.join("draws.csv");
+    let rows = dir.join(drawing.file());
     if !rows.exists() {
         return Ok(BTreeMap::new());
     }
@@ -142,7 +142,7 @@ fn json(sweep: &Sweep) -> String {
 }
 
 /// Replaces a file as a whole.
-fn write(path: &Path, text: &str) -> Result<(), LaboratoryError> {
+pub(super) fn write(path: &Path, text: &str) -> Result<(), LaboratoryError> {
     let written = host_core::record::replace_file(path, text.as_bytes());
     written.map_err(LaboratoryError::from)
 }
@@ -153,7 +153,10 @@ fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> LaboratoryError {
 }
 
 fn header(drawing: &impl Drawing) -> String {
-    drawing.columns().join(",") + "\n"
+    match &drawing.columns()[..] {
+        [] => String::new(),
+        columns => columns.join(",") + "\n",
+    }
 }
 
 /// What to do about rows that no sweep wrote.
@@ -185,8 +188,8 @@ fn whole_rows<D: Drawing>(
     let mut whole = head;
     let lines: Vec<&str> = body.split_inclusive('\n').collect();
     let of_unit = drawing.rows_each().max(1);
-    // The header is line 1.
-    for (lines, first) in lines.chunks(of_unit).zip((2..).step_by(of_unit)) {
+    let first = 1 + usize::from(!whole.is_empty()); // the header is line 1
+    for (lines, first) in lines.chunks(of_unit).zip((first..).step_by(of_unit)) {
         let is_whole = lines.len() == drawing.rows_each();
         if !is_whole || lines.last().is_some_and(|line| !line.ends_with('\n')) {
             break; // the program was killed here
@@ -208,8 +211,7 @@ fn unit_of<D: Drawing>(
     lines: &[&str],
     (sweep, drawing): (&Sweep, &D),
 ) -> Result<(u64, D::Unit), (usize, String)> {
-    let index = lines.first().and_then(|line| line.split(',').next());
-    let index = index.and_then(|field| field.parse().ok());
+    let index = lines.first().and_then(|line| drawing.index_of(line));
     let index: u64 = index.ok_or_else(|| (0, "a row without its unit".to_owned()))?;
     if index >= drawing.units(sweep.draws) || !sweep.shard.has(index) {
         return Err((0, format!("unit {index} is none of this sweep")));

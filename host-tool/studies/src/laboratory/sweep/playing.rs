@@ -71,13 +71,19 @@ impl Drawing for Playing<'_> {
         names.map(|it| of(quoted(&it.name()))).collect()
     }
 
-    fn compute(&self, sweep: &Sweep, unit: u64) -> Result<Self::Unit, Self::Error> {
+    fn compute(
+        &self,
+        sweep: &Sweep,
+        unit: u64,
+        _: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Self::Unit>, Self::Error> {
         let position = sweep.shard.position(unit);
         let unit = self.experiment.unit(sweep.seed, sweep.draws, unit);
-        match self.score {
+        let performed = match self.score {
             Some(score) => score.perform(self.experiment, &unit, is_checked(position)),
             None => self.experiment.perform(&unit),
-        }
+        };
+        performed.map(Some)
     }
 
     fn rest(&self, unit: &Self::Unit) -> Vec<String> {
@@ -100,9 +106,13 @@ impl Drawing for Playing<'_> {
         rest.iter().enumerate().map(row).collect()
     }
 
-    fn outcome(&self, sweep: &Sweep, units: &BTreeMap<u64, Self::Unit>) -> Outcome {
+    fn outcome(
+        &self,
+        sweep: &Sweep,
+        units: &BTreeMap<u64, Self::Unit>,
+    ) -> Result<Outcome, Self::Error> {
         let decided = (sweep.seed, sweep.draws);
-        Outcome::of(self.experiment, decided, units, Some(true)).showing(self.trials)
+        Ok(Outcome::of(self.experiment, decided, units, Some(true)).showing(self.trials))
     }
 
     fn trials(&self) -> &[Conducted] {

@@ -282,7 +282,7 @@ mod tests {
             all.into_iter()
                 .zip(0..)
                 .map(move |(rmse_deg, number)| Trial {
-                    law: LAWS[0],
+                    law: LAWS[0].to_owned(),
                     method,
                     number,
                     rmse_deg: Ok(rmse_deg),

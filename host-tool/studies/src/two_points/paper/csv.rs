@@ -68,7 +68,7 @@ fn rows(text: &mut String, begin: &str, came: &Came) {
                     Ok(rmse) => (format!("{rmse:.3}"), String::new()),
                     Err(why) => (String::new(), why.replace('"', "'").replace('\n', " ")),
                 };
-                let (law, points) = (it.law, it.method.name());
+                let (law, points) = (&it.law, it.method.name());
                 let _ = writeln!(
                     text,
                     "{begin},{law},{points},{},{rmse},\"{why}\"",

@@ -14,6 +14,7 @@ mod figures;
 mod hold;
 mod outcome;
 mod printed;
+mod run;
 mod spread;
 mod tables;
 mod tracking;
@@ -31,7 +32,9 @@ use super::population::Population;
 use super::sessions::Session;
 use super::voltages::Voltages;
 use super::wearers::{Participants, Wearer};
+use crate::laboratory::quoted;
 use host_core::run::DeviceName;
+use serde::{Deserialize, Serialize};
 
 /// Which of the studies.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -109,21 +112,23 @@ pub struct Study {
     as_declared: bool,
     /// What experiment 4 runs on; of the others, a sample.
     device: DeviceName,
+    /// Wearer, departure and device as a terminal takes them.
+    typed: String,
 }
 
 /// What a draw of a participant became: numbers, or why there are none.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Part {
     /// Whose.
     pub participant: String,
     /// Which replication, from 0.
     pub draw: u64,
     /// What of it.
-    pub became: Result<Came, &'static str>,
+    pub became: Result<Came, String>,
 }
 
 /// A draw that has points and voltages.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Came {
     /// Of A and B, as searched.
     pub voltages: Voltages,
@@ -134,7 +139,7 @@ pub struct Came {
 }
 
 /// What was measured of a draw.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum What {
     /// Every stimulation.
     Patterns(Session),
@@ -165,6 +170,12 @@ impl Study {
         let is_own = is_all && departure.is_none();
         let seed = seed.unwrap_or(participants.seed);
         let draws = draws.unwrap_or(participants.draws);
+        let options = [("--wearer", wearer), ("--departure", departure)];
+        let options = options.into_iter().filter_map(|(name, said)| Some((name, said?)));
+        let mut typed: String = options
+            .map(|(name, said)| format!("{name} {} ", quoted(said)))
+            .collect();
+        typed += &format!("--device {}", device.typed());
         Ok(Self {
             kind,
             population: Population::declared()?,
@@ -174,6 +185,7 @@ impl Study {
             seed,
             draws,
             device,
+            typed,
         })
     }
 
@@ -214,7 +226,7 @@ impl Study {
         };
         let wearer = match wearer {
             Ok(wearer) => wearer,
-            Err(why) => return Ok(Some(part(Err(why)))),
+            Err(why) => return Ok(Some(part(Err(why.to_owned())))),
         };
         let what = self.what((participant, draw), &wearer, goes_on)?;
         let came = what.map(|what| Came {

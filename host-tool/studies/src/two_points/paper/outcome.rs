@@ -43,12 +43,6 @@ impl Study {
     /// A forearm whose course is shown cannot be; E628: the device puts out something else.
     pub fn outcome(&self, parts: &[Part], told: Told) -> Result<Outcome, TwoPointsError> {
         let (name, title) = self.kind.told();
-        let wearers = self.participants.files.iter();
-        let wearers = wearers.map(|(file, text)| (&**file, &**text));
-        let experiments = ("experiments.toml", EXPERIMENTS);
-        let experiments = matches!(self.kind, Kind::Patterns(_)).then_some(experiments);
-        let files = std::iter::once(("population.toml", DECLARED)).chain(wearers);
-        let files = files.chain(experiments);
         let (rows, shares) = self.compared(parts);
         let mut notes = self.notes(parts);
         if told.cut_short.is_none() {
@@ -64,9 +58,7 @@ impl Study {
                 asked: name.to_owned(),
                 command: Some(told.command),
                 device: Some(self.device.typed()),
-                sha256: files
-                    .map(|(file, text)| (file.to_owned(), sha256(text.as_bytes())))
-                    .collect(),
+                sha256: self.sha256(),
                 source: self.source().to_owned(),
                 draws: self.draws,
                 drawn: None,
@@ -79,6 +71,19 @@ impl Study {
             sheets: self.sheets(parts)?,
             notes,
         })
+    }
+
+    /// SHA-256 of what was declared, by file.
+    pub(super) fn sha256(&self) -> BTreeMap<String, String> {
+        let wearers = self.participants.files.iter();
+        let wearers = wearers.map(|(file, text)| (&**file, &**text));
+        let experiments = ("experiments.toml", EXPERIMENTS);
+        let experiments = matches!(self.kind, Kind::Patterns(_)).then_some(experiments);
+        let files = std::iter::once(("population.toml", DECLARED)).chain(wearers);
+        let files = files.chain(experiments);
+        files
+            .map(|(file, text)| (file.to_owned(), sha256(text.as_bytes())))
+            .collect()
     }
 
     const fn source(&self) -> &'static str {
@@ -146,7 +151,7 @@ impl Study {
             let mut count = |why: String| *missing.entry(why).or_default() += 1;
             let of = parts.iter().filter(|it| it.participant == *name);
             of.filter_map(|it| it.became.as_ref().err())
-                .for_each(|why| count((*why).to_owned()));
+                .for_each(|why| count(why.clone()));
             let tracked = own(parts, name).filter_map(|it| it.tracking());
             tracked.flat_map(|it| it.refused()).for_each(count);
             let told = missing.into_iter();

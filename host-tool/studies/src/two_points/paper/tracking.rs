@@ -4,12 +4,13 @@ use super::Study;
 use crate::two_points::error::TwoPointsError;
 use crate::two_points::tracked::{LAWS, Method, Tracked};
 use crate::two_points::wearers::Wearer;
+use serde::{Deserialize, Serialize};
 
 /// A trial.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Trial {
     /// Of [`LAWS`].
-    pub law: &'static str,
+    pub law: String,
     /// Which points.
     pub method: Method,
     /// Which trial of them, from 0.
@@ -19,7 +20,7 @@ pub struct Trial {
 }
 
 /// The course of a trial.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Course {
     /// Whether both points were stimulated.
     pub is_two: bool,
@@ -36,7 +37,7 @@ pub struct Course {
 }
 
 /// All trials of a draw.
-#[derive(Clone, PartialEq, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Tracking {
     /// By law, method and number.
     pub trials: Vec<Trial>,
@@ -61,7 +62,7 @@ impl Study {
                     let of = (&self.device, number);
                     let it = wearer.track(&self.population, (method, law), of)?;
                     trials.push(Trial {
-                        law,
+                        law: law.to_owned(),
                         method,
                         number,
                         rmse_deg: it.as_ref().map(|it| it.rmse_deg).map_err(Clone::clone),
@@ -184,7 +185,7 @@ mod tests {
 
     fn trial(method: Method, number: u64, rmse_deg: Result<f64, &str>) -> Trial {
         Trial {
-            law: LAWS[0],
+            law: LAWS[0].to_owned(),
             method,
             number,
             rmse_deg: rmse_deg.map_err(str::to_owned),

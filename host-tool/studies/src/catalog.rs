@@ -1,0 +1,216 @@
+//! Which studies draw their persons, by name, and what each may be asked.
+//!
+//! Not here: experiments that are declarations (`experiments`), how a study is run
+//! (`laboratory`), the commands (`cli`).
+
+use crate::laboratory::Runnable;
+use crate::two_points::paper::{self, Kind};
+use crate::two_points::TwoPointsError;
+use crate::{distributed, electrodes, endpoint, lee, lift, ramps};
+use host_core::run::DeviceName;
+use host_core::wearer::shipped;
+use std::ops::RangeInclusive;
+
+/// What a command asks for.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    /// The study's name.
+    pub name: &'a str,
+    /// A participant, or a wearer's file.
+    pub wearer: Option<&'a str>,
+    /// What is otherwise than declared.
+    pub departure: Option<&'a str>,
+    /// Where it, or a sample of it, is played.
+    pub device: &'a DeviceName,
+    /// Seed and draws; nothing for the declaration's.
+    pub decided: (Option<u64>, Option<u64>),
+}
+
+/// A study that draws its persons.
+pub struct Entry {
+    /// The names that it has.
+    pub names: &'static [&'static str],
+    /// How many draws may be asked for.
+    draws: RangeInclusive<u64>,
+    /// Why not every device will do, and which do.
+    devices: (&'static str, &'static [DeviceName]),
+    /// Whether it may be asked of one participant, or with a departure.
+    has_participants: bool,
+    begin: fn(&Asked<'_>) -> anyhow::Result<Box<dyn Runnable>>,
+}
+
+const SIMULATORS: &[DeviceName] = &[DeviceName::Native, DeviceName::Chip, DeviceName::Qemu];
+const NATIVE: &[DeviceName] = &[DeviceName::Native];
+
+/// Every one.
+pub const ENTRIES: [Entry; 7] = [
+    Entry {
+        names: &[
+            "hamana-1",
+            "hamana-2",
+            "hamana-3",
+            "hamana-4",
+            "hamana-posture",
+            "hamana-hold",
+        ],
+        draws: 1..=1_000,
+        devices: ("a drawn forearm is simulated", SIMULATORS),
+        has_participants: true,
+        begin: hamana,
+    },
+    Entry {
+        names: &["lee"],
+        draws: 1..=1_000,
+        devices: ("a bench is simulated", SIMULATORS),
+        has_participants: false,
+        begin: |it| Ok(Box::new(lee::Run::asked(it.decided, it.device.clone())?)),
+    },
+    Entry {
+        names: &[ramps::NAME],
+        // The paper has two.
+        draws: 2..=100_000,
+        devices: ("a drawn elbow is simulated", SIMULATORS),
+        has_participants: false,
+        begin: |it| Ok(Box::new(ramps::Run::asked(it.decided, it.device.clone())?)),
+    },
+    Entry {
+        names: &[endpoint::NAME],
+        draws: 1..=10_000,
+        devices: (
+            "sierotowicz is of simulated bodies",
+            &[DeviceName::Native, DeviceName::Chip],
+        ),
+        has_participants: false,
+        begin: |it| Ok(Box::new(endpoint::Run::asked(it.decided, it.device.clone())?)),
+    },
+    Entry {
+        names: &[electrodes::NAME],
+        // Each is 400 kB.
+        draws: 2..=2_000,
+        devices: (
+            "electrode-choice is of bodies alone, without a device",
+            NATIVE,
+        ),
+        has_participants: false,
+        begin: |it| Ok(Box::new(electrodes::Run::asked(it.decided)?)),
+    },
+    Entry {
+        names: &[distributed::NAME],
+        draws: 1..=10_000,
+        devices: (
+            "a drawn muscle is simulated for hours of its time",
+            NATIVE,
+        ),
+        has_participants: false,
+        begin: |it| {
+            let (seed, draws) = it.decided;
+            Ok(Box::new(distributed::Study::asked(seed, draws)?))
+        },
+    },
+    Entry {
+        names: &[lift::NAME],
+        draws: 1..=10_000,
+        devices: (
+            "buatier takes the device's own modulation without the rest of it",
+            NATIVE,
+        ),
+        has_participants: false,
+        begin: |it| Ok(Box::new(lift::Run::asked(it.decided)?)),
+    },
+];
+
+fn hamana(it: &Asked<'_>) -> anyhow::Result<Box<dyn Runnable>> {
+    let kind = Kind::named(it.name).ok_or_else(|| anyhow::anyhow!("no study {}", it.name))?;
+    let whom = (it.wearer, it.departure);
+    let study = paper::Study::asked(kind, whom, it.decided, it.device.clone());
+    let study = study.map_err(|error| match error {
+        // A wearer file's mistakes are shown with their lines.
+        TwoPointsError::File(error) => anyhow::Error::from(error),
+        error => error.into(),
+    })?;
+    // Whatever is wrong with the device is found before anybody is drawn.
+    study.greet()?;
+    Ok(Box::new(study))
+}
+
+/// Who has a declaration of this name too, which is meant where nothing says whose forearm.
+const CONTROL: &str = "hamana-4";
+
+impl Entry {
+    /// The study that is asked for; nothing where a declaration is.
+    ///
+    /// # Errors
+    /// What does not go together, for people.
+    pub fn asked(asked: &Asked<'_>) -> Result<Option<&'static Self>, String> {
+        let has = |entry: &&Self| entry.names.contains(&asked.name);
+        let found = ENTRIES.iter().find(has);
+        let is_file = |it: &str| it.ends_with(".toml") || shipped(it).is_some();
+        let has_word = asked.wearer.is_some_and(|it| !is_file(it));
+        match found {
+            Some(_) if asked.name == CONTROL && !asked.has_participant() => Ok(None),
+            Some(entry) if entry.has_participants || !asked.has_participant() => Ok(Some(entry)),
+            Some(_) => Err(format!(
+                "--wearer and --departure do not belong to {}",
+                asked.name
+            )),
+            None if asked.departure.is_some() => Err(format!(
+                "--departure belongs to {}, not to {}",
+                Self::with_participants(),
+                asked.name
+            )),
+            // On a wearer file a declaration is played.
+            None if has_word => Err(format!(
+                "--wearer of {} is a wearer file, NAME.toml, or one that is shipped, not `{}`",
+                asked.name,
+                asked.wearer.unwrap_or_default()
+            )),
+            None => Ok(None),
+        }
+    }
+
+    /// The names of those with participants, in words.
+    fn with_participants() -> String {
+        let own = ENTRIES.iter().filter(|it| it.has_participants);
+        let names: Vec<&str> = own.flat_map(|it| it.names).copied().collect();
+        names.join(", ")
+    }
+
+    /// What of the device and draws it does not allow, for people.
+    #[must_use]
+    pub fn mistakes(&self, asked: &Asked<'_>) -> Vec<String> {
+        let (why, devices) = self.devices;
+        let mut mistakes = Vec::new();
+        if !devices.contains(asked.device) {
+            let names: Vec<String> = devices.iter().map(DeviceName::typed).collect();
+            mistakes.push(format!(
+                "{why}, --device is {}; allowed: {}",
+                asked.device,
+                names.join(", ")
+            ));
+        }
+        if let Some(draws) = asked.decided.1.filter(|it| !self.draws.contains(it)) {
+            let (least, most) = (self.draws.start(), self.draws.end());
+            mistakes.push(format!("--draws is {draws}, allowed is {least} to {most}"));
+        }
+        mistakes
+    }
+
+    /// Begins it. What is wrong with its device is found here.
+    ///
+    /// # Errors
+    /// A wearer, a departure, a declaration or a device that is none.
+    pub fn begin(&self, asked: &Asked<'_>) -> anyhow::Result<Box<dyn Runnable>> {
+        (self.begin)(asked)
+    }
+}
+
+impl Asked<'_> {
+    const fn has_participant(&self) -> bool {
+        self.wearer.is_some() || self.departure.is_some()
+    }
+}
+
+/// The names of all of them.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    ENTRIES.iter().flat_map(|entry| entry.names).copied()
+}

@@ -1,0 +1,105 @@
+//! The study as the laboratory's runner runs it: persons, then points along the axes.
+
+use super::declared::DECLARED;
+use super::error::DistributedError;
+use super::outcome::Told;
+use super::study::{AxisPoint, Found, NAME, Study};
+use crate::laboratory::{self, Outcome};
+use host_core::record::sha256;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What a unit of work became.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub enum Part {
+    /// A drawn person, under every condition.
+    Person(Found),
+    /// A point along an axis.
+    Point(AxisPoint),
+}
+
+/// Persons and points of some units.
+fn parted(parts: &[Part]) -> (Vec<Found>, Vec<AxisPoint>) {
+    let (mut persons, mut points) = (Vec::new(), Vec::new());
+    for part in parts {
+        match part.clone() {
+            Part::Person(found) => persons.push(found),
+            Part::Point(point) => points.push(point),
+        }
+    }
+    (persons, points)
+}
+
+impl laboratory::Study for Study {
+    type Unit = Part;
+    type Error = DistributedError;
+
+    fn name(&self) -> &str {
+        NAME
+    }
+
+    fn arguments(&self) -> String {
+        String::new()
+    }
+
+    fn hashes(&self) -> BTreeMap<String, String> {
+        [("distributed.toml".to_owned(), sha256(DECLARED.as_bytes()))].into()
+    }
+
+    fn declaration(&self) -> &str {
+        DECLARED
+    }
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn draws(&self) -> u64 {
+        self.draws
+    }
+
+    fn units(&self) -> u64 {
+        self.draws + self.points().len() as u64
+    }
+
+    fn compute(
+        &self,
+        index: u64,
+        _: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Part>, DistributedError> {
+        let Some(nth) = index.checked_sub(self.draws) else {
+            return self.part(index).map(|found| Some(Part::Person(found)));
+        };
+        let points = self.points();
+        let point = usize::try_from(nth).ok().and_then(|nth| points.get(nth));
+        let point = point.map(|point| self.at(point)).transpose()?;
+        Ok(point.map(Part::Point))
+    }
+
+    fn outcome(
+        &self,
+        parts: &[Part],
+        cut_short: Option<String>,
+    ) -> Result<Outcome, DistributedError> {
+        let (persons, points) = parted(parts);
+        let told = Told {
+            command: format!("experiment {NAME} --draws {}", self.draws),
+            cut_short,
+        };
+        self.outcome(&persons, &points, told)
+    }
+
+    fn files(&self, parts: &[Part]) -> Result<Vec<(String, String)>, DistributedError> {
+        Ok(vec![("draws.csv".to_owned(), self.csv(&parted(parts).0))])
+    }
+
+    fn in_words(&self, done: u64) -> String {
+        let persons = done.min(self.draws);
+        format!(
+            "{persons} of {} persons and {} of {} points of charts",
+            self.draws,
+            done - persons,
+            self.points().len()
+        )
+    }
+}

@@ -1,0 +1,112 @@
+//! The study as the laboratory's runner runs it.
+
+use super::declaration::{DECLARED, Study};
+use super::outcome::{NAME, Told, outcome};
+use super::sets::{METHODS, Missed, best, missed};
+use super::wearer::{MUSCLES, Wearer};
+use crate::endpoint::EndpointError;
+use crate::laboratory::{self, Outcome};
+use host_core::record::sha256;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// The study with its seed and draws.
+pub struct Run {
+    study: Study,
+    seed: u64,
+    draws: u64,
+}
+
+impl Run {
+    /// With this seed and so many wearers, or the declaration's own.
+    ///
+    /// # Errors
+    /// The declaration cannot be read.
+    pub fn asked((seed, draws): (Option<u64>, Option<u64>)) -> Result<Self, EndpointError> {
+        let study = Study::declared()?;
+        Ok(Self {
+            seed: seed.unwrap_or(study.seed),
+            draws: draws.unwrap_or(study.draws),
+            study,
+        })
+    }
+}
+
+/// A row for each wearer, method and number of electrodes: what the best set for all wanted
+/// forces misses of them in the mean, %.
+fn csv(all: &[Missed]) -> String {
+    let mut text = "wearer,method,electrodes,missed_percent\n".to_owned();
+    for (index, missed) in all.iter().enumerate() {
+        for (nth, method) in METHODS.iter().enumerate() {
+            let parts = missed.of_all(nth);
+            for count in 1..=MUSCLES.len() as u32 {
+                let percent = 100.0 * f64::from(parts[best(&parts, count)]);
+                // A formatted `String` takes every byte.
+                let _ = writeln!(text, "{index},{method},{count},{percent:.4}");
+            }
+        }
+    }
+    text
+}
+
+impl laboratory::Study for Run {
+    type Unit = Missed;
+    type Error = EndpointError;
+
+    fn name(&self) -> &str {
+        NAME
+    }
+
+    fn arguments(&self) -> String {
+        String::new()
+    }
+
+    fn hashes(&self) -> BTreeMap<String, String> {
+        [("electrodes.toml".to_owned(), sha256(DECLARED.as_bytes()))].into()
+    }
+
+    fn declaration(&self) -> &str {
+        DECLARED
+    }
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn draws(&self) -> u64 {
+        self.draws
+    }
+
+    fn units(&self) -> u64 {
+        self.draws
+    }
+
+    fn compute(
+        &self,
+        index: u64,
+        _: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Missed>, EndpointError> {
+        missed(&self.study, &Wearer::drawn(self.seed, index)?).map(Some)
+    }
+
+    fn outcome(
+        &self,
+        all: &[Missed],
+        cut_short: Option<String>,
+    ) -> Result<Outcome, EndpointError> {
+        let told = Told {
+            seed: self.seed,
+            draws: self.draws,
+            cut_short,
+        };
+        Ok(outcome(&self.study, all, told))
+    }
+
+    fn files(&self, all: &[Missed]) -> Result<Vec<(String, String)>, EndpointError> {
+        Ok(vec![("draws.csv".to_owned(), csv(all))])
+    }
+
+    fn in_words(&self, done: u64) -> String {
+        format!("{done} of {} wearers", self.draws)
+    }
+}

@@ -1,0 +1,158 @@
+//! The study as the laboratory's runner runs it.
+
+use super::declaration::{DECLARED, Study};
+use super::error::EndpointError;
+use super::metrics::median;
+use super::picture::page;
+use super::played::played_c3;
+use super::population::{Told, outcome};
+use super::replication::{Replication, replication};
+use crate::laboratory::{self, Outcome};
+use host_core::record::sha256;
+use host_core::run::DeviceName;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// What a command calls it.
+pub const NAME: &str = "sierotowicz";
+
+/// The study, and how a condition of it was played by a device.
+pub struct Run {
+    study: Study,
+    seed: u64,
+    draws: u64,
+    device: DeviceName,
+    played: String,
+}
+
+impl Run {
+    /// With this seed and so many replications, or the declaration's own. What is wrong with
+    /// the device is found before anybody is drawn.
+    ///
+    /// # Errors
+    /// The declaration, or a device that plays something else.
+    pub fn asked(
+        (seed, draws): (Option<u64>, Option<u64>),
+        device: DeviceName,
+    ) -> Result<Self, EndpointError> {
+        let study = Study::declared()?;
+        let seed = seed.unwrap_or(study.seed);
+        Ok(Self {
+            draws: draws.unwrap_or(study.replications),
+            played: played_c3(&study, seed, &device)?.in_words(&device),
+            study,
+            seed,
+            device,
+        })
+    }
+}
+
+/// Whoever came to something, and why the others did not.
+fn parted(units: &[Result<Replication, String>]) -> (Vec<Replication>, Vec<String>) {
+    let whole = units.iter().filter_map(|it| it.as_ref().ok().cloned());
+    let failed = units.iter().filter_map(|it| it.as_ref().err().cloned());
+    (whole.collect(), failed.collect())
+}
+
+/// A row for each condition of each participant.
+fn csv(all: &[Replication]) -> String {
+    let mut text = "study,participant,condition,rmse_x_n,rmse_y_n,rmse_z_n,rmse_n,\
+                    median_error_n,median_angle_deg\n"
+        .to_owned();
+    for study in all {
+        for (nth, person) in (1..).zip(&study.people) {
+            for it in &person.conditions {
+                let [x, y, z, whole] = it.measures.rmse_n;
+                let error = median(&it.measures.errors_n);
+                let angle = median(&it.measures.angles_deg);
+                // A formatted `String` takes every byte.
+                let _ = writeln!(
+                    text,
+                    "{},S{nth},{},{x},{y},{z},{whole},{error},{angle}",
+                    study.index, it.name
+                );
+            }
+        }
+    }
+    text
+}
+
+impl laboratory::Study for Run {
+    type Unit = Result<Replication, String>;
+    type Error = EndpointError;
+
+    fn name(&self) -> &str {
+        NAME
+    }
+
+    fn arguments(&self) -> String {
+        format!("--device {}", self.device.typed())
+    }
+
+    fn hashes(&self) -> BTreeMap<String, String> {
+        [("study.toml".to_owned(), sha256(DECLARED.as_bytes()))].into()
+    }
+
+    fn declaration(&self) -> &str {
+        DECLARED
+    }
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn draws(&self) -> u64 {
+        self.draws
+    }
+
+    fn units(&self) -> u64 {
+        self.draws
+    }
+
+    fn compute(
+        &self,
+        index: u64,
+        _: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Self::Unit>, EndpointError> {
+        let found = replication(&self.study, self.seed, index);
+        Ok(Some(
+            found.map_err(|error| format!("number {index}: {error}")),
+        ))
+    }
+
+    fn outcome(
+        &self,
+        units: &[Self::Unit],
+        cut_short: Option<String>,
+    ) -> Result<Outcome, EndpointError> {
+        let (whole, failed) = parted(units);
+        let told = Told {
+            seed: self.seed,
+            draws: self.draws,
+            command: format!(
+                "experiment {NAME} {} --draws {}",
+                self.arguments(),
+                self.draws
+            ),
+            played: Some((self.device.typed(), self.played.clone())),
+            cut_short,
+            failed,
+        };
+        outcome(&self.study, &whole, told)
+    }
+
+    fn files(&self, units: &[Self::Unit]) -> Result<Vec<(String, String)>, EndpointError> {
+        let (whole, _) = parted(units);
+        let lines = whole.iter().map(laboratory::line);
+        let mut files = vec![
+            ("draws.csv".to_owned(), csv(&whole)),
+            ("studies.jsonl".to_owned(), lines.collect()),
+        ];
+        files.extend(whole.first().map(|it| ("arms.html".to_owned(), page(it))));
+        Ok(files)
+    }
+
+    fn in_words(&self, done: u64) -> String {
+        format!("{done} of {} studies", self.draws)
+    }
+}

@@ -1,0 +1,83 @@
+//! What a command does with a study, whatever its units are.
+
+use super::error::LaboratoryError;
+use super::result::Outcome;
+use super::study::{Lines, Study};
+use super::sweep::{Shard, Sweep, join};
+use std::path::{Path, PathBuf};
+
+/// How far a run came.
+pub struct Ran {
+    /// Of a study that is not a shard: what the units there are come to, all or the first
+    /// ones.
+    pub outcome: Option<Outcome>,
+    /// Whether every unit was computed.
+    pub is_whole: bool,
+    /// How many were, in words.
+    pub done: String,
+}
+
+/// A study that a command runs: [`Study`] without its types.
+pub trait Runnable: Sync {
+    /// What decides every byte of it.
+    fn sweep(&self, shard: Shard) -> Sweep;
+    /// Computes what `dir` lacks of this shard; `go_on` hears the part done, 0 to 1, and may
+    /// say no. Then writes what the units come to, unless it is but a shard.
+    ///
+    /// # Errors
+    /// The folder holds something else or cannot be written; a unit failed, which ends the
+    /// run with everything before kept.
+    fn run(
+        &self,
+        dir: &Path,
+        shard: Shard,
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> anyhow::Result<Ran>;
+    /// Makes one study in `out` of all of its shards in `parts`: the bytes of one that was
+    /// never cut.
+    ///
+    /// # Errors
+    /// The parts are not all shards of this study, one has a hole, or a file fails.
+    fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<Outcome>;
+}
+
+impl<S: Study> Runnable for S
+where
+    anyhow::Error: From<S::Error>,
+{
+    fn sweep(&self, shard: Shard) -> Sweep {
+        Sweep::drawing(&Lines(self), (self.seed(), self.draws()), shard)
+    }
+
+    fn run(
+        &self,
+        dir: &Path,
+        shard: Shard,
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> anyhow::Result<Ran> {
+        let (lines, sweep) = (Lines(self), self.sweep(shard));
+        let computed = sweep.compute(&lines, Some(dir), go_on)?;
+        let outcome = match shard == Shard::WHOLE {
+            true => Some(sweep.close(&lines, dir, &computed.units)?),
+            false => None,
+        };
+        Ok(Ran {
+            outcome,
+            is_whole: computed.is_whole,
+            done: self.in_words(computed.units.len() as u64),
+        })
+    }
+
+    fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<Outcome> {
+        Ok(join(parts, out, &Lines(self))?.1)
+    }
+}
+
+/// The seed and draws of the shard in a folder, which a merge goes by.
+///
+/// # Errors
+/// E604: there is none.
+pub fn decided_by(part: &Path) -> Result<(u64, u64), LaboratoryError> {
+    let sweep = super::sweep::part_of(part)?;
+    Ok((sweep.seed, sweep.draws))
+}

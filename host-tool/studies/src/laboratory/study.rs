@@ -1,0 +1,165 @@
+//! A study as the runner runs it: units of work decided by a seed, kept as they come, and an
+//! analysis of them.
+
+use super::result::Outcome;
+use super::sweep::{Drawing, Sweep};
+use crate::laboratory::error::LaboratoryError;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::collections::BTreeMap;
+
+/// A study of a paper, with its arguments: which units of work there are, what each becomes,
+/// and what all of them come to.
+pub trait Study: Sync {
+    /// What a unit of work became. It is kept as JSON, with every digit that decides.
+    type Unit: Serialize + DeserializeOwned + Clone + Send + Sync;
+    /// Why a unit becomes nothing at all, which ends the study.
+    type Error: From<LaboratoryError> + Send;
+
+    /// The name that a command has for it.
+    fn name(&self) -> &str;
+    /// Arguments that decide the result, beside seed and draws: as they are typed, empty
+    /// without any.
+    fn arguments(&self) -> String;
+    /// SHA-256 of everything declared, by file.
+    fn hashes(&self) -> BTreeMap<String, String>;
+    /// The text of its declaration.
+    fn declaration(&self) -> &str;
+    /// Decides all units.
+    fn seed(&self) -> u64;
+    /// How many wearers, or replications of the whole study, are drawn.
+    fn draws(&self) -> u64;
+    /// How many units of work there are.
+    fn units(&self) -> u64;
+    /// What unit `index`, from 0, becomes; nothing once `goes_on` says no.
+    ///
+    /// # Errors
+    /// The study ends, with everything before kept.
+    fn compute(
+        &self,
+        index: u64,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Self::Unit>, Self::Error>;
+    /// What the units come to, be they all or the first ones; `cut_short` says which are
+    /// missing.
+    ///
+    /// # Errors
+    /// They cannot be analysed.
+    fn outcome(
+        &self,
+        units: &[Self::Unit],
+        cut_short: Option<String>,
+    ) -> Result<Outcome, Self::Error>;
+    /// Files beside `result.json`, by name: name and content; `draws.csv` is one of them.
+    ///
+    /// # Errors
+    /// As [`Self::outcome`].
+    fn files(&self, units: &[Self::Unit]) -> Result<Vec<(String, String)>, Self::Error>;
+    /// Some units of work in words: `12 of 40 sessions`.
+    fn in_words(&self, done: u64) -> String;
+}
+
+/// A study as a sweep keeps it: a line of JSON for each unit.
+pub struct Lines<'a, S>(pub &'a S);
+
+impl<S: Study> Lines<'_, S> {
+    /// Its units, which are the first ones.
+    fn listed(units: &BTreeMap<u64, S::Unit>) -> Vec<S::Unit> {
+        units.values().cloned().collect()
+    }
+}
+
+/// A line of JSON, with every digit that decides.
+pub(crate) fn line(it: &impl Serialize) -> String {
+    // Structs of numbers, words and lists always have a text.
+    serde_json::to_string(it).unwrap_or_default() + "\n"
+}
+
+impl<S: Study> Drawing for Lines<'_, S> {
+    type Unit = S::Unit;
+    type Error = S::Error;
+
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    fn only(&self) -> Option<String> {
+        Some(self.0.arguments()).filter(|it| !it.is_empty())
+    }
+
+    fn file(&self) -> &'static str {
+        "units.jsonl"
+    }
+
+    fn hashes(&self) -> BTreeMap<String, String> {
+        self.0.hashes()
+    }
+
+    fn declaration(&self) -> &str {
+        self.0.declaration()
+    }
+
+    fn columns(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    fn units(&self, _: u64) -> u64 {
+        self.0.units()
+    }
+
+    fn rows_each(&self) -> usize {
+        1
+    }
+
+    fn index_of(&self, row: &str) -> Option<u64> {
+        row.strip_prefix("{\"unit\":")?
+            .split(',')
+            .next()?
+            .parse()
+            .ok()
+    }
+
+    fn begins(&self, _: &Sweep, unit: u64) -> Vec<String> {
+        vec![format!("{{\"unit\":{unit}")]
+    }
+
+    fn compute(
+        &self,
+        _: &Sweep,
+        unit: u64,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Self::Unit>, Self::Error> {
+        self.0.compute(unit, goes_on)
+    }
+
+    fn rest(&self, unit: &Self::Unit) -> Vec<String> {
+        // Structs of numbers, words and lists always have a text.
+        let text = serde_json::to_string(unit).unwrap_or_default();
+        vec![format!("\"became\":{text}}}")]
+    }
+
+    fn read(&self, rest: &[&str]) -> Result<Self::Unit, (usize, String)> {
+        let text = rest.first().and_then(|it| it.strip_prefix("\"became\":"));
+        let text = text.and_then(|it| it.strip_suffix('}')).unwrap_or_default();
+        serde_json::from_str(text).map_err(|error| (0, error.to_string()))
+    }
+
+    fn outcome(
+        &self,
+        _: &Sweep,
+        units: &BTreeMap<u64, Self::Unit>,
+    ) -> Result<Outcome, Self::Error> {
+        let done = units.len() as u64;
+        let cut_short = (done < self.0.units())
+            .then(|| format!("Cut short after {}.", self.0.in_words(done)));
+        self.0.outcome(&Self::listed(units), cut_short)
+    }
+
+    fn files(
+        &self,
+        _: &Sweep,
+        units: &BTreeMap<u64, Self::Unit>,
+    ) -> Result<Vec<(String, String)>, Self::Error> {
+        self.0.files(&Self::listed(units))
+    }
+}

@@ -1,0 +1,97 @@
+//! The study as the laboratory's runner runs it.
+
+use super::declaration::DECLARED;
+use super::error::LeeError;
+use super::outcome::Told;
+use super::study::{Part, Study};
+use crate::laboratory::{self, Outcome};
+use host_core::record::sha256;
+use host_core::run::DeviceName;
+use std::collections::BTreeMap;
+
+/// A study and what a sample of it through a device found.
+pub struct Run {
+    study: Study,
+    device: Vec<String>,
+}
+
+impl Run {
+    /// With this seed and so many replications, or the declaration's own. What is wrong with
+    /// the device is found before minutes pass.
+    ///
+    /// # Errors
+    /// As [`Study::asked`] and [`Study::on_device`].
+    pub fn asked(
+        (seed, draws): (Option<u64>, Option<u64>),
+        device: DeviceName,
+    ) -> Result<Self, LeeError> {
+        let study = Study::asked(seed, draws, device)?;
+        let device = study.on_device()?;
+        Ok(Self { study, device })
+    }
+}
+
+impl laboratory::Study for Run {
+    type Unit = Part;
+    type Error = LeeError;
+
+    fn name(&self) -> &str {
+        "lee"
+    }
+
+    fn arguments(&self) -> String {
+        format!("--device {}", self.study.device.typed())
+    }
+
+    fn hashes(&self) -> BTreeMap<String, String> {
+        [("lee.toml".to_owned(), sha256(DECLARED.as_bytes()))].into()
+    }
+
+    fn declaration(&self) -> &str {
+        DECLARED
+    }
+
+    fn seed(&self) -> u64 {
+        self.study.seed
+    }
+
+    fn draws(&self) -> u64 {
+        self.study.draws
+    }
+
+    fn units(&self) -> u64 {
+        self.study.units().len() as u64
+    }
+
+    fn compute(
+        &self,
+        index: u64,
+        _: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Part>, LeeError> {
+        let units = self.study.units();
+        let unit = usize::try_from(index).ok().and_then(|index| units.get(index));
+        unit.map(|unit| self.study.part(unit)).transpose()
+    }
+
+    fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> Result<Outcome, LeeError> {
+        let told = Told {
+            command: format!("experiment lee {} --draws {}", self.arguments(), self.draws()),
+            cut_short,
+            device: self.device.clone(),
+        };
+        self.study.outcome(parts, told)
+    }
+
+    fn files(&self, parts: &[Part]) -> Result<Vec<(String, String)>, LeeError> {
+        let mut files = vec![
+            ("draws.csv".to_owned(), self.study.csv(parts)),
+            ("mismatch.csv".to_owned(), self.study.mismatch_csv(parts)),
+        ];
+        files.extend(self.study.wearers(parts)?);
+        Ok(files)
+    }
+
+    fn in_words(&self, done: u64) -> String {
+        format!("{done} of {} sessions", self.units())
+    }
+}

@@ -1,0 +1,113 @@
+//! The study as the laboratory's runner runs it.
+
+use super::declared::DECLARED;
+use super::error::RampsError;
+use super::found::{Found, Kept, Pulses};
+use super::outcome::Told;
+use super::study::{NAME, Study};
+use crate::laboratory::{self, Outcome};
+use host_core::record::sha256;
+use host_core::run::DeviceName;
+use std::collections::BTreeMap;
+
+/// A study and the pulses of its stimulations, as a device puts them out.
+pub struct Run {
+    study: Study,
+    pulses: Pulses,
+    /// What was learnt of the device on the way.
+    notes: Vec<String>,
+}
+
+impl Run {
+    /// With this seed and so many persons, or the declaration's own.
+    ///
+    /// # Errors
+    /// As [`Study::asked`] and [`Study::put_out`].
+    pub fn asked(
+        decided: (Option<u64>, Option<u64>),
+        device: DeviceName,
+    ) -> Result<Self, RampsError> {
+        let study = Study::asked(decided, device)?;
+        let (pulses, notes) = study.put_out()?;
+        Ok(Self {
+            study,
+            pulses,
+            notes,
+        })
+    }
+
+    /// The persons of these units, drawn again.
+    fn found(&self, kept: &[Kept]) -> Result<Vec<Found>, RampsError> {
+        let all = (0..).zip(kept);
+        all.map(|(index, kept)| self.study.of_person(index, kept.clone()))
+            .collect()
+    }
+}
+
+impl laboratory::Study for Run {
+    type Unit = Kept;
+    type Error = RampsError;
+
+    fn name(&self) -> &str {
+        NAME
+    }
+
+    fn arguments(&self) -> String {
+        format!("--device {}", self.study.device.typed())
+    }
+
+    fn hashes(&self) -> BTreeMap<String, String> {
+        [("harris-ramps.toml".to_owned(), sha256(DECLARED.as_bytes()))].into()
+    }
+
+    fn declaration(&self) -> &str {
+        DECLARED
+    }
+
+    fn seed(&self) -> u64 {
+        self.study.seed
+    }
+
+    fn draws(&self) -> u64 {
+        self.study.draws
+    }
+
+    fn units(&self) -> u64 {
+        self.study.persons()
+    }
+
+    fn compute(
+        &self,
+        index: u64,
+        _: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Kept>, RampsError> {
+        let found = self.study.part(index, &self.pulses)?;
+        Ok(Some(found.kept))
+    }
+
+    fn outcome(&self, kept: &[Kept], cut_short: Option<String>) -> Result<Outcome, RampsError> {
+        let told = Told {
+            command: format!(
+                "experiment {NAME} {} --draws {}",
+                self.arguments(),
+                self.draws()
+            ),
+            cut_short,
+            notes: self.notes.clone(),
+        };
+        self.study.outcome(&self.found(kept)?, told)
+    }
+
+    fn files(&self, kept: &[Kept]) -> Result<Vec<(String, String)>, RampsError> {
+        let all = self.found(kept)?;
+        let mut files = vec![("draws.csv".to_owned(), self.study.csv(&all))];
+        let wearers = all.iter().take(2).enumerate();
+        let wearers = wearers.filter_map(|(nth, found)| self.study.wearer(nth, found));
+        files.extend(wearers.map(|it| (format!("{}.toml", it.name), it.to_toml())));
+        Ok(files)
+    }
+
+    fn in_words(&self, done: u64) -> String {
+        format!("{done} of {} persons", self.units())
+    }
+}

@@ -1,0 +1,72 @@
+//! The study as the laboratory's runner runs it.
+
+use super::outcome::Told;
+use super::{Part, Study};
+use crate::laboratory::{self, Outcome};
+use crate::two_points::error::TwoPointsError;
+use crate::two_points::population::DECLARED;
+use std::collections::BTreeMap;
+
+impl laboratory::Study for Study {
+    type Unit = Part;
+    type Error = TwoPointsError;
+
+    fn name(&self) -> &str {
+        self.kind.told().0
+    }
+
+    fn arguments(&self) -> String {
+        self.typed.clone()
+    }
+
+    fn hashes(&self) -> BTreeMap<String, String> {
+        self.sha256()
+    }
+
+    fn declaration(&self) -> &str {
+        DECLARED
+    }
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn draws(&self) -> u64 {
+        self.draws
+    }
+
+    fn units(&self) -> u64 {
+        self.participants.all.len() as u64 * self.draws
+    }
+
+    fn compute(
+        &self,
+        index: u64,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Part>, TwoPointsError> {
+        let draws = self.draws.max(1);
+        let who = usize::try_from(index / draws).unwrap_or(usize::MAX);
+        self.part((who, index % draws), goes_on)
+    }
+
+    fn outcome(
+        &self,
+        parts: &[Part],
+        cut_short: Option<String>,
+    ) -> Result<Outcome, TwoPointsError> {
+        let (name, arguments, draws) = (self.kind.told().0, &self.typed, self.draws);
+        let told = Told {
+            command: format!("experiment {name} {arguments} --draws {draws}"),
+            cut_short,
+        };
+        self.outcome(parts, told)
+    }
+
+    fn files(&self, parts: &[Part]) -> Result<Vec<(String, String)>, TwoPointsError> {
+        Ok(vec![("draws.csv".to_owned(), self.csv(parts))])
+    }
+
+    fn in_words(&self, done: u64) -> String {
+        format!("{done} of {} draws", laboratory::Study::units(self))
+    }
+}
