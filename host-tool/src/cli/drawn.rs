@@ -1,58 +1,144 @@
-//! What experiments on drawn persons share: they go on until a signal, and how they end.
+//! `flexor experiment` and `flexor sweep` of studies that draw their persons.
 
-use super::hamana::people::people;
-use super::{Incomplete, Output};
-use host_core::link::Interruption;
-use rayon::prelude::*;
+use super::out::OutArgs;
+use super::outcome::people;
+use super::sweep::{kept, say_shard};
+use super::{Incomplete, Output, interrupt, wrong};
+use interrupt::Ended;
 use serde_json::{Value, json};
-use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
-use studies::laboratory::Outcome;
+use std::path::{Path, PathBuf};
+use studies::catalog::{Asked, Entry};
+use studies::laboratory::{Outcome, Runnable, Shard, Sweep, decided_by};
 
-/// What `find` finds of every number below `draws`, on all cores, in their order; fewer once
-/// a signal has come. `passed` hears how many there are.
-///
-/// # Errors
-/// The first that `find` has.
-pub(super) fn until_asked<T: Send, E: Send>(
-    draws: u64,
-    interruption: &Interruption,
-    passed: impl Fn(u64) + Sync,
-    find: impl Fn(u64) -> Result<T, E> + Sync,
-) -> Result<Vec<T>, E> {
-    let done = AtomicU64::new(0);
-    let all = (0..draws).into_par_iter().map(|index| {
-        if interruption.asked().is_some() {
-            return Ok(None);
-        }
-        let found = find(index)?;
-        passed(done.fetch_add(1, Ordering::Relaxed) + 1);
-        Ok(Some(found))
-    });
-    let all: Vec<Option<T>> = all.collect::<Result<_, E>>()?;
-    Ok(all.into_iter().flatten().collect())
+/// The study that is asked for, within what it allows.
+fn begun(entry: &Entry, asked: &Asked<'_>) -> anyhow::Result<Box<dyn Runnable>> {
+    let mistakes = entry.mistakes(asked);
+    match mistakes.is_empty() {
+        true => entry.begin(asked),
+        false => wrong(mistakes.join("; ")),
+    }
 }
 
-/// Tells what was computed, whatever became of its folder; where all went well, its page.
+/// Runs a whole study, or goes on with it where its folder has it begun.
 ///
 /// # Errors
-/// What failed, or ended it.
-pub(super) fn conclude(
+/// Arguments out of range, a folder that holds something else or cannot be written, a signal.
+pub(super) fn experiment(
+    entry: &Entry,
+    asked: &Asked<'_>,
+    out: &OutArgs,
     output: Output,
-    dir: &Path,
-    result: &Outcome,
-    failed: Option<anyhow::Error>,
 ) -> anyhow::Result<()> {
-    let Some(error) = failed else {
-        let page = dir.join("result.html").display().to_string();
-        return output.say(
-            || format!("{}\nPage: {page}", people(result)),
-            || json!({ "result": result, "page": page }),
-        );
+    let study = begun(entry, asked)?;
+    let begun = out.dir().filter(|dir| Sweep::of(dir).is_ok());
+    let place = match begun.filter(|_| !out.overwrites()) {
+        Some(dir) => study.sweep(Shard::WHOLE).place(dir)?,
+        None => {
+            let place = out.place(asked.name)?;
+            study.sweep(Shard::WHOLE).begin(place.dir())?;
+            place
+        }
     };
-    if !output.json {
-        output.say(|| people(result), || Value::Null)?;
+    run(&*study, (place.dir(), Shard::WHOLE), asked.name, output)
+}
+
+/// Runs a study, or a shard of it, in a folder; or merges the folders of its shards.
+///
+/// # Errors
+/// As [`experiment`]; parts that make no whole.
+pub(super) fn sweep(
+    entry: &Entry,
+    asked: &Asked<'_>,
+    (shard, merge): (Shard, &[PathBuf]),
+    dir: &Path,
+    output: Output,
+) -> anyhow::Result<()> {
+    if let Some(first) = merge.first() {
+        let (seed, draws) = decided_by(first)?;
+        let decided = (Some(seed), Some(draws));
+        let outcome = begun(entry, &Asked { decided, ..*asked })?.merge(merge, dir)?;
+        return say(&outcome, dir, output);
     }
-    let result = json!({ "result": result });
-    Err(Incomplete { error, result }.into())
+    let study = begun(entry, asked)?;
+    let _mine = study.sweep(shard).place(dir)?;
+    run(&*study, (dir, shard), asked.name, output)
+}
+
+fn run(
+    study: &dyn Runnable,
+    (dir, shard): (&Path, Shard),
+    name: &str,
+    output: Output,
+) -> anyhow::Result<()> {
+    let interruption = interrupt::heed()?;
+    let bar = output.bar(name);
+    let mut done = 0.0;
+    let ran = study.run(dir, shard, &mut |part| {
+        bar.set(part);
+        done = part;
+        interruption.asked().is_none()
+    })?;
+    bar.finish();
+    let signal = interruption.asked().filter(|_| !ran.is_whole);
+    match (ran.outcome, signal) {
+        (Some(outcome), None) => say(&outcome, dir, output),
+        (None, None) => say_shard(&format!("sweep {name}"), (shard, dir), output),
+        (outcome, Some(signal)) => {
+            if let (Some(outcome), false) = (&outcome, output.json) {
+                output.say(|| people(outcome), || Value::Null)?;
+            }
+            let when = format!("{}: {}", ran.done, kept(done));
+            let result = outcome.map_or_else(|| json!({}), |it| json!({ "result": it }));
+            let error = Ended(signal, when).into();
+            Err(Incomplete { error, result }.into())
+        }
+    }
+}
+
+/// Says what came out, and where its pages lie.
+fn say(outcome: &Outcome, dir: &Path, output: Output) -> anyhow::Result<()> {
+    let pages = pages(dir);
+    output.say(
+        || {
+            let lines = pages.iter().map(|(name, page)| match &**name {
+                "page" => format!("\nPage: {page}"),
+                name => format!("\n{}: {page}", capital(name)),
+            });
+            people(outcome) + &lines.collect::<String>()
+        },
+        || {
+            let mut all = json!({ "result": outcome });
+            for (name, page) in &pages {
+                all[name] = page.as_str().into();
+            }
+            all
+        },
+    )
+}
+
+/// Name and path of the pages in a folder: `result.html` is "page", the others are called by
+/// their files.
+fn pages(dir: &Path) -> Vec<(String, String)> {
+    let mut pages = vec![(
+        "page".to_owned(),
+        dir.join("result.html").display().to_string(),
+    )];
+    let entries = std::fs::read_dir(dir).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .filter_map(|name| name.strip_suffix(".html").map(str::to_owned))
+        .filter(|name| name != "result")
+        .collect();
+    names.sort();
+    pages.extend(names.into_iter().map(|name| {
+        let page = dir.join(format!("{name}.html")).display().to_string();
+        (name, page)
+    }));
+    pages
+}
+
+fn capital(name: &str) -> String {
+    let mut letters = name.chars();
+    let first = letters.next().map(|first| first.to_ascii_uppercase());
+    first.into_iter().chain(letters).collect()
 }

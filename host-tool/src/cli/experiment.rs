@@ -2,7 +2,7 @@
 
 use super::operator::Beside;
 use super::out::OutArgs;
-use super::{Output, Told, interrupt, wrong};
+use super::{Output, Told, WrongUse, drawn, interrupt, wrong};
 use anyhow::Context;
 use clap::Args;
 use host_core::link::Interruption;
@@ -16,10 +16,11 @@ use host_core::wearer::{Wearer, shipped};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+use studies::catalog::{Asked, Entry};
 use studies::experiments::named;
 use studies::laboratory::{
     Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, headline,
-    publish, quoted,
+    publish,
 };
 
 /// Run a paper's protocol on a device; then, simulated, with wearers drawn at random
@@ -29,26 +30,26 @@ pub struct ExperimentArgs {
     /// distributed, electrode-choice, buatier, harris-ramps, harris-wall or one of its sequels
     /// (-decides, -gentle, -why, -yields),
     /// or the file of a declaration
-    pub(super) name: String,
+    name: String,
     /// A wearer file (docs/wearers.md): of the Hamana experiments, on a forearm that is a
     /// mechanism, also P, Q, R, S or all (docs/two_points.md)
     #[arg(long)]
-    pub(super) wearer: Option<String>,
+    wearer: Option<String>,
     /// Of the same: what is otherwise than declared, by its name (docs/two_points.md)
     #[arg(long)]
-    pub(super) departure: Option<String>,
+    departure: Option<String>,
     /// native, chip, qemu, a serial port, or tcp:HOST:PORT
     #[arg(long, default_value = "native")]
-    pub(super) device: DeviceName,
+    device: DeviceName,
     /// Wearers to draw; default: the declaration's number in this program's
     /// simulators, none for a board
     #[arg(long)]
-    pub(super) draws: Option<u64>,
+    draws: Option<u64>,
     /// Decides order, noise and wearers; default: the declaration's
     #[arg(long)]
-    pub(super) seed: Option<u64>,
+    seed: Option<u64>,
     #[command(flatten)]
-    pub(super) out: OutArgs,
+    out: OutArgs,
     #[arg(skip)]
     again: Option<Again>,
 }
@@ -70,25 +71,22 @@ impl Again {
     }
 }
 
-/// What a terminal takes to have `args` of a drawn forearm again, but for its seed.
-pub(super) fn command(args: &ExperimentArgs, draws: u64) -> String {
-    let wearer = args.wearer.as_deref();
-    let wearer = wearer.map_or_else(String::new, |it| format!(" --wearer {}", quoted(it)));
-    let departure = args.departure.as_deref();
-    let departure = departure.map_or_else(String::new, |it| format!(" --departure {}", quoted(it)));
-    let device = args.device.typed();
-    format!(
-        "experiment {}{wearer}{departure} --device {device} --draws {draws}",
-        args.name
-    )
-}
-
 /// How a record of an experiment names its command.
 const COMMAND: &str = "experiment ";
 /// Most wearers drawn.
 const MOST_DRAWS: u64 = 100_000;
 
 impl ExperimentArgs {
+    fn asked(&self) -> Asked<'_> {
+        Asked {
+            name: &self.name,
+            wearer: self.wearer.as_deref(),
+            departure: self.departure.as_deref(),
+            device: &self.device,
+            decided: (self.seed, self.draws),
+        }
+    }
+
     /// The experiment of the record in `dir`, again, in `out`; `None` for another
     /// command's.
     pub fn again(dir: &Path, record: &Run, out: OutArgs) -> Option<Self> {
@@ -158,7 +156,11 @@ fn wearer(file: &str) -> Result<String, SessionError> {
 /// No such experiment, no device, a folder that cannot be written, a trial that ended
 /// early.
 pub fn main(args: &ExperimentArgs, output: Output) -> anyhow::Result<()> {
-    carry_out(args, output)?.say(output)
+    let asked = args.asked();
+    match Entry::asked(&asked).map_err(WrongUse)? {
+        Some(entry) => drawn::experiment(entry, &asked, &args.out, output),
+        None => carry_out(args, output)?.say(output),
+    }
 }
 
 /// Runs and records it.

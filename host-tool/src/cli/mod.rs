@@ -8,29 +8,24 @@ mod check;
 mod chip;
 mod compare;
 mod demo;
-mod distributed;
 mod draw_cost;
 mod drawn;
 mod edges;
-mod electrodes;
-mod endpoint;
 mod experiment;
 mod explain_model;
 mod faults;
-mod hamana;
 mod interrupt;
 mod keep_alives;
-mod lee;
-mod lift;
+mod list;
 mod monitor;
 mod muscle;
 mod new;
 mod on_bench;
 mod operator;
 mod out;
+mod outcome;
 mod perform;
 mod profile;
-mod ramps;
 mod report;
 mod rerun;
 mod run;
@@ -88,6 +83,7 @@ enum Command {
     Edges(edges::Edges),
     ExplainModel(explain_model::ExplainModel),
     Experiment(experiment::ExperimentArgs),
+    List(list::List),
     Faults(faults::FaultsArgs),
     TwoPoints(two_points::TwoPointsArgs),
     Monitor(monitor::Monitor),
@@ -224,14 +220,8 @@ pub fn main() -> ExitCode {
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
         Command::ExplainModel(args) => explain_model::main(args, output),
-        Command::Experiment(args) if electrodes::is_meant(args) => electrodes::main(args, output),
-        Command::Experiment(args) if endpoint::is_meant(args) => endpoint::main(args, output),
-        Command::Experiment(args) if lee::is_meant(args) => lee::main(args, output),
-        Command::Experiment(args) if lift::is_meant(args) => lift::main(args, output),
-        Command::Experiment(args) if ramps::is_meant(args) => ramps::main(args, output),
-        Command::Experiment(args) if distributed::is_meant(args) => distributed::main(args, output),
-        Command::Experiment(args) if hamana::is_meant(args) => hamana::main(args, output),
         Command::Experiment(args) => experiment::main(args, output),
+        Command::List(args) => list::main(args, output),
         Command::Faults(args) => faults::main(args, output),
         Command::TwoPoints(args) => two_points::main(args, output),
         Command::Monitor(args) => monitor::main(args, output),

@@ -4,7 +4,7 @@
 mod played;
 mod worn;
 
-use super::{Output, WrongUse};
+use super::{Output, WrongUse, list, wrong};
 use clap::Args;
 use host_core::record::RecordError;
 use host_core::session::{Session, SessionError};
@@ -51,6 +51,13 @@ pub struct New {
     /// the motor threshold unless --amplitude says otherwise; nothing is asked
     #[arg(long, value_name = "FILE", conflicts_with_all = ["channels", "stage", "limit", "width", "frequency"])]
     wearer: Option<PathBuf>,
+    /// Copy a shipped session, wearer, search or declaration out by its name (flexor list);
+    /// nothing is asked
+    #[arg(long, value_name = "NAME", conflicts_with_all = [
+        "title", "seconds", "channels", "stage", "limit", "amplitude", "width", "frequency",
+        "program", "wearer", "schema",
+    ])]
+    from: Option<String>,
     /// A JSON schema that editors shall use, as a path from the file
     #[arg(long)]
     schema: Option<String>,
@@ -87,6 +94,9 @@ pub fn main(args: &New, output: Output) -> anyhow::Result<()> {
     if args.session.exists() {
         return Err(taken(&args.session));
     }
+    if let Some(name) = &args.from {
+        return copy(args, name, output);
+    }
     if let Some(wearer) = &args.wearer {
         return write(args, &on_wearer(args, wearer)?, output);
     }
@@ -101,6 +111,38 @@ pub fn main(args: &New, output: Output) -> anyhow::Result<()> {
         known(args)
     };
     write(args, &accepted(&answers).map_err(WrongUse)?, output)
+}
+
+/// Where shipped files name their wearers, and their sessions.
+const BESIDE: [&str; 2] = ["../wearers/", "../sessions/"];
+
+/// Copies what the program has by this name, and beside it the files that it names.
+///
+/// # Errors
+/// E518: there is none of this name. E525: a file is there. What stands against writing it.
+fn copy(args: &New, name: &str, output: Output) -> anyhow::Result<()> {
+    let name = name.strip_suffix(".toml").unwrap_or(name);
+    let Some(text) = list::shipped(name) else {
+        return wrong(format!(
+            "--from is `{name}`, which is not the name of a shipped file; flexor list shows them"
+        ));
+    };
+    let folder = args.session.parent().unwrap_or(Path::new(""));
+    let mut own = text.to_owned();
+    for beside in BESIDE {
+        while let Some((before, after)) = own.split_once(beside) {
+            let file = after.split('"').next().unwrap_or_default();
+            let other = list::shipped(file.trim_end_matches(".toml"));
+            let file_name = file.rsplit('/').next().unwrap_or_default();
+            let path = folder.join(file_name);
+            // Several of its conditions may name the same one.
+            if let Some(other) = other.filter(|it| !std::fs::read_to_string(&path).is_ok_and(|is| is == **it)) {
+                create(&path, other)?;
+            }
+            own = format!("{before}{file_name}{}", after.strip_prefix(file).unwrap_or_default());
+        }
+    }
+    write(args, &own, output)
 }
 
 /// The session on a wearer file, as `flexor check` accepts it.
@@ -126,13 +168,7 @@ fn write(args: &New, session: &str, output: Output) -> anyhow::Result<()> {
     let head = args.schema.as_ref();
     let head = head.map(|schema| format!("#:schema {schema}\n"));
     let text = head.unwrap_or_default() + session;
-    let file = std::fs::File::create_new(&args.session);
-    match file.and_then(|mut file| file.write_all(text.as_bytes())) {
-        Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {
-            return Err(taken(&args.session));
-        }
-        written => written.map_err(RecordError::io(&args.session))?,
-    }
+    create(&args.session, &text)?;
     output.say(
         || {
             format!(
@@ -142,6 +178,15 @@ fn write(args: &New, session: &str, output: Output) -> anyhow::Result<()> {
         },
         || serde_json::json!({ "session": args.session, "error": null }),
     )
+}
+
+/// Writes a file that is not there yet.
+fn create(path: &Path, text: &str) -> anyhow::Result<()> {
+    let file = std::fs::File::create_new(path);
+    match file.and_then(|mut file| file.write_all(text.as_bytes())) {
+        Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => Err(taken(path)),
+        written => Ok(written.map_err(RecordError::io(path))?),
+    }
 }
 
 fn taken(path: &Path) -> anyhow::Error {

@@ -11,8 +11,8 @@ use serde_json::{Value, json};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use studies::laboratory::search::{
-    Answer, DeviceError, Ended, Finding, Milli, OnDevice, Operator, Question, Search, SearchFile,
-    Step, search,
+    Answer, DeviceError, Ended, Finding, Milli, OnDevice, Operator, Question, SHIPPED, Search,
+    SearchFile, Step, search,
 };
 
 /// Search a wearer's threshold, comfort or maximum by a declared stair; on a board
@@ -90,7 +90,12 @@ pub fn main(args: &SearchArgs, output: Output) -> anyhow::Result<()> {
 
 /// The declaration and its session.
 fn load(path: &Path) -> anyhow::Result<(SearchFile, Session)> {
-    let text = Session::text(path)?;
+    let named = SHIPPED.iter().find(|(name, _)| path == Path::new(name));
+    let named = named.filter(|_| !path.exists());
+    let text = match named {
+        Some((_, text)) => (*text).to_owned(),
+        None => Session::text(path)?,
+    };
     let file = match SearchFile::parse(&text) {
         Ok(file) => file,
         Err(told) => {
@@ -99,7 +104,11 @@ fn load(path: &Path) -> anyhow::Result<(SearchFile, Session)> {
         }
     };
     let folder = path.parent().unwrap_or(Path::new("."));
-    let session = SessionFile::load(&folder.join(&file.session))?;
+    let session = match named {
+        // One of the program's, by its name.
+        Some(_) => SessionFile::load(Path::new(file.session.trim_start_matches("../sessions/")))?,
+        None => SessionFile::load(&folder.join(&file.session))?,
+    };
     Ok((file, session.session))
 }
 

@@ -1,10 +1,12 @@
 //! `flexor sweep`: an experiment's wearers on all cores, in shards if wanted.
 
 use super::experiment::people;
-use super::{Output, interrupt, wrong};
+use super::{Output, WrongUse, drawn, interrupt, wrong};
 use clap::Args;
+use host_core::run::DeviceName;
 use interrupt::Ended;
 use std::path::{Path, PathBuf};
+use studies::catalog::{Asked, Entry};
 use studies::experiments::named;
 use studies::laboratory::{Checked, MOST_DRAWS, Outcome, Shard, Sweep, merge};
 
@@ -12,9 +14,17 @@ use studies::laboratory::{Checked, MOST_DRAWS, Outcome, Shard, Sweep, merge};
 /// interrupted
 #[derive(Args, Debug)]
 pub struct SweepArgs {
-    /// hamana-4, open-trains, harris-wall or one of its sequels (-decides, -gentle, -why,
-    /// -yields), or the file of a declaration
+    /// Any study of `flexor experiment`, by its name, or the file of a declaration
     name: String,
+    /// As of `flexor experiment`: of the Hamana experiments, whose forearm
+    #[arg(long)]
+    wearer: Option<String>,
+    /// As of `flexor experiment`: what is otherwise than declared, by its name
+    #[arg(long)]
+    departure: Option<String>,
+    /// Where studies that draw their persons play a sample: native, chip or qemu
+    #[arg(long, default_value = "native")]
+    device: DeviceName,
     /// Wearers at each point of the grid; default: the declaration's
     #[arg(long, conflicts_with = "merge")]
     draws: Option<u64>,
@@ -36,6 +46,23 @@ pub struct SweepArgs {
 /// No such experiment, a folder of something else, parts that make no whole, a wearer
 /// whose session fails, a signal.
 pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    let asked = Asked {
+        name: &args.name,
+        wearer: args.wearer.as_deref(),
+        departure: args.departure.as_deref(),
+        device: &args.device,
+        decided: (args.seed, args.draws),
+    };
+    if let Some(entry) = Entry::asked(&asked).map_err(WrongUse)? {
+        return drawn::sweep(entry, &asked, (shard, &args.merge), &args.out, output);
+    }
+    if args.wearer.is_some() || args.device != DeviceName::Native {
+        return wrong(format!(
+            "--wearer and --device do not belong to a sweep of {}",
+            args.name
+        ));
+    }
     let experiment = named(&args.name)?;
     if !args.merge.is_empty() {
         let outcome = merge(&args.merge, &args.out, &experiment)?;
@@ -47,7 +74,6 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
             "--draws is {draws}, allowed are 1 to {MOST_DRAWS} over all points"
         ));
     }
-    let shard = args.shard.unwrap_or(Shard::WHOLE);
     let seed = args.seed.unwrap_or(experiment.declaration.seed);
     let sweep = Sweep::new(&experiment, seed, draws, shard);
     let interruption = interrupt::heed()?;

@@ -3,7 +3,7 @@
 //! `bench` measures the device's algorithms and cycles; `accuracy` and `tracking`
 //! compare muscle models and control laws, `stability` maps where methods fail,
 //! `ladder` judges the choice of muscle models, `limb` what recruitments of an arm give;
-//! `laboratory` is what protocols share; `experiments` are the papers' protocols,
+//! `laboratory` is what protocols share, `catalog` which studies there are; `experiments` are the papers' protocols,
 //! `endpoint` that of a wanted force at the hand, `electrodes` which of them serve it,
 //! `lee` that which identifies a muscle, `ramps` Harris' characterization, `distributed` a
 //! muscle under several electrodes, `lift` stimulation that follows lifting arms; `faults`
@@ -12,6 +12,7 @@
 
 pub mod accuracy;
 pub mod bench;
+pub mod catalog;
 pub mod distributed;
 pub mod electrodes;
 pub mod endpoint;

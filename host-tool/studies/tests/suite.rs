@@ -17,6 +17,7 @@ mod lift;
 mod limit_cycle;
 mod put_out;
 mod ramps;
+mod runner;
 mod same_wearer;
 mod search;
 mod search_device;

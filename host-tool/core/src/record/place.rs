@@ -14,7 +14,11 @@ const LOCK: &str = ".lock";
 
 /// What a record has beside its trials' folders.
 const RUN_FILES: &str = "run.json summary.json report.html picture.svg image.elf outputs.vcd compare.html \
-     result.json result.html declaration.toml sweep.json draws.csv faults.csv faults.jsonl";
+     result.json result.html declaration.toml sweep.json draws.csv faults.csv faults.jsonl \
+     units.jsonl mismatch.csv studies.jsonl deciding.json arms.html";
+
+/// What a study's folder has.
+const SWEEP: &str = "sweep.json";
 
 /// What a comparison of records has alone in its folder.
 const COMPARE_PAGE: &str = "compare.html";
@@ -194,7 +198,9 @@ fn names(dir: &Path) -> Result<Vec<OsString>, RecordError> {
 
 /// Whether `dir` is what this program writes: a record, or a page alone.
 fn is_ours(dir: &Path) -> bool {
-    folder::read_header(dir).is_ok() || names(dir).is_ok_and(|names| names == [COMPARE_PAGE])
+    folder::read_header(dir).is_ok()
+        || dir.join(SWEEP).is_file()
+        || names(dir).is_ok_and(|names| names == [COMPARE_PAGE])
 }
 
 /// Takes away what the record in `dir` consists of, and nothing else.

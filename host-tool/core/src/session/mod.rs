@@ -30,6 +30,7 @@ mod program;
 mod schema;
 mod setpoints;
 mod setup;
+mod shipped;
 mod silent;
 mod sites;
 mod slopes;
@@ -72,6 +73,7 @@ use setpoints::read_setpoints;
 pub use setpoints::{
     Bounds, Course, ForceCourse, Setpoint, Setpoints, WrenchCourse, nearest, newtons,
 };
+pub use shipped::SHIPPED;
 pub use study::{Electrode, Study};
 pub use trigger::{Edges, SimulatedTrigger};
 use worn::Person;
@@ -154,14 +156,21 @@ impl Session {
     /// # Errors
     /// E650.
     pub fn wearer_text(path: &Path, file: &str) -> Result<String, SessionError> {
-        worn::text_beside(path.parent().unwrap_or(Path::new("")), file)
+        match shipped::shipped(path) {
+            Some(_) => shipped_text(file),
+            None => worn::text_beside(path.parent().unwrap_or(Path::new("")), file),
+        }
     }
 
-    /// Reads the text of a session file.
+    /// Reads the text of a session file, or of a session of the program where there is no
+    /// such file and `path` is its name ([`SHIPPED`]).
     ///
     /// # Errors
     /// It cannot be read, or is no session for its length.
     pub fn text(path: &Path) -> Result<String, SessionError> {
+        if let Some(text) = shipped::shipped(path) {
+            return Ok(text.to_owned());
+        }
         text_of(path).map_err(|reason| SessionError::nowhere(Problem::Unreadable { reason }))
     }
 

@@ -5,13 +5,14 @@
 //! the command (`cli`).
 //! In: a name, or a file of somebody's own. Out: an experiment.
 
+use crate::catalog;
 use crate::laboratory::{Experiment, LaboratoryError};
 use host_core::wearer::shipped;
 use std::path::Path;
 
 /// File name and text of every declaration.
 #[rustfmt::skip]
-const DECLARATIONS: [(&str, &str); 7] = [
+pub const DECLARATIONS: [(&str, &str); 7] = [
     ("hamana-4.toml", include_str!("../../../experiments/hamana-4.toml")),
     ("harris-wall.toml", include_str!("../../../experiments/harris-wall.toml")),
     ("harris-wall-decides.toml", include_str!("../../../experiments/harris-wall-decides.toml")),
@@ -54,7 +55,9 @@ pub fn named(name: &str) -> Result<Experiment, LaboratoryError> {
         return Ok(Experiment::new(file, text, &of_program)?.called(name));
     }
     if Path::new(name).extension().is_none_or(|it| it != "toml") {
-        let names: Vec<_> = names().collect();
+        let mut names: Vec<_> = names().chain(catalog::names()).collect();
+        names.sort_unstable();
+        names.dedup();
         let (name, known) = (name.to_owned(), names.join(", "));
         return Err(LaboratoryError::Unknown { name, known });
     }

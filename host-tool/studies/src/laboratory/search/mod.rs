@@ -14,6 +14,10 @@ mod milli;
 mod plan;
 mod stair;
 
+/// Name and text of the searches that are part of the program.
+pub const SHIPPED: &[(&str, &str)] =
+    &[("finger", include_str!("../../../../searches/finger.toml"))];
+
 pub use declaration::{Declared, Kind, Observer, Rating};
 pub use device::{DeviceError, OnDevice, Operator, Question};
 pub use host_core::statistics::{Detector, Verdict};

@@ -1,7 +1,6 @@
 //! Work on all cores, whose results are kept in their order.
 
 use std::collections::BTreeMap;
-use std::num::NonZero;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -27,7 +26,7 @@ pub(super) fn in_order<I: Sync, T: Send, E: Send>(
     if !go_on(begun) {
         return Ok(());
     }
-    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+    let cores = rayon::current_num_threads();
     let next = AtomicUsize::new(0);
     // No further one is begun; those under way end early.
     let (is_closed, is_stopped) = (AtomicBool::new(false), AtomicBool::new(false));

@@ -1,4 +1,4 @@
-//! What these studies tell people, in 80 columns.
+//! What studies that draw their persons print, in 80 columns.
 
 use host_core::plot::words::in_columns;
 use studies::laboratory::{Outcome, Row, Share, Sheet, Shows, headline};
@@ -9,7 +9,7 @@ use studies::two_points::paper::Kind;
 const COLUMNS: u16 = 80;
 
 /// Tables, shares and notes.
-pub(in crate::cli) fn people(result: &Outcome) -> String {
+pub(super) fn people(result: &Outcome) -> String {
     let mut text = match Kind::named(&result.name) {
         Some(Kind::Patterns(Experiment::Intensities)) => fingers(&result.rows) + "\n",
         // Its rows are its tables'.

@@ -1,0 +1,96 @@
+//! `flexor list`: the sessions, wearers, searches and studies of the program, by name.
+
+use super::Output;
+use clap::Args;
+use host_core::session::{SHIPPED as SESSIONS, Session, visible};
+use host_core::wearer::SHIPPED as WEARERS;
+use serde_json::{Value, json};
+use studies::laboratory::search::SHIPPED as SEARCHES;
+use studies::{catalog, experiments};
+
+/// List the shipped sessions, wearers, searches and studies; each is found by its name from
+/// any folder, and copied out by flexor new FILE --from NAME
+#[derive(Args, Debug)]
+pub struct List {}
+
+/// # Errors
+/// The standard output cannot be written.
+pub fn main(_: &List, output: Output) -> anyhow::Result<()> {
+    let groups = groups();
+    output.say(|| people(&groups), || machines(&groups))
+}
+
+/// Heading, key for machines, the command that takes a name, and names with what they are.
+type Group = (&'static str, &'static str, &'static str, Vec<(String, String)>);
+
+fn groups() -> [Group; 4] {
+    let titled = |name: &str, text: &str| {
+        let title = Session::parse(name, text).map(|it| visible(&it.title));
+        (name.to_owned(), title.unwrap_or_default())
+    };
+    let sessions = SESSIONS.iter().map(|(name, text)| titled(name, text));
+    let wearers = WEARERS.iter().map(|(file, text)| {
+        let name = file.trim_end_matches(".toml");
+        let comment = text.lines().find_map(|line| line.strip_prefix("# "));
+        (name.to_owned(), comment.unwrap_or_default().to_owned())
+    });
+    let searches = SEARCHES.iter().map(|(name, text)| {
+        let comment = text.lines().find_map(|line| line.strip_prefix("# "));
+        ((*name).to_owned(), comment.unwrap_or_default().to_owned())
+    });
+    let mut studies: Vec<(String, String)> = Vec::new();
+    for name in catalog::names().chain(experiments::names()) {
+        if studies.iter().all(|(known, _)| known != name) {
+            studies.push((name.to_owned(), String::new()));
+        }
+    }
+    studies.sort();
+    [
+        ("Sessions", "sessions", "flexor run NAME", sessions.collect()),
+        (
+            "Wearers",
+            "wearers",
+            "flexor experiment STUDY --wearer NAME",
+            wearers.collect(),
+        ),
+        ("Searches", "searches", "flexor search NAME", searches.collect()),
+        ("Studies", "studies", "flexor experiment NAME", studies),
+    ]
+}
+
+fn people(groups: &[Group]) -> String {
+    let mut text = String::new();
+    for (heading, _, command, names) in groups {
+        text += &format!("{heading} ({command})\n");
+        for (name, what) in names {
+            let line = format!("  {name:<36} {what}");
+            let line: String = line.trim_end().chars().take(80).collect();
+            text += &format!("{line}\n");
+        }
+        text += "\n";
+    }
+    text + "Copy one out: flexor new FILE --from NAME"
+}
+
+fn machines(groups: &[Group]) -> Value {
+    let mut all = json!({});
+    for (_, key, _, names) in groups {
+        let names = names.iter();
+        all[*key] = names
+            .map(|(name, what)| json!({ "name": name, "what": what }))
+            .collect();
+    }
+    all
+}
+
+/// The text of the shipped session, wearer, search or declaration of this name.
+pub(super) fn shipped(name: &str) -> Option<&'static str> {
+    let named = |all: &[(&'static str, &'static str)]| {
+        let is = |own: &str| own.trim_end_matches(".toml") == name;
+        all.iter().find(|(own, _)| is(own)).map(|(_, text)| *text)
+    };
+    named(SESSIONS)
+        .or_else(|| named(&WEARERS))
+        .or_else(|| named(SEARCHES))
+        .or_else(|| named(&experiments::DECLARATIONS))
+}

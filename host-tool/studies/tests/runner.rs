@@ -1,0 +1,108 @@
+//! Every study that draws its persons: interrupted, resumed, cut into shards and merged, its
+//! folder holds the same bytes.
+
+use crate::laboratory::folder;
+use crate::sweeps::files;
+use host_core::run::DeviceName;
+use std::path::{Path, PathBuf};
+use studies::catalog::{self, Asked, Entry};
+use studies::laboratory::{Runnable, Shard};
+
+fn begun(name: &str, draws: u64) -> Box<dyn Runnable> {
+    let asked = Asked {
+        name,
+        wearer: (name == "hamana-4").then_some("P"),
+        departure: None,
+        device: &DeviceName::Native,
+        decided: (Some(44), Some(draws)),
+    };
+    let entry = Entry::asked(&asked).unwrap().unwrap();
+    assert_eq!(entry.mistakes(&asked), [""; 0]);
+    entry.begin(&asked).unwrap()
+}
+
+fn whole(study: &dyn Runnable, dir: &Path, shard: Shard) {
+    let ran = study.run(dir, shard, &mut |_| true).unwrap();
+    assert!(ran.is_whole);
+}
+
+/// Runs a study until `looks` looks have passed, and returns whether it is whole.
+fn interrupted(study: &dyn Runnable, dir: &Path, looks: usize) -> bool {
+    let mut left = looks;
+    let ran = study.run(dir, Shard::WHOLE, &mut |_| {
+        left = left.saturating_sub(1);
+        left > 0
+    });
+    ran.unwrap().is_whole
+}
+
+/// A study is run whole, interrupted three times and resumed, and in three shards.
+fn is_the_same_however_cut(name: &str, draws: u64) {
+    let study = begun(name, draws);
+    let dir = folder(&format!("runner-{name}"));
+    let [one, resumed, merged] = ["one", "resumed", "merged"].map(|it| dir.join(it));
+    whole(&*study, &one, Shard::WHOLE);
+    let files_of_one = files(&one);
+    let names: Vec<&str> = files_of_one.iter().map(|(name, _)| &**name).collect();
+    for needed in ["draws.csv", "result.json", "result.html", "units.jsonl"] {
+        assert!(names.contains(&needed), "{name}: {names:?}");
+    }
+
+    std::fs::create_dir_all(&resumed).unwrap();
+    for looks in [2, 3, 4] {
+        interrupted(&*begun(name, draws), &resumed, looks);
+    }
+    whole(&*begun(name, draws), &resumed, Shard::WHOLE);
+    assert_same(name, &files_of_one, &files(&resumed));
+
+    let parts: Vec<PathBuf> = (1..=3).map(|n| dir.join(n.to_string())).collect();
+    for (part, n) in parts.iter().zip(1..) {
+        whole(&*study, part, Shard { number: n, of: 3 });
+    }
+    study.merge(&parts, &merged).unwrap();
+    assert_same(name, &files_of_one, &files(&merged));
+}
+
+fn assert_same(name: &str, one: &[(String, Vec<u8>)], other: &[(String, Vec<u8>)]) {
+    let has = |(file, _): &&(String, Vec<u8>)| file != ".lock";
+    let (one, other): (Vec<_>, Vec<_>) =
+        (one.iter().filter(has).collect(), other.iter().filter(has).collect());
+    let names = |all: &[&(String, Vec<u8>)]| -> Vec<String> {
+        all.iter().map(|(file, _)| file.clone()).collect()
+    };
+    assert_eq!(names(&one), names(&other), "{name}");
+    for ((file, one), (_, other)) in one.into_iter().zip(other) {
+        assert!(one == other, "{name}: {file} differs");
+    }
+}
+
+macro_rules! studies {
+    ($($test:ident $name:literal $draws:literal)*) => {
+        $(#[test]
+        fn $test() {
+            is_the_same_however_cut($name, $draws);
+        })*
+
+        #[test]
+        fn every_study_of_the_catalog_is_cut() {
+            let tested = [$($name),*];
+            let names: Vec<&str> = catalog::names().collect();
+            assert_eq!(names, tested);
+        }
+    };
+}
+
+studies! {
+    hamana_1 "hamana-1" 1
+    hamana_2 "hamana-2" 1
+    hamana_3 "hamana-3" 3
+    hamana_4 "hamana-4" 3
+    hamana_posture "hamana-posture" 1
+    hamana_hold "hamana-hold" 1
+    lee "lee" 1
+    ramps "harris-ramps" 2
+    sierotowicz "sierotowicz" 3
+    electrode_choice "electrode-choice" 3
+    distributed "distributed" 1
+    buatier "buatier" 2
+}
