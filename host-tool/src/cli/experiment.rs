@@ -19,8 +19,7 @@ use std::time::{Duration, Instant};
 use studies::catalog::{Asked, Entry};
 use studies::experiments::named;
 use studies::laboratory::{
-    Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, headline,
-    publish,
+    Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, headline, publish,
 };
 
 /// Run a paper's protocol on a device; then, simulated, with wearers drawn at random

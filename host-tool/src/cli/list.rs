@@ -21,7 +21,12 @@ pub fn main(_: &List, output: Output) -> anyhow::Result<()> {
 }
 
 /// Heading, key for machines, the command that takes a name, and names with what they are.
-type Group = (&'static str, &'static str, &'static str, Vec<(String, String)>);
+type Group = (
+    &'static str,
+    &'static str,
+    &'static str,
+    Vec<(String, String)>,
+);
 
 fn groups() -> [Group; 4] {
     let titled = |name: &str, text: &str| {
@@ -46,14 +51,24 @@ fn groups() -> [Group; 4] {
     }
     studies.sort();
     [
-        ("Sessions", "sessions", "flexor run NAME", sessions.collect()),
+        (
+            "Sessions",
+            "sessions",
+            "flexor run NAME",
+            sessions.collect(),
+        ),
         (
             "Wearers",
             "wearers",
             "flexor experiment STUDY --wearer NAME",
             wearers.collect(),
         ),
-        ("Searches", "searches", "flexor search NAME", searches.collect()),
+        (
+            "Searches",
+            "searches",
+            "flexor search NAME",
+            searches.collect(),
+        ),
         ("Studies", "studies", "flexor experiment NAME", studies),
     ]
 }

@@ -136,10 +136,15 @@ fn copy(args: &New, name: &str, output: Output) -> anyhow::Result<()> {
             let file_name = file.rsplit('/').next().unwrap_or_default();
             let path = folder.join(file_name);
             // Several of its conditions may name the same one.
-            if let Some(other) = other.filter(|it| !std::fs::read_to_string(&path).is_ok_and(|is| is == **it)) {
+            if let Some(other) =
+                other.filter(|it| !std::fs::read_to_string(&path).is_ok_and(|is| is == **it))
+            {
                 create(&path, other)?;
             }
-            own = format!("{before}{file_name}{}", after.strip_prefix(file).unwrap_or_default());
+            own = format!(
+                "{before}{file_name}{}",
+                after.strip_prefix(file).unwrap_or_default()
+            );
         }
     }
     write(args, &own, output)

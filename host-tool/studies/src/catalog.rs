@@ -4,8 +4,8 @@
 //! (`laboratory`), the commands (`cli`).
 
 use crate::laboratory::Runnable;
-use crate::two_points::paper::{self, Kind};
 use crate::two_points::TwoPointsError;
+use crate::two_points::paper::{self, Kind};
 use crate::{distributed, electrodes, endpoint, lee, lift, ramps};
 use host_core::run::DeviceName;
 use host_core::wearer::shipped;
@@ -81,7 +81,12 @@ pub const ENTRIES: [Entry; 7] = [
             &[DeviceName::Native, DeviceName::Chip],
         ),
         has_participants: false,
-        begin: |it| Ok(Box::new(endpoint::Run::asked(it.decided, it.device.clone())?)),
+        begin: |it| {
+            Ok(Box::new(endpoint::Run::asked(
+                it.decided,
+                it.device.clone(),
+            )?))
+        },
     },
     Entry {
         names: &[electrodes::NAME],
@@ -97,10 +102,7 @@ pub const ENTRIES: [Entry; 7] = [
     Entry {
         names: &[distributed::NAME],
         draws: 1..=10_000,
-        devices: (
-            "a drawn muscle is simulated for hours of its time",
-            NATIVE,
-        ),
+        devices: ("a drawn muscle is simulated for hours of its time", NATIVE),
         has_participants: false,
         begin: |it| {
             let (seed, draws) = it.decided;
@@ -123,11 +125,7 @@ fn hamana(it: &Asked<'_>) -> anyhow::Result<Box<dyn Runnable>> {
     let kind = Kind::named(it.name).ok_or_else(|| anyhow::anyhow!("no study {}", it.name))?;
     let whom = (it.wearer, it.departure);
     let study = paper::Study::asked(kind, whom, it.decided, it.device.clone());
-    let study = study.map_err(|error| match error {
-        // A wearer file's mistakes are shown with their lines.
-        TwoPointsError::File(error) => anyhow::Error::from(error),
-        error => error.into(),
-    })?;
+    let study = study.map_err(TwoPointsError::with_lines)?;
     // Whatever is wrong with the device is found before anybody is drawn.
     study.greet()?;
     Ok(Box::new(study))

@@ -260,7 +260,7 @@ fn a_replication_is_whole_and_repeats() {
     let text = |it| serde_json::to_string(it).unwrap();
     assert_eq!(text(&first), text(&run()));
     for person in &first.people {
-        let names: Vec<&str> = person.conditions.iter().map(|it| it.name).collect();
+        let names: Vec<&str> = person.conditions.iter().map(|it| &*it.name).collect();
         assert_eq!(names, studies::endpoint::CONDITIONS);
         for it in &person.conditions {
             let of = if it.name == "C1" { 12 } else { 24 };

@@ -5,8 +5,8 @@
 //! angle between forearm and upper arm: 180° less flexion, so that 75°, 90° and 105°
 //! there are 105°, 90° and 75° here.
 
-use std::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
 
 /// Flexion at which the two fits of Rankin & Neptune (an arm, and the slope of a length)
 /// agree within a millimetre, degrees.

@@ -2,12 +2,12 @@
 //! a mechanism, drawn from the population or as a wearer file says.
 
 use super::write;
-use crate::cli::{Output, hamana, wrong};
+use crate::cli::{Output, wrong};
 use std::path::Path;
 use studies::figures::hands_picture;
 pub(super) use studies::hands::Plan;
 use studies::hands::{Hands, HandsError, contenders, table};
-use studies::two_points::Participants;
+use studies::two_points::{Participants, TwoPointsError};
 
 /// Draws of a chart, and of a quick look.
 pub(super) const DRAWS: (u64, u64) = (60, 8);
@@ -27,11 +27,11 @@ pub(super) fn main(
         return wrong("--wearer: one wearer; every one of the paper has a chart of its own");
     }
     let whom = wearer.map(|it| Participants::asked(Some(it)));
-    let whom = whom.transpose().map_err(hamana::told)?;
+    let whom = whom.transpose().map_err(TwoPointsError::with_lines)?;
     let bar = output.bar("hands");
     let ran = Hands::run(plan, whom.as_ref(), contenders()?, |part| bar.set(part));
     let hands = ran.map_err(|error| match error {
-        HandsError::Hand(error) => hamana::told(error),
+        HandsError::Hand(error) => error.with_lines(),
         error @ HandsError::Law(_) => error.into(),
     })?;
     bar.finish();

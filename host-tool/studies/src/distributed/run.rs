@@ -1,7 +1,6 @@
 //! The study as the laboratory's runner runs it: persons, then points along the axes.
 
 use super::declared::DECLARED;
-use super::error::DistributedError;
 use super::outcome::Told;
 use super::study::{AxisPoint, Found, NAME, Study};
 use crate::laboratory::{self, Outcome};
@@ -32,7 +31,6 @@ fn parted(parts: &[Part]) -> (Vec<Found>, Vec<AxisPoint>) {
 
 impl laboratory::Study for Study {
     type Unit = Part;
-    type Error = DistributedError;
 
     fn name(&self) -> &str {
         NAME
@@ -62,13 +60,9 @@ impl laboratory::Study for Study {
         self.draws + self.points().len() as u64
     }
 
-    fn compute(
-        &self,
-        index: u64,
-        _: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Option<Part>, DistributedError> {
+    fn compute(&self, index: u64, _: &(dyn Fn() -> bool + Sync)) -> anyhow::Result<Option<Part>> {
         let Some(nth) = index.checked_sub(self.draws) else {
-            return self.part(index).map(|found| Some(Part::Person(found)));
+            return Ok(Some(Part::Person(self.part(index)?)));
         };
         let points = self.points();
         let point = usize::try_from(nth).ok().and_then(|nth| points.get(nth));
@@ -76,20 +70,16 @@ impl laboratory::Study for Study {
         Ok(point.map(Part::Point))
     }
 
-    fn outcome(
-        &self,
-        parts: &[Part],
-        cut_short: Option<String>,
-    ) -> Result<Outcome, DistributedError> {
+    fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let (persons, points) = parted(parts);
         let told = Told {
             command: format!("experiment {NAME} --draws {}", self.draws),
             cut_short,
         };
-        self.outcome(&persons, &points, told)
+        Ok(self.outcome(&persons, &points, told)?)
     }
 
-    fn files(&self, parts: &[Part]) -> Result<Vec<(String, String)>, DistributedError> {
+    fn files(&self, parts: &[Part]) -> anyhow::Result<Vec<(String, String)>> {
         Ok(vec![("draws.csv".to_owned(), self.csv(&parted(parts).0))])
     }
 

@@ -169,30 +169,32 @@ impl Study {
     }
 }
 
-    /// What is to be played on the person in the middle, whatever the seed.
-    ///
-    /// # Errors
-    /// E722: a condition is missing.
-fn axis_points(declared: &Declared) -> Result<Vec<(&'static str, f64, Condition)>, DistributedError> {
-        let axes = &declared.axes;
-        let ids = ["one", "four-half", "four-fast"];
-        let along: [(&str, &[f64], [&str; 3]); 4] = [
-            ("crosstalk", &axes.crosstalk, ids),
-            ("reach", &axes.reach, ids),
-            ("activation", &axes.activation, ids),
-            ("wanted", &axes.wanted, ["one", "four", "four-half"]),
-        ];
-        let mut points = Vec::new();
-        for (axis, values, ids) in along {
-            for &value in values {
-                for id in ids {
-                    points.push((axis, value, declared.condition(id)?.clone()));
-                }
+/// What is to be played on the person in the middle, whatever the seed.
+///
+/// # Errors
+/// E722: a condition is missing.
+fn axis_points(
+    declared: &Declared,
+) -> Result<Vec<(&'static str, f64, Condition)>, DistributedError> {
+    let axes = &declared.axes;
+    let ids = ["one", "four-half", "four-fast"];
+    let along: [(&str, &[f64], [&str; 3]); 4] = [
+        ("crosstalk", &axes.crosstalk, ids),
+        ("reach", &axes.reach, ids),
+        ("activation", &axes.activation, ids),
+        ("wanted", &axes.wanted, ["one", "four", "four-half"]),
+    ];
+    let mut points = Vec::new();
+    for (axis, values, ids) in along {
+        for &value in values {
+            for id in ids {
+                points.push((axis, value, declared.condition(id)?.clone()));
             }
         }
-        for &rate_hz in &axes.rate_hz {
-            let four = declared.condition("four")?.clone();
-            points.push(("rate_hz", rate_hz, Condition { rate_hz, ..four }));
-        }
-        Ok(points)
     }
+    for &rate_hz in &axes.rate_hz {
+        let four = declared.condition("four")?.clone();
+        points.push(("rate_hz", rate_hz, Condition { rate_hz, ..four }));
+    }
+    Ok(points)
+}

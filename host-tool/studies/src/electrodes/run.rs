@@ -51,7 +51,6 @@ fn csv(all: &[Missed]) -> String {
 
 impl laboratory::Study for Run {
     type Unit = Missed;
-    type Error = EndpointError;
 
     fn name(&self) -> &str {
         NAME
@@ -81,19 +80,14 @@ impl laboratory::Study for Run {
         self.draws
     }
 
-    fn compute(
-        &self,
-        index: u64,
-        _: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Option<Missed>, EndpointError> {
-        missed(&self.study, &Wearer::drawn(self.seed, index)?).map(Some)
+    fn compute(&self, index: u64, _: &(dyn Fn() -> bool + Sync)) -> anyhow::Result<Option<Missed>> {
+        Ok(Some(missed(
+            &self.study,
+            &Wearer::drawn(self.seed, index)?,
+        )?))
     }
 
-    fn outcome(
-        &self,
-        all: &[Missed],
-        cut_short: Option<String>,
-    ) -> Result<Outcome, EndpointError> {
+    fn outcome(&self, all: &[Missed], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let told = Told {
             seed: self.seed,
             draws: self.draws,
@@ -102,7 +96,7 @@ impl laboratory::Study for Run {
         Ok(outcome(&self.study, all, told))
     }
 
-    fn files(&self, all: &[Missed]) -> Result<Vec<(String, String)>, EndpointError> {
+    fn files(&self, all: &[Missed]) -> anyhow::Result<Vec<(String, String)>> {
         Ok(vec![("draws.csv".to_owned(), csv(all))])
     }
 

@@ -79,7 +79,6 @@ fn csv(all: &[Replication]) -> String {
 
 impl laboratory::Study for Run {
     type Unit = Result<Replication, String>;
-    type Error = EndpointError;
 
     fn name(&self) -> &str {
         NAME
@@ -113,18 +112,14 @@ impl laboratory::Study for Run {
         &self,
         index: u64,
         _: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Option<Self::Unit>, EndpointError> {
+    ) -> anyhow::Result<Option<Self::Unit>> {
         let found = replication(&self.study, self.seed, index);
         Ok(Some(
             found.map_err(|error| format!("number {index}: {error}")),
         ))
     }
 
-    fn outcome(
-        &self,
-        units: &[Self::Unit],
-        cut_short: Option<String>,
-    ) -> Result<Outcome, EndpointError> {
+    fn outcome(&self, units: &[Self::Unit], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let (whole, failed) = parted(units);
         let told = Told {
             seed: self.seed,
@@ -138,10 +133,10 @@ impl laboratory::Study for Run {
             cut_short,
             failed,
         };
-        outcome(&self.study, &whole, told)
+        Ok(outcome(&self.study, &whole, told)?)
     }
 
-    fn files(&self, units: &[Self::Unit]) -> Result<Vec<(String, String)>, EndpointError> {
+    fn files(&self, units: &[Self::Unit]) -> anyhow::Result<Vec<(String, String)>> {
         let (whole, _) = parted(units);
         let lines = whole.iter().map(laboratory::line);
         let mut files = vec![

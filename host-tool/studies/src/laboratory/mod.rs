@@ -56,8 +56,8 @@ pub use results::{
     NamedResult, ResultRow, ResultValue, declaration_differences, result_rows, results_body,
     results_text,
 };
-pub use sheet::{Along, Band, Bar, Curve, Grid, Matrix, Plot, Plots, Sheet, Shows};
 pub use run::{Ran, Runnable, decided_by};
+pub use sheet::{Along, Band, Bar, Curve, Grid, Matrix, Plot, Plots, Sheet, Shows};
 pub(crate) use study::line;
 pub use study::{Lines, Study};
 pub use sweep::{Computed, Drawing, Shard, Sweep, Swept, join, merge, number_of, part_of};

@@ -41,10 +41,7 @@ pub trait Runnable: Sync {
     fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<Outcome>;
 }
 
-impl<S: Study> Runnable for S
-where
-    anyhow::Error: From<S::Error>,
-{
+impl<S: Study> Runnable for S {
     fn sweep(&self, shard: Shard) -> Sweep {
         Sweep::drawing(&Lines(self), (self.seed(), self.draws()), shard)
     }

@@ -3,7 +3,6 @@
 
 use super::result::Outcome;
 use super::sweep::{Drawing, Sweep};
-use crate::laboratory::error::LaboratoryError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
@@ -13,8 +12,6 @@ use std::collections::BTreeMap;
 pub trait Study: Sync {
     /// What a unit of work became. It is kept as JSON, with every digit that decides.
     type Unit: Serialize + DeserializeOwned + Clone + Send + Sync;
-    /// Why a unit becomes nothing at all, which ends the study.
-    type Error: From<LaboratoryError> + Send;
 
     /// The name that a command has for it.
     fn name(&self) -> &str;
@@ -39,22 +36,18 @@ pub trait Study: Sync {
         &self,
         index: u64,
         goes_on: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Option<Self::Unit>, Self::Error>;
+    ) -> anyhow::Result<Option<Self::Unit>>;
     /// What the units come to, be they all or the first ones; `cut_short` says which are
     /// missing.
     ///
     /// # Errors
     /// They cannot be analysed.
-    fn outcome(
-        &self,
-        units: &[Self::Unit],
-        cut_short: Option<String>,
-    ) -> Result<Outcome, Self::Error>;
+    fn outcome(&self, units: &[Self::Unit], cut_short: Option<String>) -> anyhow::Result<Outcome>;
     /// Files beside `result.json`, by name: name and content; `draws.csv` is one of them.
     ///
     /// # Errors
     /// As [`Self::outcome`].
-    fn files(&self, units: &[Self::Unit]) -> Result<Vec<(String, String)>, Self::Error>;
+    fn files(&self, units: &[Self::Unit]) -> anyhow::Result<Vec<(String, String)>>;
     /// Some units of work in words: `12 of 40 sessions`.
     fn in_words(&self, done: u64) -> String;
 }
@@ -77,7 +70,7 @@ pub(crate) fn line(it: &impl Serialize) -> String {
 
 impl<S: Study> Drawing for Lines<'_, S> {
     type Unit = S::Unit;
-    type Error = S::Error;
+    type Error = anyhow::Error;
 
     fn name(&self) -> &str {
         self.0.name()
@@ -150,8 +143,8 @@ impl<S: Study> Drawing for Lines<'_, S> {
         units: &BTreeMap<u64, Self::Unit>,
     ) -> Result<Outcome, Self::Error> {
         let done = units.len() as u64;
-        let cut_short = (done < self.0.units())
-            .then(|| format!("Cut short after {}.", self.0.in_words(done)));
+        let cut_short =
+            (done < self.0.units()).then(|| format!("Cut short after {}.", self.0.in_words(done)));
         self.0.outcome(&Self::listed(units), cut_short)
     }
 

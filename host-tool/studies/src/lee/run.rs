@@ -33,7 +33,6 @@ impl Run {
 
 impl laboratory::Study for Run {
     type Unit = Part;
-    type Error = LeeError;
 
     fn name(&self) -> &str {
         "lee"
@@ -63,26 +62,28 @@ impl laboratory::Study for Run {
         self.study.units().len() as u64
     }
 
-    fn compute(
-        &self,
-        index: u64,
-        _: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Option<Part>, LeeError> {
+    fn compute(&self, index: u64, _: &(dyn Fn() -> bool + Sync)) -> anyhow::Result<Option<Part>> {
         let units = self.study.units();
-        let unit = usize::try_from(index).ok().and_then(|index| units.get(index));
-        unit.map(|unit| self.study.part(unit)).transpose()
+        let unit = usize::try_from(index)
+            .ok()
+            .and_then(|index| units.get(index));
+        Ok(unit.map(|unit| self.study.part(unit)).transpose()?)
     }
 
-    fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> Result<Outcome, LeeError> {
+    fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let told = Told {
-            command: format!("experiment lee {} --draws {}", self.arguments(), self.draws()),
+            command: format!(
+                "experiment lee {} --draws {}",
+                self.arguments(),
+                self.draws()
+            ),
             cut_short,
             device: self.device.clone(),
         };
-        self.study.outcome(parts, told)
+        Ok(self.study.outcome(parts, told)?)
     }
 
-    fn files(&self, parts: &[Part]) -> Result<Vec<(String, String)>, LeeError> {
+    fn files(&self, parts: &[Part]) -> anyhow::Result<Vec<(String, String)>> {
         let mut files = vec![
             ("draws.csv".to_owned(), self.study.csv(parts)),
             ("mismatch.csv".to_owned(), self.study.mismatch_csv(parts)),

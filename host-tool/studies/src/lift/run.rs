@@ -61,7 +61,7 @@ fn parted(parts: &[Part]) -> (Vec<Replication>, Option<&Decides>) {
 
 /// A row for each condition of each person.
 fn csv(all: &[Replication]) -> String {
-    let heights = |name: &str| (1..=HEIGHTS).map(move |nth| format!(",{name}_{nth}"));
+    let heights = |name: &'static str| (1..=HEIGHTS).map(move |nth| format!(",{name}_{nth}"));
     let mut text = "study,person,condition,power_w_per_kg".to_owned();
     text.extend(heights("error_m"));
     text.extend(heights("sparc"));
@@ -84,7 +84,6 @@ fn csv(all: &[Replication]) -> String {
 
 impl laboratory::Study for Run {
     type Unit = Part;
-    type Error = LiftError;
 
     fn name(&self) -> &str {
         NAME
@@ -118,7 +117,7 @@ impl laboratory::Study for Run {
         &self,
         index: u64,
         goes_on: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Option<Part>, LiftError> {
+    ) -> anyhow::Result<Option<Part>> {
         let is_asked = || !goes_on();
         let found = match index < self.draws {
             true => replication(&self.study, self.seed, index, &is_asked).map(Part::Study),
@@ -126,11 +125,11 @@ impl laboratory::Study for Run {
         };
         match found {
             Err(LiftError::Asked) => Ok(None),
-            found => found.map(Some),
+            found => Ok(Some(found?)),
         }
     }
 
-    fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> Result<Outcome, LiftError> {
+    fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let (studies, decides) = parted(parts);
         let told = Told {
             seed: self.seed,
@@ -138,10 +137,10 @@ impl laboratory::Study for Run {
             command: format!("experiment {NAME} --draws {}", self.draws),
             cut_short,
         };
-        outcome(&self.study, &studies, decides, told)
+        Ok(outcome(&self.study, &studies, decides, told)?)
     }
 
-    fn files(&self, parts: &[Part]) -> Result<Vec<(String, String)>, LiftError> {
+    fn files(&self, parts: &[Part]) -> anyhow::Result<Vec<(String, String)>> {
         let (studies, decides) = parted(parts);
         let lines = studies.iter().map(laboratory::line);
         let mut files = vec![

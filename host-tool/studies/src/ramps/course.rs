@@ -7,8 +7,8 @@ use super::test::{Stimulation, Test, micros, period_us};
 use hal_sim::body::bench::arms::Muscle;
 use hal_sim::body::bench::{IsometricElbow, IsometricSpec};
 use hal_sim::body::{Body, Drive, Pulse};
-use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// A moment of a ramp: that of one of its pulses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

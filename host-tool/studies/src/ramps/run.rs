@@ -46,7 +46,6 @@ impl Run {
 
 impl laboratory::Study for Run {
     type Unit = Kept;
-    type Error = RampsError;
 
     fn name(&self) -> &str {
         NAME
@@ -76,16 +75,12 @@ impl laboratory::Study for Run {
         self.study.persons()
     }
 
-    fn compute(
-        &self,
-        index: u64,
-        _: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Option<Kept>, RampsError> {
+    fn compute(&self, index: u64, _: &(dyn Fn() -> bool + Sync)) -> anyhow::Result<Option<Kept>> {
         let found = self.study.part(index, &self.pulses)?;
         Ok(Some(found.kept))
     }
 
-    fn outcome(&self, kept: &[Kept], cut_short: Option<String>) -> Result<Outcome, RampsError> {
+    fn outcome(&self, kept: &[Kept], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let told = Told {
             command: format!(
                 "experiment {NAME} {} --draws {}",
@@ -95,10 +90,10 @@ impl laboratory::Study for Run {
             cut_short,
             notes: self.notes.clone(),
         };
-        self.study.outcome(&self.found(kept)?, told)
+        Ok(self.study.outcome(&self.found(kept)?, told)?)
     }
 
-    fn files(&self, kept: &[Kept]) -> Result<Vec<(String, String)>, RampsError> {
+    fn files(&self, kept: &[Kept]) -> anyhow::Result<Vec<(String, String)>> {
         let all = self.found(kept)?;
         let mut files = vec![("draws.csv".to_owned(), self.study.csv(&all))];
         let wearers = all.iter().take(2).enumerate();

@@ -41,6 +41,15 @@ pub enum TwoPointsError {
 }
 
 impl TwoPointsError {
+    /// The same for a command: mistakes of a wearer file are shown with their lines.
+    #[must_use]
+    pub fn with_lines(self) -> anyhow::Error {
+        match self {
+            Self::File(error) => error.into(),
+            error => error.into(),
+        }
+    }
+
     pub(super) fn missing(field: &str) -> Self {
         Self::Declaration(format!("no range for `{field}`"))
     }

@@ -11,8 +11,8 @@ use host_core::analysis::metrics_but_lag;
 use host_core::record::Sample;
 use host_core::run::{DeviceName, SessionFile, run};
 use host_core::session::BodySpec;
-use toml::{Table, Value};
 use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
 
 /// Which points are pulsed, in the paper's order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

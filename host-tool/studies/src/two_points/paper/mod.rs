@@ -171,7 +171,9 @@ impl Study {
         let seed = seed.unwrap_or(participants.seed);
         let draws = draws.unwrap_or(participants.draws);
         let options = [("--wearer", wearer), ("--departure", departure)];
-        let options = options.into_iter().filter_map(|(name, said)| Some((name, said?)));
+        let options = options
+            .into_iter()
+            .filter_map(|(name, said)| Some((name, said?)));
         let mut typed: String = options
             .map(|(name, said)| format!("{name} {} ", quoted(said)))
             .collect();

@@ -3,13 +3,11 @@
 use super::outcome::Told;
 use super::{Part, Study};
 use crate::laboratory::{self, Outcome};
-use crate::two_points::error::TwoPointsError;
 use crate::two_points::population::DECLARED;
 use std::collections::BTreeMap;
 
 impl laboratory::Study for Study {
     type Unit = Part;
-    type Error = TwoPointsError;
 
     fn name(&self) -> &str {
         self.kind.told().0
@@ -43,26 +41,22 @@ impl laboratory::Study for Study {
         &self,
         index: u64,
         goes_on: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Option<Part>, TwoPointsError> {
+    ) -> anyhow::Result<Option<Part>> {
         let draws = self.draws.max(1);
         let who = usize::try_from(index / draws).unwrap_or(usize::MAX);
-        self.part((who, index % draws), goes_on)
+        Ok(self.part((who, index % draws), goes_on)?)
     }
 
-    fn outcome(
-        &self,
-        parts: &[Part],
-        cut_short: Option<String>,
-    ) -> Result<Outcome, TwoPointsError> {
+    fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
         let (name, arguments, draws) = (self.kind.told().0, &self.typed, self.draws);
         let told = Told {
             command: format!("experiment {name} {arguments} --draws {draws}"),
             cut_short,
         };
-        self.outcome(parts, told)
+        Ok(self.outcome(parts, told)?)
     }
 
-    fn files(&self, parts: &[Part]) -> Result<Vec<(String, String)>, TwoPointsError> {
+    fn files(&self, parts: &[Part]) -> anyhow::Result<Vec<(String, String)>> {
         Ok(vec![("draws.csv".to_owned(), self.csv(parts))])
     }
 
