@@ -58,6 +58,7 @@ mod record_damage;
 mod record_identity;
 #[cfg(unix)]
 mod search_cli;
+mod shipped_cli;
 #[cfg(unix)]
 mod seated;
 mod serve;

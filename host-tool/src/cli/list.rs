@@ -3,7 +3,7 @@
 use super::Output;
 use clap::Args;
 use host_core::session::{SHIPPED as SESSIONS, Session, visible};
-use host_core::wearer::SHIPPED as WEARERS;
+use host_core::wearer::{SHIPPED as WEARERS, Wearer};
 use serde_json::{Value, json};
 use studies::laboratory::search::SHIPPED as SEARCHES;
 use studies::{catalog, experiments};
@@ -36,17 +36,23 @@ fn groups() -> [Group; 4] {
     let sessions = SESSIONS.iter().map(|(name, text)| titled(name, text));
     let wearers = WEARERS.iter().map(|(file, text)| {
         let name = file.trim_end_matches(".toml");
-        let comment = text.lines().find_map(|line| line.strip_prefix("# "));
-        (name.to_owned(), comment.unwrap_or_default().to_owned())
+        let what = Wearer::parse(file, text).map(|it| {
+            let count = it.electrodes.len();
+            let s = if count == 1 { "" } else { "s" };
+            format!("{}, {count} electrode{s}", it.evidence.word())
+        });
+        (name.to_owned(), what.unwrap_or_default())
     });
     let searches = SEARCHES.iter().map(|(name, text)| {
         let comment = text.lines().find_map(|line| line.strip_prefix("# "));
         ((*name).to_owned(), comment.unwrap_or_default().to_owned())
     });
-    let mut studies: Vec<(String, String)> = Vec::new();
-    for name in catalog::names().chain(experiments::names()) {
+    let drawn = catalog::named().map(|(name, what)| (name.to_owned(), what.to_owned()));
+    let mut studies: Vec<(String, String)> = drawn.collect();
+    for name in experiments::names() {
         if studies.iter().all(|(known, _)| known != name) {
-            studies.push((name.to_owned(), String::new()));
+            let title = experiments::named(name).map(|it| it.declaration.title);
+            studies.push((name.to_owned(), title.unwrap_or_default()));
         }
     }
     studies.sort();
@@ -78,13 +84,19 @@ fn people(groups: &[Group]) -> String {
     for (heading, _, command, names) in groups {
         text += &format!("{heading} ({command})\n");
         for (name, what) in names {
-            let line = format!("  {name:<36} {what}");
-            let line: String = line.trim_end().chars().take(80).collect();
-            text += &format!("{line}\n");
+            text += &format!("  {}\n", shortened(&format!("{name:<22} {what}"), 78));
         }
         text += "\n";
     }
     text + "Copy one out: flexor new FILE --from NAME"
+}
+
+/// A line of at most so many characters.
+fn shortened(line: &str, most: usize) -> String {
+    match line.chars().count() > most {
+        true => line.chars().take(most - 1).chain(['…']).collect(),
+        false => line.to_owned(),
+    }
 }
 
 fn machines(groups: &[Group]) -> Value {
@@ -98,14 +110,18 @@ fn machines(groups: &[Group]) -> Value {
     all
 }
 
-/// The text of the shipped session, wearer, search or declaration of this name.
-pub(super) fn shipped(name: &str) -> Option<&'static str> {
-    let named = |all: &[(&'static str, &'static str)]| {
+/// The text of the shipped session, wearer, search or declaration of this name, and the
+/// command that takes a file of its kind.
+pub(super) fn shipped(name: &str) -> Option<(&'static str, &'static str)> {
+    let kinds: [(&[(&str, &'static str)], &str); 4] = [
+        (SESSIONS, "flexor run"),
+        (&WEARERS, "flexor check"),
+        (SEARCHES, "flexor search"),
+        (&experiments::DECLARATIONS, "flexor experiment"),
+    ];
+    kinds.into_iter().find_map(|(all, command)| {
         let is = |own: &str| own.trim_end_matches(".toml") == name;
-        all.iter().find(|(own, _)| is(own)).map(|(_, text)| *text)
-    };
-    named(SESSIONS)
-        .or_else(|| named(&WEARERS))
-        .or_else(|| named(SEARCHES))
-        .or_else(|| named(&experiments::DECLARATIONS))
+        let found = all.iter().find(|(own, _)| is(own));
+        found.map(|(_, text)| (*text, command))
+    })
 }

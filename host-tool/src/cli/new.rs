@@ -98,7 +98,7 @@ pub fn main(args: &New, output: Output) -> anyhow::Result<()> {
         return copy(args, name, output);
     }
     if let Some(wearer) = &args.wearer {
-        return write(args, &on_wearer(args, wearer)?, output);
+        return write(args, &on_wearer(args, wearer)?, RUN, output);
     }
     let is_complete = QUESTIONS.iter().all(|(.., given)| given(args).is_some());
     let answers = if std::io::stdin().is_terminal() && !output.json && !is_complete {
@@ -110,7 +110,7 @@ pub fn main(args: &New, output: Output) -> anyhow::Result<()> {
     } else {
         known(args)
     };
-    write(args, &accepted(&answers).map_err(WrongUse)?, output)
+    write(args, &accepted(&answers).map_err(WrongUse)?, RUN, output)
 }
 
 /// Where shipped files name their wearers, and their sessions.
@@ -122,7 +122,7 @@ const BESIDE: [&str; 2] = ["../wearers/", "../sessions/"];
 /// E518: there is none of this name. E525: a file is there. What stands against writing it.
 fn copy(args: &New, name: &str, output: Output) -> anyhow::Result<()> {
     let name = name.strip_suffix(".toml").unwrap_or(name);
-    let Some(text) = list::shipped(name) else {
+    let Some((text, command)) = list::shipped(name) else {
         return wrong(format!(
             "--from is `{name}`, which is not the name of a shipped file; flexor list shows them"
         ));
@@ -135,10 +135,9 @@ fn copy(args: &New, name: &str, output: Output) -> anyhow::Result<()> {
             let other = list::shipped(file.trim_end_matches(".toml"));
             let file_name = file.rsplit('/').next().unwrap_or_default();
             let path = folder.join(file_name);
-            // Several of its conditions may name the same one.
-            if let Some(other) =
-                other.filter(|it| !std::fs::read_to_string(&path).is_ok_and(|is| is == **it))
-            {
+            // Several conditions of a declaration may name the same file.
+            let lies_there = |text: &str| std::fs::read_to_string(&path).is_ok_and(|is| is == text);
+            if let Some((other, _)) = other.filter(|(other, _)| !lies_there(other)) {
                 create(&path, other)?;
             }
             own = format!(
@@ -147,7 +146,7 @@ fn copy(args: &New, name: &str, output: Output) -> anyhow::Result<()> {
             );
         }
     }
-    write(args, &own, output)
+    write(args, &own, command, output)
 }
 
 /// The session on a wearer file, as `flexor check` accepts it.
@@ -168,8 +167,11 @@ fn on_wearer(args: &New, wearer: &Path) -> anyhow::Result<String> {
     Ok(session)
 }
 
-/// Writes the file.
-fn write(args: &New, session: &str, output: Output) -> anyhow::Result<()> {
+/// What takes a session file.
+const RUN: &str = "flexor run";
+
+/// Writes the file; `command` takes it next.
+fn write(args: &New, session: &str, command: &str, output: Output) -> anyhow::Result<()> {
     let head = args.schema.as_ref();
     let head = head.map(|schema| format!("#:schema {schema}\n"));
     let text = head.unwrap_or_default() + session;
@@ -177,7 +179,7 @@ fn write(args: &New, session: &str, output: Output) -> anyhow::Result<()> {
     output.say(
         || {
             format!(
-                "{0} is written; next: flexor run {0}",
+                "{0} is written; next: {command} {0}",
                 args.session.display()
             )
         },

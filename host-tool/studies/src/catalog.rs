@@ -28,8 +28,8 @@ pub struct Asked<'a> {
 
 /// A study that draws its persons.
 pub struct Entry {
-    /// The names that it has.
-    pub names: &'static [&'static str],
+    /// The names that it has, and what is studied under each.
+    pub names: &'static [(&'static str, &'static str)],
     /// How many draws may be asked for.
     draws: RangeInclusive<u64>,
     /// Why not every device will do, and which do.
@@ -46,12 +46,18 @@ const NATIVE: &[DeviceName] = &[DeviceName::Native];
 pub const ENTRIES: [Entry; 7] = [
     Entry {
         names: &[
-            "hamana-1",
-            "hamana-2",
-            "hamana-3",
-            "hamana-4",
-            "hamana-posture",
-            "hamana-hold",
+            (
+                "hamana-1",
+                "individuation of fingers by one point and by two",
+            ),
+            (
+                "hamana-2",
+                "torque of the index finger by one point and by two",
+            ),
+            ("hamana-3", "fingers at nine intensities"),
+            ("hamana-4", "control of a finger by one point and by two"),
+            ("hamana-posture", "the index finger as the forearm pronates"),
+            ("hamana-hold", "how far a held finger sinks in 10 s"),
         ],
         draws: 1..=1_000,
         devices: ("a drawn forearm is simulated", SIMULATORS),
@@ -59,14 +65,20 @@ pub const ENTRIES: [Entry; 7] = [
         begin: hamana,
     },
     Entry {
-        names: &["lee"],
+        names: &[(
+            "lee",
+            "threshold and force response of a muscle, and its model",
+        )],
         draws: 1..=1_000,
         devices: ("a bench is simulated", SIMULATORS),
         has_participants: false,
         begin: |it| Ok(Box::new(lee::Run::asked(it.decided, it.device.clone())?)),
     },
     Entry {
-        names: &[ramps::NAME],
+        names: &[(
+            ramps::NAME,
+            "torque of an elbow against current, width and angle",
+        )],
         // The paper has two.
         draws: 2..=100_000,
         devices: ("a drawn elbow is simulated", SIMULATORS),
@@ -74,7 +86,7 @@ pub const ENTRIES: [Entry; 7] = [
         begin: |it| Ok(Box::new(ramps::Run::asked(it.decided, it.device.clone())?)),
     },
     Entry {
-        names: &[endpoint::NAME],
+        names: &[(endpoint::NAME, "a wanted force at the hand by nine muscles")],
         draws: 1..=10_000,
         devices: (
             "sierotowicz is of simulated bodies",
@@ -89,7 +101,10 @@ pub const ENTRIES: [Entry; 7] = [
         },
     },
     Entry {
-        names: &[electrodes::NAME],
+        names: &[(
+            electrodes::NAME,
+            "which of ten electrodes serve a wanted force",
+        )],
         // Each is 400 kB.
         draws: 2..=2_000,
         devices: (
@@ -100,7 +115,10 @@ pub const ENTRIES: [Entry; 7] = [
         begin: |it| Ok(Box::new(electrodes::Run::asked(it.decided)?)),
     },
     Entry {
-        names: &[distributed::NAME],
+        names: &[(
+            distributed::NAME,
+            "one muscle's pulses shared by four electrodes",
+        )],
         draws: 1..=10_000,
         devices: ("a drawn muscle is simulated for hours of its time", NATIVE),
         has_participants: false,
@@ -110,7 +128,10 @@ pub const ENTRIES: [Entry; 7] = [
         },
     },
     Entry {
-        names: &[lift::NAME],
+        names: &[(
+            lift::NAME,
+            "lifting arms that stimulation assists or resists",
+        )],
         draws: 1..=10_000,
         devices: (
             "buatier takes the device's own modulation without the rest of it",
@@ -140,7 +161,7 @@ impl Entry {
     /// # Errors
     /// What does not go together, for people.
     pub fn asked(asked: &Asked<'_>) -> Result<Option<&'static Self>, String> {
-        let has = |entry: &&Self| entry.names.contains(&asked.name);
+        let has = |entry: &&Self| entry.names.iter().any(|(name, _)| *name == asked.name);
         let found = ENTRIES.iter().find(has);
         let is_file = |it: &str| it.ends_with(".toml") || shipped(it).is_some();
         let has_word = asked.wearer.is_some_and(|it| !is_file(it));
@@ -169,7 +190,7 @@ impl Entry {
     /// The names of those with participants, in words.
     fn with_participants() -> String {
         let own = ENTRIES.iter().filter(|it| it.has_participants);
-        let names: Vec<&str> = own.flat_map(|it| it.names).copied().collect();
+        let names: Vec<&str> = own.flat_map(|it| it.names).map(|(name, _)| *name).collect();
         names.join(", ")
     }
 
@@ -208,7 +229,12 @@ impl Asked<'_> {
     }
 }
 
+/// The names of all of them, and what is studied under each.
+pub fn named() -> impl Iterator<Item = (&'static str, &'static str)> {
+    ENTRIES.iter().flat_map(|entry| entry.names).copied()
+}
+
 /// The names of all of them.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    ENTRIES.iter().flat_map(|entry| entry.names).copied()
+    named().map(|(name, _)| name)
 }

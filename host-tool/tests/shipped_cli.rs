@@ -1,0 +1,64 @@
+//! Files of the program, by name from any folder.
+
+use super::program::folder;
+use super::record_again::{failed, told};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// Names of the files in a folder of the repository, from there on, without `.toml`.
+fn files(dir: &Path, under: &Path) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    for entry in std::fs::read_dir(dir).unwrap().flatten() {
+        let path = entry.path();
+        match path.extension() {
+            _ if path.is_dir() => names.extend(files(&path, under)),
+            Some(extension) if extension == "toml" => {
+                let name = path.strip_prefix(under).unwrap().with_extension("");
+                names.insert(name.to_str().unwrap().to_owned());
+            }
+            _ => {}
+        }
+    }
+    names
+}
+
+fn listed(all: &serde_json::Value, key: &str) -> BTreeSet<String> {
+    let names = all[key].as_array().unwrap().iter();
+    names.map(|it| it["name"].as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn every_shipped_file_is_listed_and_found_by_its_name() {
+    let dir = folder("listed");
+    let all = told(&dir, "list");
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for key in ["sessions", "wearers", "searches"] {
+        let under = package.join(key);
+        assert_eq!(listed(&all, key), files(&under, &under), "{key}");
+    }
+    let declared = files(&package.join("experiments"), &package.join("experiments"));
+    assert!(listed(&all, "studies").is_superset(&declared));
+    let names: Vec<String> = listed(&all, "sessions").into_iter().collect();
+    let checked = told(&dir, &format!("check {}", names.join(" ")));
+    assert_eq!(checked["sessions"].as_array().unwrap().len(), names.len());
+    // A file of that name comes first.
+    std::fs::write(dir.join("reciprocal"), "title = 1").unwrap();
+    assert_eq!(failed(&dir, "check reciprocal").0, Some(1));
+}
+
+#[test]
+fn shipped_files_are_copied_out_with_those_that_they_name() {
+    let dir = folder("copied_out");
+    told(&dir, "new own.toml --from hamana_exp4_two_point_wearer");
+    told(&dir, "check own.toml P.toml");
+    told(&dir, "new study.toml --from hamana-4");
+    told(&dir, "experiment study.toml --draws 0 --out played");
+    let (exit, error) = failed(&dir, "new own.toml --from reciprocal");
+    assert_eq!(exit, Some(1));
+    assert!(error.contains("E525"), "{error}");
+    let (exit, error) = failed(&dir, "new other.toml --from recip");
+    assert_eq!(exit, Some(2));
+    assert!(error.contains("flexor list"), "{error}");
+    let (exit, error) = failed(&dir, "new other.toml --from reciprocal --seconds 3");
+    assert_eq!((exit, error.contains("--seconds")), (Some(2), true), "{error}");
+}
