@@ -364,7 +364,7 @@ fn what_cannot_be_is_refused_by_name() {
         ),
         (
             &["harris-wall", "--departure", "dry"],
-            "E518 --departure belongs to hamana-1 to hamana-4,",
+            "E518 --departure belongs to hamana-1, hamana-2,",
         ),
         (
             &["hamana-2", "--device", "/dev/none"],

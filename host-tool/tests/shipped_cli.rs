@@ -24,7 +24,9 @@ fn files(dir: &Path, under: &Path) -> BTreeSet<String> {
 
 fn listed(all: &serde_json::Value, key: &str) -> BTreeSet<String> {
     let names = all[key].as_array().unwrap().iter();
-    names.map(|it| it["name"].as_str().unwrap().to_owned()).collect()
+    names
+        .map(|it| it["name"].as_str().unwrap().to_owned())
+        .collect()
 }
 
 #[test]
@@ -60,5 +62,9 @@ fn shipped_files_are_copied_out_with_those_that_they_name() {
     assert_eq!(exit, Some(2));
     assert!(error.contains("flexor list"), "{error}");
     let (exit, error) = failed(&dir, "new other.toml --from reciprocal --seconds 3");
-    assert_eq!((exit, error.contains("--seconds")), (Some(2), true), "{error}");
+    assert_eq!(
+        (exit, error.contains("--seconds")),
+        (Some(2), true),
+        "{error}"
+    );
 }

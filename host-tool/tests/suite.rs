@@ -58,10 +58,10 @@ mod record_damage;
 mod record_identity;
 #[cfg(unix)]
 mod search_cli;
-mod shipped_cli;
 #[cfg(unix)]
 mod seated;
 mod serve;
+mod shipped_cli;
 mod steady;
 mod trigger;
 mod two_points_cli;

@@ -80,16 +80,16 @@ fn run(
     })?;
     bar.finish();
     let signal = interruption.asked().filter(|_| !ran.is_whole);
-    match (ran.outcome, signal) {
+    let ended = signal.map(|it| Ended(it, format!("after {}; {}", ran.done, kept(done))).into());
+    match (ran.outcome, ran.failed.or(ended)) {
         (Some(outcome), None) => say(&outcome, dir, output),
         (None, None) => say_shard(&format!("sweep {name}"), (shard, dir), output),
-        (outcome, Some(signal)) => {
+        // What was computed is printed, whatever becomes of the folder.
+        (outcome, Some(error)) => {
             if let (Some(outcome), false) = (&outcome, output.json) {
                 output.say(|| people(outcome), || Value::Null)?;
             }
-            let when = format!("{}: {}", ran.done, kept(done));
             let result = outcome.map_or_else(|| json!({}), |it| json!({ "result": it }));
-            let error = Ended(signal, when).into();
             Err(Incomplete { error, result }.into())
         }
     }

@@ -167,11 +167,7 @@ impl Entry {
         let has_word = asked.wearer.is_some_and(|it| !is_file(it));
         match found {
             Some(_) if asked.name == CONTROL && !asked.has_participant() => Ok(None),
-            Some(entry) if entry.has_participants || !asked.has_participant() => Ok(Some(entry)),
-            Some(_) => Err(format!(
-                "--wearer and --departure do not belong to {}",
-                asked.name
-            )),
+            Some(entry) => Ok(Some(entry)),
             None if asked.departure.is_some() => Err(format!(
                 "--departure belongs to {}, not to {}",
                 Self::with_participants(),
@@ -194,11 +190,17 @@ impl Entry {
         names.join(", ")
     }
 
-    /// What of the device and draws it does not allow, for people.
+    /// What of wearer, device and draws it does not allow, for people.
     #[must_use]
     pub fn mistakes(&self, asked: &Asked<'_>) -> Vec<String> {
         let (why, devices) = self.devices;
         let mut mistakes = Vec::new();
+        if asked.has_participant() && !self.has_participants {
+            let name = asked.name;
+            mistakes.push(format!(
+                "{name} draws its persons; --wearer and --departure do not belong to {name}"
+            ));
+        }
         if !devices.contains(asked.device) {
             let names: Vec<String> = devices.iter().map(DeviceName::typed).collect();
             mistakes.push(format!(

@@ -3,7 +3,7 @@
 use super::error::LaboratoryError;
 use super::result::Outcome;
 use super::study::{Lines, Study};
-use super::sweep::{Shard, Sweep, join};
+use super::sweep::{Drawing, Shard, Sweep, join};
 use std::path::{Path, PathBuf};
 
 /// How far a run came.
@@ -11,6 +11,8 @@ pub struct Ran {
     /// Of a study that is not a shard: what the units there are come to, all or the first
     /// ones.
     pub outcome: Option<Outcome>,
+    /// Why that could not be written.
+    pub failed: Option<anyhow::Error>,
     /// Whether every unit was computed.
     pub is_whole: bool,
     /// How many were, in words.
@@ -25,8 +27,8 @@ pub trait Runnable: Sync {
     /// say no. Then writes what the units come to, unless it is but a shard.
     ///
     /// # Errors
-    /// The folder holds something else or cannot be written; a unit failed, which ends the
-    /// run with everything before kept.
+    /// The folder holds something else, or a unit cannot be kept in it; a unit failed, which
+    /// ends the run with everything before kept.
     fn run(
         &self,
         dir: &Path,
@@ -54,12 +56,15 @@ impl<S: Study> Runnable for S {
     ) -> anyhow::Result<Ran> {
         let (lines, sweep) = (Lines(self), self.sweep(shard));
         let computed = sweep.compute(&lines, Some(dir), go_on)?;
-        let outcome = match shard == Shard::WHOLE {
-            true => Some(sweep.close(&lines, dir, &computed.units)?),
-            false => None,
-        };
+        let (mut outcome, mut failed) = (None, None);
+        if shard == Shard::WHOLE {
+            let all = lines.outcome(&sweep, &computed.units)?;
+            let written = sweep.publish(&lines, dir, &computed.units, &all);
+            (outcome, failed) = (Some(all), written.err());
+        }
         Ok(Ran {
             outcome,
+            failed,
             is_whole: computed.is_whole,
             done: self.in_words(computed.units.len() as u64),
         })

@@ -280,11 +280,26 @@ impl Sweep {
         units: &BTreeMap<u64, D::Unit>,
     ) -> Result<Outcome, D::Error> {
         let outcome = drawing.outcome(self, units)?;
-        publish(dir, &outcome, drawing.trials())?;
+        self.publish(drawing, dir, units, &outcome)?;
+        Ok(outcome)
+    }
+
+    /// Writes what the units came to: result, page and the study's own files.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(super) fn publish<D: Drawing>(
+        &self,
+        drawing: &D,
+        dir: &Path,
+        units: &BTreeMap<u64, D::Unit>,
+        outcome: &Outcome,
+    ) -> Result<(), D::Error> {
+        publish(dir, outcome, drawing.trials())?;
         for (name, content) in drawing.files(self, units)? {
             folder::write(&dir.join(name), &content)?;
         }
-        Ok(outcome)
+        Ok(())
     }
 
     /// What differs from `other`, for people.
