@@ -167,7 +167,7 @@ fn programs_have_the_same_edges_on_native_qemu_and_chip() {
 
 /// `cargo test --release -p tests --test suite programs -- --ignored --nocapture`
 #[test]
-#[ignore = "hours"]
+#[ignore = "half an hour: ten minutes of ten channels on the chip simulator and QEMU"]
 fn ten_minutes_of_programs_have_the_same_edges_on_native_qemu_and_chip() {
     same_edges(600);
 }

@@ -2,7 +2,6 @@
 
 use super::out::OutArgs;
 use super::outcome::people;
-use super::sweep::{kept, say_shard};
 use super::{Incomplete, Output, interrupt, wrong};
 use interrupt::Ended;
 use serde_json::{Value, json};
@@ -141,4 +140,31 @@ fn capital(name: &str) -> String {
     let mut letters = name.chars();
     let first = letters.next().map(|first| first.to_ascii_uppercase());
     first.into_iter().chain(letters).collect()
+}
+
+/// Of a sweep that ended when this part of it was done.
+pub(super) fn kept(done: f64) -> String {
+    format!(
+        "after {:.0} % of the sweep; the same command goes on from there",
+        100.0 * done
+    )
+}
+
+/// Says that this shard of what `command` draws is whole, and what to do with it.
+///
+/// # Errors
+/// The standard output cannot be written.
+pub(super) fn say_shard(
+    command: &str,
+    (shard, dir): (Shard, &Path),
+    output: Output,
+) -> anyhow::Result<()> {
+    let dir = dir.display().to_string();
+    let text = format!(
+        "the shard is whole; merge all of them: flexor {command} --merge {dir} … --out DIR"
+    );
+    output.say(
+        || text,
+        || serde_json::json!({ "shard": shard, "folder": dir }),
+    )
 }

@@ -1,11 +1,12 @@
 //! `flexor sweep`: an experiment's wearers on all cores, in shards if wanted.
 
+use super::drawn::{kept, say_shard};
 use super::experiment::people;
 use super::{Output, WrongUse, drawn, interrupt, wrong};
 use clap::Args;
 use host_core::run::DeviceName;
 use interrupt::Ended;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use studies::catalog::{Asked, Entry};
 use studies::experiments::named;
 use studies::laboratory::{Checked, MOST_DRAWS, Outcome, Shard, Sweep, merge};
@@ -96,33 +97,6 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
         Some(outcome) => say(args, output, &outcome),
         None => say_shard(&format!("sweep {}", args.name), (shard, &args.out), output),
     }
-}
-
-/// Of a sweep that ended when this part of it was done.
-pub(super) fn kept(done: f64) -> String {
-    format!(
-        "after {:.0} % of the sweep; the same command goes on from there",
-        100.0 * done
-    )
-}
-
-/// Says that this shard of what `command` draws is whole, and what to do with it.
-///
-/// # Errors
-/// The standard output cannot be written.
-pub(super) fn say_shard(
-    command: &str,
-    (shard, dir): (Shard, &Path),
-    output: Output,
-) -> anyhow::Result<()> {
-    let dir = dir.display().to_string();
-    let text = format!(
-        "the shard is whole; merge all of them: flexor {command} --merge {dir} … --out DIR"
-    );
-    output.say(
-        || text,
-        || serde_json::json!({ "shard": shard, "folder": dir }),
-    )
 }
 
 /// What was drawn without the device, and how it compares.

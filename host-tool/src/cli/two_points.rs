@@ -2,8 +2,8 @@
 //! need to.
 
 use super::draw_cost::Cost;
+use super::drawn::{kept, say_shard};
 use super::interrupt::{self, Ended};
-use super::sweep::{kept, say_shard};
 use super::{Incomplete, Output, wrong};
 use clap::Args;
 use host_core::plot::words::in_columns;

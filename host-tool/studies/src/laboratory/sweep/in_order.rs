@@ -8,6 +8,9 @@ use std::time::Duration;
 /// The longest time between two questions whether to go on.
 const LOOK: Duration = Duration::from_millis(50);
 
+/// Whether to go on.
+pub(super) type GoesOn<'a> = &'a (dyn Fn() -> bool + Sync);
+
 /// Computes every one of `items` on all cores and keeps the results in the order of `items`,
 /// each as soon as those before it are kept, so that whatever ends the program leaves the
 /// first ones. `keep` returns the part done, 0 to 1, which is `begun` before; `go_on` hears
@@ -19,7 +22,7 @@ const LOOK: Duration = Duration::from_millis(50);
 pub(super) fn in_order<I: Sync, T: Send, E: Send>(
     items: &[I],
     begun: f64,
-    compute: &(dyn Fn(&I, &(dyn Fn() -> bool + Sync)) -> Result<Option<T>, E> + Sync),
+    compute: &(impl Fn(&I, GoesOn<'_>) -> Result<Option<T>, E> + Sync),
     keep: &mut dyn FnMut(T) -> Result<f64, E>,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<(), E> {
