@@ -86,6 +86,23 @@ fn assert_same(name: &str, one: &[(String, Vec<u8>)], other: &[(String, Vec<u8>)
     }
 }
 
+#[test]
+fn a_unit_that_was_changed_by_hand_is_named_by_its_line() {
+    let study = begun("electrode-choice", 2);
+    let dir = folder("runner-changed");
+    whole(&*study, &dir, Shard::WHOLE);
+    let path = dir.join("units.jsonl");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let at = text.rfind('1').unwrap();
+    std::fs::write(&path, format!("{}2{}", &text[..at], &text[at + 1..])).unwrap();
+    let error = study.run(&dir, Shard::WHOLE, &mut |_| true).err().unwrap();
+    let error = error.to_string();
+    assert!(
+        error.contains("E608") && error.contains("line 2: its sum"),
+        "{error}"
+    );
+}
+
 macro_rules! studies {
     ($($test:ident $name:literal $draws:literal $is_long:literal)*) => {
         $(#[test]

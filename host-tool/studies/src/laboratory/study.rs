@@ -3,6 +3,7 @@
 
 use super::result::Outcome;
 use super::sweep::{Drawing, Sweep};
+use host_core::record::sha256;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
@@ -60,6 +61,11 @@ impl<S: Study> Lines<'_, S> {
     fn listed(units: &BTreeMap<u64, S::Unit>) -> Vec<S::Unit> {
         units.values().cloned().collect()
     }
+}
+
+/// By which a line that was changed by hand is known: the beginning of its SHA-256.
+fn sum(text: &str) -> String {
+    sha256(text.as_bytes()).chars().take(16).collect()
 }
 
 /// A line of JSON, with every digit that decides.
@@ -128,13 +134,21 @@ impl<S: Study> Drawing for Lines<'_, S> {
     fn rest(&self, unit: &Self::Unit) -> Vec<String> {
         // Structs of numbers, words and lists always have a text.
         let text = serde_json::to_string(unit).unwrap_or_default();
-        vec![format!("\"became\":{text}}}")]
+        vec![format!("\"sum\":\"{}\",\"became\":{text}}}", sum(&text))]
     }
 
     fn read(&self, rest: &[&str]) -> Result<Self::Unit, (usize, String)> {
-        let text = rest.first().and_then(|it| it.strip_prefix("\"became\":"));
-        let text = text.and_then(|it| it.strip_suffix('}')).unwrap_or_default();
-        serde_json::from_str(text).map_err(|error| (0, error.to_string()))
+        let rest = rest.first().copied().unwrap_or_default();
+        let parts = rest.split_once("\",\"became\":");
+        let parts = parts.and_then(|(begin, text)| {
+            Some((begin.strip_prefix("\"sum\":\"")?, text.strip_suffix('}')?))
+        });
+        match parts {
+            Some((own, text)) if own == sum(text) => {
+                serde_json::from_str(text).map_err(|error| (0, error.to_string()))
+            }
+            _ => Err((0, "its sum is another: the line was changed".to_owned())),
+        }
     }
 
     fn outcome(
