@@ -24,6 +24,7 @@ mod distributed_cli;
 mod endpoint_cli;
 mod errors;
 mod examples;
+mod experiment_again;
 mod explain_model;
 mod faults_cli;
 mod hand_cli;

@@ -2,13 +2,15 @@
 
 use super::operator::Beside;
 use super::out::OutArgs;
+use super::outcome::claims;
 use super::{Output, Told, WrongUse, drawn, interrupt, wrong};
 use anyhow::Context;
 use clap::Args;
+use hal_sim::input;
 use host_core::link::Interruption;
-use host_core::plot::words::in_columns;
 use host_core::record::{
-    Assumption, Declared, Ending, PaperRow, Plan, Role, Run, write_header, write_run,
+    Assumption, Declared, Ending, PaperRow, Place, Plan, Role, Run, replace_file, write_header,
+    write_run,
 };
 use host_core::run::{DeviceName, greet};
 use host_core::session::SessionError;
@@ -19,7 +21,7 @@ use std::time::{Duration, Instant};
 use studies::catalog::{Asked, Entry};
 use studies::experiments::named;
 use studies::laboratory::{
-    Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, headline, publish,
+    Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, publish,
 };
 
 /// Run a paper's protocol on a device; then, simulated, with wearers drawn at random
@@ -72,6 +74,8 @@ impl Again {
 
 /// How a record of an experiment names its command.
 const COMMAND: &str = "experiment ";
+/// The wearers drawn, in the record's folder.
+const DRAWS: &str = "draws.csv";
 /// Most wearers drawn.
 const MOST_DRAWS: u64 = 100_000;
 
@@ -198,7 +202,7 @@ pub(super) fn carry_out(args: &ExperimentArgs, output: Output) -> anyhow::Result
     })?;
     let page = dir.join("result.html").display().to_string();
     Ok(Told {
-        people: people(&outcome, &page),
+        people: claims(&outcome, &page),
         machines: serde_json::json!({ "result": outcome, "page": page }),
     })
 }
@@ -219,11 +223,21 @@ impl Order<'_> {
         let interruption = interrupt::heed()?;
         self.has_operator()?;
         self.meet(&interruption)?;
-        let place = self.out.place(name)?;
+        let begun = self.begun();
+        let place = match self.out.dir().filter(|_| begun.is_some()) {
+            Some(dir) => Place::given(dir, true)?,
+            None => self.out.place(name)?,
+        };
         let dir = place.dir();
         let mut record = self.begin();
         write_run(dir, &record)?;
         experiment.keep(dir)?;
+        if draws > 0 {
+            self.sweep().begin(dir)?;
+        }
+        if let Some(rows) = begun.filter(|rows| !rows.is_empty()) {
+            replace_file(&dir.join(DRAWS), rows.as_bytes())?;
+        }
         let bar = output.bar(&experiment.declaration.name);
         let mut beside = Beside {
             bar: &bar,
@@ -255,6 +269,21 @@ impl Order<'_> {
         write_header(dir, &record)?;
         interrupt::close(dir, &mut record).inspect_err(|_| super::lies_in(dir))?;
         Ok(told)
+    }
+
+    /// The wearers drawn of this very experiment that was interrupted in its folder, as rows;
+    /// its trials, which are simulated, come out again as they were.
+    fn begun(&self) -> Option<String> {
+        let is_mine = !self.out.overwrites() && !self.device.is_port();
+        let dir = self.out.dir().filter(|_| is_mine)?;
+        let is_same = Sweep::of(dir).is_ok_and(|sweep| sweep == self.sweep());
+        (is_same && Ending::of(dir).is_incomplete())
+            .then(|| input::read_text(&dir.join(DRAWS), input::LONGEST_TABLE).unwrap_or_default())
+    }
+
+    fn sweep(&self) -> Sweep {
+        let (seed, draws) = self.decided;
+        Sweep::new(&self.experiment, seed, draws, Shard::WHOLE)
     }
 
     /// That somebody can answer what a person on a board is asked.
@@ -355,12 +384,12 @@ fn came_to(
     if draws == 0 || course.ended.is_some() {
         return Ok(Some(outcome));
     }
-    let sweep = Sweep::new(experiment, seed, draws, Shard::WHOLE);
-    sweep.begin(dir)?;
-    let swept = sweep.run(experiment, dir, &course.trials, &mut |part| {
-        beside.bar.set(beside.part + (1.0 - beside.part) * part);
-        beside.interruption.asked().is_none()
-    })?;
+    let swept = order
+        .sweep()
+        .run(experiment, dir, &course.trials, &mut |part| {
+            beside.bar.set(beside.part + (1.0 - beside.part) * part);
+            beside.interruption.asked().is_none()
+        })?;
     Ok(swept.outcome)
 }
 
@@ -410,33 +439,4 @@ fn ended(
         ..course
     };
     Ok((course, outcome))
-}
-
-/// Shares and headline, in 80 columns.
-pub(super) fn people(outcome: &Outcome, page: &str) -> String {
-    let mut text = format!("{}\n\n", in_columns(&headline(outcome), 80));
-    let mut point = "";
-    for share in &outcome.shares {
-        if share.at != point {
-            point = &share.at;
-            text += &format!("{point}\n");
-        }
-        let paper = match share.paper {
-            Some(true) => "paper: yes",
-            Some(false) => "paper: no",
-            None => "",
-        };
-        let claim = match share.claim.chars().count() {
-            ..=54 => share.claim.clone(),
-            _ => share.claim.chars().take(53).chain(['…']).collect(),
-        };
-        let line = format!("{:>8}  {claim:<54}  {paper}", share.percent());
-        text += &format!("{}\n", line.trim_end());
-    }
-    let who = match outcome.simulated {
-        Some(true) => "Simulated: what came of assumed bodies, no evidence about people.",
-        Some(false) => "One person: what was measured here, no more.",
-        None => "No device answered: whether any of it is simulated is unknown.",
-    };
-    text + &format!("\n{who}\nPage: {page}")
 }

@@ -98,3 +98,32 @@ fn share(it: &Share) -> String {
         it.claim, it.holds, it.of
     )
 }
+
+/// Headline, and the share in which each claim of a declaration holds.
+pub(super) fn claims(outcome: &Outcome, page: &str) -> String {
+    let mut text = format!("{}\n\n", in_columns(&headline(outcome), 80));
+    let mut point = "";
+    for share in &outcome.shares {
+        if share.at != point {
+            point = &share.at;
+            text += &format!("{point}\n");
+        }
+        let paper = match share.paper {
+            Some(true) => "paper: yes",
+            Some(false) => "paper: no",
+            None => "",
+        };
+        let claim = match share.claim.chars().count() {
+            ..=54 => share.claim.clone(),
+            _ => share.claim.chars().take(53).chain(['…']).collect(),
+        };
+        let line = format!("{:>8}  {claim:<54}  {paper}", share.percent());
+        text += &format!("{}\n", line.trim_end());
+    }
+    let who = match outcome.simulated {
+        Some(true) => "Simulated: what came of assumed bodies, no evidence about people.",
+        Some(false) => "One person: what was measured here, no more.",
+        None => "No device answered: whether any of it is simulated is unknown.",
+    };
+    text + &format!("\n{who}\nPage: {page}")
+}

@@ -1,7 +1,7 @@
 //! `flexor sweep`: an experiment's wearers on all cores, in shards if wanted.
 
 use super::drawn::{kept, say_shard};
-use super::experiment::people;
+use super::outcome::claims;
 use super::{Output, WrongUse, drawn, interrupt, wrong};
 use clap::Args;
 use host_core::run::DeviceName;
@@ -119,7 +119,7 @@ fn in_words(checked: Checked) -> String {
 fn say(args: &SweepArgs, output: Output, outcome: &Outcome) -> anyhow::Result<()> {
     let page = args.out.join("result.html").display().to_string();
     output.say(
-        || people(outcome, &page),
+        || claims(outcome, &page),
         || serde_json::json!({ "result": outcome, "page": page }),
     )
 }

@@ -24,7 +24,8 @@ const SWEEP: &str = "sweep.json";
 const COMPARE_PAGE: &str = "compare.html";
 
 /// What a trial's folder has.
-const TRIAL_FILES: &str = "trial.json samples.csv edges.csv columns.csv session.toml wearer.toml";
+const TRIAL_FILES: &str =
+    "trial.json samples.csv edges.csv columns.csv markers.csv session.toml wearer.toml";
 
 /// A folder that this program alone writes, until it is dropped or the program
 /// ends, however it ends.
