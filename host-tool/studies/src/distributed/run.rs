@@ -3,10 +3,8 @@
 use super::declared::DECLARED;
 use super::outcome::Told;
 use super::study::{AxisPoint, Found, NAME, Study};
-use crate::laboratory::{self, Outcome};
-use host_core::record::sha256;
+use crate::laboratory::{self, About, Outcome};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// What a unit of work became.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -32,28 +30,14 @@ fn parted(parts: &[Part]) -> (Vec<Found>, Vec<AxisPoint>) {
 impl laboratory::Study for Study {
     type Unit = Part;
 
-    fn name(&self) -> &str {
-        NAME
-    }
-
-    fn arguments(&self) -> String {
-        String::new()
-    }
-
-    fn hashes(&self) -> BTreeMap<String, String> {
-        [("distributed.toml".to_owned(), sha256(DECLARED.as_bytes()))].into()
-    }
-
-    fn declaration(&self) -> &str {
-        DECLARED
-    }
-
-    fn seed(&self) -> u64 {
-        self.seed
-    }
-
-    fn draws(&self) -> u64 {
-        self.draws
+    fn about(&self) -> About<'_> {
+        About {
+            name: NAME,
+            arguments: String::new(),
+            declaration: ("distributed.toml", DECLARED),
+            seed: self.seed,
+            draws: self.draws,
+        }
     }
 
     fn units(&self) -> u64 {

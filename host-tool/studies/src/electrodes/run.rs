@@ -5,9 +5,7 @@ use super::outcome::{NAME, Told, outcome};
 use super::sets::{METHODS, Missed, best, missed};
 use super::wearer::{MUSCLES, Wearer};
 use crate::endpoint::EndpointError;
-use crate::laboratory::{self, Outcome};
-use host_core::record::sha256;
-use std::collections::BTreeMap;
+use crate::laboratory::{self, About, Outcome};
 use std::fmt::Write;
 
 /// The study with its seed and draws.
@@ -52,32 +50,14 @@ fn csv(all: &[Missed]) -> String {
 impl laboratory::Study for Run {
     type Unit = Missed;
 
-    fn name(&self) -> &str {
-        NAME
-    }
-
-    fn arguments(&self) -> String {
-        String::new()
-    }
-
-    fn hashes(&self) -> BTreeMap<String, String> {
-        [("electrodes.toml".to_owned(), sha256(DECLARED.as_bytes()))].into()
-    }
-
-    fn declaration(&self) -> &str {
-        DECLARED
-    }
-
-    fn seed(&self) -> u64 {
-        self.seed
-    }
-
-    fn draws(&self) -> u64 {
-        self.draws
-    }
-
-    fn units(&self) -> u64 {
-        self.draws
+    fn about(&self) -> About<'_> {
+        About {
+            name: NAME,
+            arguments: String::new(),
+            declaration: ("electrodes.toml", DECLARED),
+            seed: self.seed,
+            draws: self.draws,
+        }
     }
 
     fn compute(&self, index: u64, _: &(dyn Fn() -> bool + Sync)) -> anyhow::Result<Option<Missed>> {

@@ -7,10 +7,8 @@ use super::picture::page;
 use super::played::played_c3;
 use super::population::{Told, outcome};
 use super::replication::{Replication, replication};
-use crate::laboratory::{self, Outcome};
-use host_core::record::sha256;
+use crate::laboratory::{self, About, Outcome};
 use host_core::run::DeviceName;
-use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// What a command calls it.
@@ -77,35 +75,24 @@ fn csv(all: &[Replication]) -> String {
     text
 }
 
+impl Run {
+    /// The device as a terminal takes it.
+    fn typed(&self) -> String {
+        format!("--device {}", self.device.typed())
+    }
+}
+
 impl laboratory::Study for Run {
     type Unit = Result<Replication, String>;
 
-    fn name(&self) -> &str {
-        NAME
-    }
-
-    fn arguments(&self) -> String {
-        format!("--device {}", self.device.typed())
-    }
-
-    fn hashes(&self) -> BTreeMap<String, String> {
-        [("study.toml".to_owned(), sha256(DECLARED.as_bytes()))].into()
-    }
-
-    fn declaration(&self) -> &str {
-        DECLARED
-    }
-
-    fn seed(&self) -> u64 {
-        self.seed
-    }
-
-    fn draws(&self) -> u64 {
-        self.draws
-    }
-
-    fn units(&self) -> u64 {
-        self.draws
+    fn about(&self) -> About<'_> {
+        About {
+            name: NAME,
+            arguments: self.typed(),
+            declaration: ("study.toml", DECLARED),
+            seed: self.seed,
+            draws: self.draws,
+        }
     }
 
     fn compute(
@@ -124,11 +111,7 @@ impl laboratory::Study for Run {
         let told = Told {
             seed: self.seed,
             draws: self.draws,
-            command: format!(
-                "experiment {NAME} {} --draws {}",
-                self.arguments(),
-                self.draws
-            ),
+            command: format!("experiment {NAME} {} --draws {}", self.typed(), self.draws),
             played: Some((self.device.typed(), self.played.clone())),
             cut_short,
             failed,

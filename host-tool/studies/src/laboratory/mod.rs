@@ -59,5 +59,5 @@ pub use results::{
 pub use run::{Ran, Runnable, decided_by};
 pub use sheet::{Along, Band, Bar, Curve, Grid, Matrix, Plot, Plots, Sheet, Shows};
 pub(crate) use study::line;
-pub use study::{Lines, Study};
+pub use study::{About, Lines, Study};
 pub use sweep::{Computed, Drawing, Shard, Sweep, Swept, join, merge, number_of, part_of};

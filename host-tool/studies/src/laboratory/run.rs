@@ -45,7 +45,8 @@ pub trait Runnable: Sync {
 
 impl<S: Study> Runnable for S {
     fn sweep(&self, shard: Shard) -> Sweep {
-        Sweep::drawing(&Lines(self), (self.seed(), self.draws()), shard)
+        let about = self.about();
+        Sweep::drawing(&Lines(self), (about.seed, about.draws), shard)
     }
 
     fn run(

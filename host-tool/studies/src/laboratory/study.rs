@@ -8,27 +8,38 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 
+/// What decides every unit of a study.
+pub struct About<'a> {
+    /// The name that a command has for it.
+    pub name: &'a str,
+    /// Arguments that decide the result, beside seed and draws: as they are typed, empty
+    /// without any.
+    pub arguments: String,
+    /// File name and text of its declaration.
+    pub declaration: (&'a str, &'a str),
+    /// Of all draws.
+    pub seed: u64,
+    /// How many wearers, or replications of the whole study, are drawn.
+    pub draws: u64,
+}
+
 /// A study of a paper, with its arguments: which units of work there are, what each becomes,
 /// and what all of them come to.
 pub trait Study: Sync {
     /// What a unit of work became. It is kept as JSON, with every digit that decides.
     type Unit: Serialize + DeserializeOwned + Clone + Send + Sync;
 
-    /// The name that a command has for it.
-    fn name(&self) -> &str;
-    /// Arguments that decide the result, beside seed and draws: as they are typed, empty
-    /// without any.
-    fn arguments(&self) -> String;
-    /// SHA-256 of everything declared, by file.
-    fn hashes(&self) -> BTreeMap<String, String>;
-    /// The text of its declaration.
-    fn declaration(&self) -> &str;
-    /// Decides all units.
-    fn seed(&self) -> u64;
-    /// How many wearers, or replications of the whole study, are drawn.
-    fn draws(&self) -> u64;
-    /// How many units of work there are.
-    fn units(&self) -> u64;
+    /// What decides it.
+    fn about(&self) -> About<'_>;
+    /// SHA-256 of everything declared, by file: of the declaration alone, if nothing else is.
+    fn hashes(&self) -> BTreeMap<String, String> {
+        let (file, text) = self.about().declaration;
+        [(file.to_owned(), sha256(text.as_bytes()))].into()
+    }
+    /// How many units of work there are: one for each draw, if nothing else is.
+    fn units(&self) -> u64 {
+        self.about().draws
+    }
     /// What unit `index`, from 0, becomes; nothing once `goes_on` says no.
     ///
     /// # Errors
@@ -79,11 +90,11 @@ impl<S: Study> Drawing for Lines<'_, S> {
     type Error = anyhow::Error;
 
     fn name(&self) -> &str {
-        self.0.name()
+        self.0.about().name
     }
 
     fn only(&self) -> Option<String> {
-        Some(self.0.arguments()).filter(|it| !it.is_empty())
+        Some(self.0.about().arguments).filter(|it| !it.is_empty())
     }
 
     fn file(&self) -> &'static str {
@@ -95,7 +106,7 @@ impl<S: Study> Drawing for Lines<'_, S> {
     }
 
     fn declaration(&self) -> &str {
-        self.0.declaration()
+        self.0.about().declaration.1
     }
 
     fn columns(&self) -> Vec<String> {

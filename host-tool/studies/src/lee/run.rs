@@ -4,10 +4,8 @@ use super::declaration::DECLARED;
 use super::error::LeeError;
 use super::outcome::Told;
 use super::study::{Part, Study};
-use crate::laboratory::{self, Outcome};
-use host_core::record::sha256;
+use crate::laboratory::{self, About, Outcome};
 use host_core::run::DeviceName;
-use std::collections::BTreeMap;
 
 /// A study and what a sample of it through a device found.
 pub struct Run {
@@ -31,31 +29,24 @@ impl Run {
     }
 }
 
+impl Run {
+    /// The device as a terminal takes it.
+    fn typed(&self) -> String {
+        format!("--device {}", self.study.device.typed())
+    }
+}
+
 impl laboratory::Study for Run {
     type Unit = Part;
 
-    fn name(&self) -> &str {
-        "lee"
-    }
-
-    fn arguments(&self) -> String {
-        format!("--device {}", self.study.device.typed())
-    }
-
-    fn hashes(&self) -> BTreeMap<String, String> {
-        [("lee.toml".to_owned(), sha256(DECLARED.as_bytes()))].into()
-    }
-
-    fn declaration(&self) -> &str {
-        DECLARED
-    }
-
-    fn seed(&self) -> u64 {
-        self.study.seed
-    }
-
-    fn draws(&self) -> u64 {
-        self.study.draws
+    fn about(&self) -> About<'_> {
+        About {
+            name: "lee",
+            arguments: self.typed(),
+            declaration: ("lee.toml", DECLARED),
+            seed: self.study.seed,
+            draws: self.study.draws,
+        }
     }
 
     fn units(&self) -> u64 {
@@ -74,8 +65,8 @@ impl laboratory::Study for Run {
         let told = Told {
             command: format!(
                 "experiment lee {} --draws {}",
-                self.arguments(),
-                self.draws()
+                self.typed(),
+                self.study.draws
             ),
             cut_short,
             device: self.device.clone(),

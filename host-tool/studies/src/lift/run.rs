@@ -5,10 +5,8 @@ use super::declaration::{DECLARED, HEIGHTS, Metric, Study};
 use super::error::LiftError;
 use super::outcome::{NAME, Told, outcome};
 use super::replication::{Replication, replication};
-use crate::laboratory::{self, Outcome};
-use host_core::record::sha256;
+use crate::laboratory::{self, About, Outcome};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// The study with its seed and draws.
@@ -85,28 +83,14 @@ fn csv(all: &[Replication]) -> String {
 impl laboratory::Study for Run {
     type Unit = Part;
 
-    fn name(&self) -> &str {
-        NAME
-    }
-
-    fn arguments(&self) -> String {
-        String::new()
-    }
-
-    fn hashes(&self) -> BTreeMap<String, String> {
-        [("study.toml".to_owned(), sha256(DECLARED.as_bytes()))].into()
-    }
-
-    fn declaration(&self) -> &str {
-        DECLARED
-    }
-
-    fn seed(&self) -> u64 {
-        self.seed
-    }
-
-    fn draws(&self) -> u64 {
-        self.draws
+    fn about(&self) -> About<'_> {
+        About {
+            name: NAME,
+            arguments: String::new(),
+            declaration: ("study.toml", DECLARED),
+            seed: self.seed,
+            draws: self.draws,
+        }
     }
 
     fn units(&self) -> u64 {

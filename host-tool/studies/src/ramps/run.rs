@@ -5,10 +5,8 @@ use super::error::RampsError;
 use super::found::{Found, Kept, Pulses};
 use super::outcome::Told;
 use super::study::{NAME, Study};
-use crate::laboratory::{self, Outcome};
-use host_core::record::sha256;
+use crate::laboratory::{self, About, Outcome};
 use host_core::run::DeviceName;
-use std::collections::BTreeMap;
 
 /// A study and the pulses of its stimulations, as a device puts them out.
 pub struct Run {
@@ -44,31 +42,24 @@ impl Run {
     }
 }
 
+impl Run {
+    /// The device as a terminal takes it.
+    fn typed(&self) -> String {
+        format!("--device {}", self.study.device.typed())
+    }
+}
+
 impl laboratory::Study for Run {
     type Unit = Kept;
 
-    fn name(&self) -> &str {
-        NAME
-    }
-
-    fn arguments(&self) -> String {
-        format!("--device {}", self.study.device.typed())
-    }
-
-    fn hashes(&self) -> BTreeMap<String, String> {
-        [("harris-ramps.toml".to_owned(), sha256(DECLARED.as_bytes()))].into()
-    }
-
-    fn declaration(&self) -> &str {
-        DECLARED
-    }
-
-    fn seed(&self) -> u64 {
-        self.study.seed
-    }
-
-    fn draws(&self) -> u64 {
-        self.study.draws
+    fn about(&self) -> About<'_> {
+        About {
+            name: NAME,
+            arguments: self.typed(),
+            declaration: ("harris-ramps.toml", DECLARED),
+            seed: self.study.seed,
+            draws: self.study.draws,
+        }
     }
 
     fn units(&self) -> u64 {
@@ -84,8 +75,8 @@ impl laboratory::Study for Run {
         let told = Told {
             command: format!(
                 "experiment {NAME} {} --draws {}",
-                self.arguments(),
-                self.draws()
+                self.typed(),
+                self.study.draws
             ),
             cut_short,
             notes: self.notes.clone(),

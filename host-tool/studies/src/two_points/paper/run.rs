@@ -2,35 +2,25 @@
 
 use super::outcome::Told;
 use super::{Part, Study};
-use crate::laboratory::{self, Outcome};
+use crate::laboratory::{self, About, Outcome};
 use crate::two_points::population::DECLARED;
 use std::collections::BTreeMap;
 
 impl laboratory::Study for Study {
     type Unit = Part;
 
-    fn name(&self) -> &str {
-        self.kind.told().0
-    }
-
-    fn arguments(&self) -> String {
-        self.typed.clone()
+    fn about(&self) -> About<'_> {
+        About {
+            name: self.kind.told().0,
+            arguments: self.typed.clone(),
+            declaration: ("population.toml", DECLARED),
+            seed: self.seed,
+            draws: self.draws,
+        }
     }
 
     fn hashes(&self) -> BTreeMap<String, String> {
         self.sha256()
-    }
-
-    fn declaration(&self) -> &str {
-        DECLARED
-    }
-
-    fn seed(&self) -> u64 {
-        self.seed
-    }
-
-    fn draws(&self) -> u64 {
-        self.draws
     }
 
     fn units(&self) -> u64 {
