@@ -21,6 +21,7 @@ pub mod stop;
 pub mod system;
 pub mod timing;
 
+#[cfg(feature = "gdb")]
 pub(in crate::chip) use access::is_private;
 pub use bus::{Bus, Size};
 pub use registers::Registers;
