@@ -1,8 +1,8 @@
 //! `flexor two-points --timing`: what a drawn forearm costs this computer.
 
 use super::{Output, interrupt, wrong};
+use host_core::clock::{Clock, ProcessorClock};
 use host_core::plot::words::in_columns;
-use host_core::run::Stopwatch;
 use serde_json::{Value, json};
 use std::time::Duration;
 use studies::two_points::{
@@ -229,8 +229,8 @@ impl Cost {
 
 /// Adds what `work` takes.
 fn timed<T>(spent: &mut Duration, work: impl FnOnce() -> T) -> T {
-    let watch = Stopwatch::start();
+    let clock = ProcessorClock::start();
     let done = work();
-    *spent += watch.elapsed();
+    *spent += clock.now();
     done
 }
