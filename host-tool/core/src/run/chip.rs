@@ -4,54 +4,23 @@
 mod debug;
 mod log;
 
-use super::device::{OpenError, simulated};
 use super::images;
+use super::open_error::{ChipError, OpenError};
+use super::simulated::simulated;
 use super::wearer::outputs;
 use crate::link::SimulatedPort;
 use crate::session::Session;
 use firmware::lockstep::Sensors;
 use firmware::units::Micros;
-use hal_sim::chip::board::{Board, BoardError};
+use hal_sim::chip::board::Board;
 use hal_sim::chip::cpu::run::Observer;
 #[cfg(feature = "gdb")]
 use hal_sim::chip::gdb::Outlives;
-use hal_sim::chip::image::ImageError;
-#[cfg(feature = "rtt")]
-use hal_sim::chip::rtt::LogError;
 use hal_sim::chip::{self, soc::Pace};
-use hal_sim::images::{BuildError, Image};
+use hal_sim::images::Image;
 use hal_sim::lockstep::Device;
 use log::LogFile;
-use std::io;
 use std::path::{Path, PathBuf};
-
-/// Why there is no chip simulator.
-#[derive(Debug, thiserror::Error)]
-pub enum ChipError {
-    /// The image was not built.
-    #[error("E543 {0}")]
-    Build(BuildError),
-    /// The image cannot be flashed.
-    #[error(transparent)]
-    Image(#[from] ImageError),
-    /// The board does not run.
-    #[error(transparent)]
-    Board(#[from] BoardError),
-    /// The image's log cannot be had.
-    #[cfg(feature = "rtt")]
-    #[error(transparent)]
-    Log(#[from] LogError),
-    /// The log's file, or gdb's port.
-    #[error("E547 {0}")]
-    Outside(io::Error),
-}
-
-// No `#[from]`: the message has this error in full, so that it is no cause beside it.
-impl From<BuildError> for ChipError {
-    fn from(error: BuildError) -> Self {
-        Self::Build(error)
-    }
-}
 
 /// The image to flash: the file at `path`, or the board's own, from beside this
 /// program or built in its checkout if it is not newer than its sources.

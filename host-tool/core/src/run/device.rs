@@ -1,26 +1,24 @@
 //! Devices by name: simulators in this process, boards behind ports.
 
 #[cfg(feature = "chip")]
-use super::chip::{ChipError, ChipOptions, on_chip};
+use super::chip::{ChipOptions, on_chip};
 #[cfg(feature = "qemu")]
 use super::images;
-use super::wearer::{BodyError, body_of, fit};
+use super::open_error::OpenError;
+use super::simulated::simulated;
+use crate::link::Port;
 #[cfg(feature = "serial")]
 use crate::link::SerialPort;
 #[cfg(feature = "realtime")]
 use crate::link::TcpPort;
-use crate::link::{Error, Port, SimulatedPort};
 use crate::record::DeviceKind;
 use crate::session::Session;
 use firmware::units::Micros;
 #[cfg(feature = "qemu")]
 use hal_sim::images::Image;
-use hal_sim::lockstep::Device;
 use hal_sim::native::native_seeded;
 #[cfg(feature = "qemu")]
 use hal_sim::qemu::{Qemu, StartError};
-use hal_sim::wire::faults::Faults;
-use hal_sim::world::World;
 use std::convert::Infallible;
 use std::fmt;
 use std::str::FromStr;
@@ -98,44 +96,6 @@ impl fmt::Display for DeviceName {
     }
 }
 
-/// Why a device could not be opened.
-#[derive(Debug, thiserror::Error)]
-pub enum OpenError {
-    /// The port.
-    #[error(transparent)]
-    Port(#[from] Error),
-    /// QEMU or its image.
-    #[cfg(feature = "qemu")]
-    #[error("E510 {0}")]
-    Qemu(StartError),
-    /// The chip simulator or its image.
-    #[cfg(feature = "chip")]
-    #[error(transparent)]
-    Chip(#[from] ChipError),
-    /// The simulated wearer.
-    #[error(transparent)]
-    Body(#[from] BodyError),
-    /// It is no device by itself.
-    #[error("E517 {0} does nothing without a session")]
-    NoPort(String),
-    /// The program was built without what opens it.
-    #[error("E578 this program cannot open {device}: it was built without the feature `{feature}`")]
-    LeftOut {
-        /// The device.
-        device: String,
-        /// The feature of this package.
-        feature: &'static str,
-    },
-}
-
-// No `#[from]`: the message has this error in full, so that it is no cause beside it.
-#[cfg(feature = "qemu")]
-impl From<StartError> for OpenError {
-    fn from(error: StartError) -> Self {
-        Self::Qemu(error)
-    }
-}
-
 impl DeviceName {
     /// Opens the device for `session`; `seed` decides a simulated wearer's noise
     /// and where a simulator's session numbers begin.
@@ -190,21 +150,4 @@ impl DeviceName {
         let device = self.to_string();
         OpenError::LeftOut { device, feature }
     }
-}
-
-/// A simulated world around `device`, which boots at `boot`, with the
-/// session's wearer and angle sensor.
-///
-/// # Errors
-/// The session names a wearer that cannot be.
-pub fn simulated(
-    session: &Session,
-    seed: u64,
-    device: Box<dyn Device>,
-    boot: Micros,
-) -> Result<SimulatedPort, OpenError> {
-    let body = body_of(session, seed)?;
-    let mut world = World::new(device, body, boot, Faults::default(), seed);
-    fit(&mut world, session);
-    Ok(SimulatedPort::new(world))
 }

@@ -1,7 +1,8 @@
 //! A session on the chip simulator, with every cycle of it accounted for.
 
-use super::chip::{ChipError, power_on};
-use super::device::{OpenError, simulated};
+use super::chip::power_on;
+use super::open_error::{ChipError, OpenError};
+use super::simulated::simulated;
 use super::{Observer, RunError, Seen, SessionFile, run};
 use crate::clock::Clock;
 use crate::link::Interruption;
