@@ -44,6 +44,15 @@ pub fn names() -> impl Iterator<Item = &'static str> {
         .filter_map(|(file, _)| file.strip_suffix(".toml"))
 }
 
+/// The names of all studies that a command takes, declarations or not, sorted.
+#[must_use]
+pub fn every() -> Vec<&'static str> {
+    let mut names: Vec<_> = names().chain(catalog::names()).collect();
+    names.sort_unstable();
+    names.dedup();
+    names
+}
+
 /// The experiment of this name: one of the program, or a declaration's file, whose
 /// sessions lie beside it.
 ///
@@ -55,10 +64,7 @@ pub fn named(name: &str) -> Result<Experiment, LaboratoryError> {
         return Ok(Experiment::new(file, text, &of_program)?.called(name));
     }
     if Path::new(name).extension().is_none_or(|it| it != "toml") {
-        let mut names: Vec<_> = names().chain(catalog::names()).collect();
-        names.sort_unstable();
-        names.dedup();
-        let (name, known) = (name.to_owned(), names.join(", "));
+        let (name, known) = (name.to_owned(), every().join(", "));
         return Err(LaboratoryError::Unknown { name, known });
     }
     from_file(Path::new(name))
