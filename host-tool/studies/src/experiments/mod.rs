@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// File name and text of every declaration.
 #[rustfmt::skip]
-pub const DECLARATIONS: [(&str, &str); 7] = [
+pub const DECLARATIONS: [(&str, &str); 8] = [
     ("hamana-4.toml", include_str!("../../../experiments/hamana-4.toml")),
     ("harris-wall.toml", include_str!("../../../experiments/harris-wall.toml")),
     ("harris-wall-decides.toml", include_str!("../../../experiments/harris-wall-decides.toml")),
@@ -20,6 +20,7 @@ pub const DECLARATIONS: [(&str, &str); 7] = [
     ("harris-wall-why.toml", include_str!("../../../experiments/harris-wall-why.toml")),
     ("harris-wall-yields.toml", include_str!("../../../experiments/harris-wall-yields.toml")),
     ("open-trains.toml", include_str!("../../../experiments/open-trains.toml")),
+    ("setpoint-rate.toml", include_str!("../../../experiments/setpoint-rate.toml")),
 ];
 
 macro_rules! sessions {
@@ -33,6 +34,7 @@ const SESSIONS: &[(&str, &str)] = sessions![
     "hamana_exp4_one_point_a.toml"
     "hamana_exp4_one_point_b.toml"
     "hamana_exp4_two_point.toml"
+    "hamana_exp4_two_point_finger.toml"
     "harris_wall/3_pre_wall_co_contraction.toml"
     "open_finger.toml"
 ];
