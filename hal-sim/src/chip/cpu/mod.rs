@@ -14,6 +14,7 @@ mod exception;
 mod execute;
 pub mod flat;
 pub(crate) mod fpu;
+mod instruction;
 pub mod registers;
 pub mod run;
 pub mod semihosting;
