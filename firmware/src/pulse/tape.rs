@@ -1,12 +1,14 @@
 //! The tape: one BSRR word per port and microsecond (design: "play back
-//! states, not events"), and the pin map that turns levels into words.
+//! states, not events"), for any board's pin map ([`PinMap`]).
 //!
-//! Port C: PC0–9 are channels 1–5. Port B: PB0,1,5–9,12–14 are channels 6–10,
-//! PB15 is sync out, PB10 the pump. A word carries the complete state of the
-//! port's channel lines: set bits below, reset bits above (RM0090, GPIOx_BSRR).
+//! A word carries the complete state of the port's lines, channels and sync out: set bits
+//! below, reset bits above (RM0090, GPIOx_BSRR). The pump's bit is set or reset where it
+//! changes only. All that follows from the pin map is computed at compile time.
 
 use super::plan::{Levels, WindowPlan};
 use super::{CHANNELS, WINDOW_US};
+use crate::board::wiring::{Pin, PinMap, TAPE_PORTS};
+use core::marker::PhantomData;
 
 /// Words of one window.
 pub const SLOTS: usize = WINDOW_US as usize;
@@ -14,96 +16,198 @@ pub const SLOTS: usize = WINDOW_US as usize;
 /// Distance of pump edges in slots: a 20 kHz square wave.
 pub const PUMP_SLOTS: usize = 25;
 
-const LINES_C: u32 = 0x03FF;
-const LINES_B: u32 = 0b0111_0011_1110_0011;
-const SYNC_B: u32 = 1 << 15;
-const PUMP_B: u32 = 1 << 10;
+/// Lines that follow [`Levels`]: two for each channel, and sync out.
+const LINES: usize = 2 * CHANNELS + 1;
 
-/// The word that isolates every channel of port C.
-pub const ISOLATED_C: u32 = LINES_C << 16;
-/// The word that isolates every channel of port B and drops sync. It leaves
-/// the pump bit alone: an erased slot does not pump.
-pub const ISOLATED_B: u32 = (LINES_B | SYNC_B) << 16;
+/// The pin map `M`, as words and shifts.
+struct Map<M>(PhantomData<M>);
+
+impl<M: PinMap> Map<M> {
+    /// Pins of each port that follow [`Levels`].
+    const PINS: [u32; TAPE_PORTS] = {
+        let (mut pins, mut n) = ([0; TAPE_PORTS], 0);
+        while n < LINES {
+            pins[Self::port(Self::line(n))] |= Self::line(n).bit();
+            n += 1;
+        }
+        pins
+    };
+
+    /// The pump's pin, on its port.
+    const PUMP: u32 = M::OUTPUTS.pump.bit();
+
+    /// Whether the pump is on the first port.
+    const IS_PUMP_FIRST: bool = Self::port(M::OUTPUTS.pump) == 0;
+
+    /// How the bits of [`Levels`] get to the pins of each port; those that go equally far
+    /// go together. Unused ones move nothing.
+    const MOVES: [[Move; LINES]; TAPE_PORTS] = {
+        let mut moves = [[Move { bits: 0, by: 0 }; LINES]; TAPE_PORTS];
+        let mut bit = 0;
+        while bit < LINES {
+            let pin = Self::line(bit);
+            let (port, by) = (Self::port(pin), pin.number as i8 - bit as i8);
+            let mut n = 0; // there are as many moves as lines
+            while moves[port][n].bits != 0 && moves[port][n].by != by {
+                n += 1;
+            }
+            moves[port][n].by = by;
+            moves[port][n].bits |= 1 << bit;
+            bit += 1;
+        }
+        moves
+    };
+
+    /// The pin of bit `bit` of [`Levels`].
+    const fn line(bit: usize) -> Pin {
+        let outputs = M::OUTPUTS;
+        if bit == LINES - 1 {
+            return outputs.sync;
+        }
+        let lines = outputs.channels[bit / 2];
+        if bit.is_multiple_of(2) {
+            lines.cathodic
+        } else {
+            lines.anodic
+        }
+    }
+
+    /// 0 or 1: which port of the tape `pin` is on.
+    const fn port(pin: Pin) -> usize {
+        !pin.is_on(M::OUTPUTS.ports[0]) as usize
+    }
+}
+
+/// Bits that go to higher or lower numbers by the same distance.
+#[derive(Clone, Copy)]
+struct Move {
+    bits: u32,
+    by: i8,
+}
+
+impl Move {
+    #[inline(always)]
+    const fn of(self, levels: u32) -> u32 {
+        let bits = levels & self.bits;
+        if self.by < 0 {
+            bits >> -self.by
+        } else {
+            bits << self.by
+        }
+    }
+}
+
+/// The words that isolate every channel and drop sync, for each port. They leave the pump's
+/// bit alone: an erased slot does not pump.
+#[must_use]
+pub const fn isolated<M: PinMap>() -> [u32; TAPE_PORTS] {
+    let [first, second] = Map::<M>::PINS;
+    [first << 16, second << 16]
+}
+
+/// The bits of each port's BSRR that drop the pump: none on the port that it is not on.
+#[must_use]
+pub const fn pump_low<M: PinMap>() -> [u32; TAPE_PORTS] {
+    let mut low = [0; TAPE_PORTS];
+    low[!Map::<M>::IS_PUMP_FIRST as usize] = Map::<M>::PUMP << 16;
+    low
+}
 
 /// One window of both ports.
 pub struct Window<'a> {
-    /// Words for GPIOB_BSRR.
-    pub b: &'a mut [u32; SLOTS],
-    /// Words for GPIOC_BSRR.
-    pub c: &'a mut [u32; SLOTS],
+    /// Words for the BSRR of the port that moves first.
+    pub first: &'a mut [u32; SLOTS],
+    /// Words for the BSRR of the other.
+    pub second: &'a mut [u32; SLOTS],
 }
 
-/// Words (port B, port C) for `levels`; the pump bit is untouched.
+/// Words of each port for `levels`; the pump's bit is untouched.
 #[must_use]
-pub const fn words(levels: Levels) -> (u32, u32) {
-    let c = levels.0 & LINES_C;
-    let upper = levels.0 >> 10;
-    let lines = upper & 0b11 | (upper & 0b0111_1100) << 3 | (upper & 0b11_1000_0000) << 5;
-    let b = lines
-        | if levels.0 & Levels::SYNC == 0 {
-            0
-        } else {
-            SYNC_B
+#[inline]
+pub const fn words<M: PinMap>(levels: Levels) -> [u32; TAPE_PORTS] {
+    /// All moves of a port. Written out: a loop over constants need not be unrolled.
+    macro_rules! moved {
+        ($port:literal, $($n:literal)*) => {
+            0 $(| const { Map::<M>::MOVES[$port][$n] }.of(levels.0))*
         };
-    (
-        (((LINES_B | SYNC_B) & !b) << 16) | b,
-        ((LINES_C & !c) << 16) | c,
-    )
+    }
+    let first = moved!(0, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20);
+    let second = moved!(1, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20);
+    let [all_first, all_second] = Map::<M>::PINS;
+    [
+        (all_first & !first) << 16 | first,
+        (all_second & !second) << 16 | second,
+    ]
 }
 
 /// Levels that a pair of words puts on the pins; `None` if a word does not
 /// carry the complete state of its port.
 #[must_use]
-pub const fn levels(b: u32, c: u32) -> Option<Levels> {
-    let (b_set, c_set) = (b & (LINES_B | SYNC_B), c & LINES_C);
-    let complete = (b_set | (b >> 16) & (LINES_B | SYNC_B)) == LINES_B | SYNC_B
-        && b_set & (b >> 16) == 0
-        && c == ((LINES_C & !c_set) << 16) | c_set;
-    if !complete {
-        return None;
+pub const fn levels<M: PinMap>(words: [u32; TAPE_PORTS]) -> Option<Levels> {
+    let pump = Map::<M>::PUMP | Map::<M>::PUMP << 16;
+    let (mut levels, mut bit) = (0, 0);
+    while bit < LINES {
+        let pin = Map::<M>::line(bit);
+        levels |= (words[Map::<M>::port(pin)] >> pin.number & 1) << bit;
+        bit += 1;
     }
-    let upper = b_set & 0b11 | (b_set >> 3) & 0b0111_1100 | (b_set >> 5) & 0b11_1000_0000;
-    let sync = if b & SYNC_B == 0 { 0 } else { Levels::SYNC };
-    Some(Levels(c_set | upper << CHANNELS | sync))
+    let levels = Levels(levels);
+    let [first, second] = self::words::<M>(levels);
+    let is_complete = if Map::<M>::IS_PUMP_FIRST {
+        words[0] & !pump == first && words[1] == second
+    } else {
+        words[0] == first && words[1] & !pump == second
+    };
+    if is_complete { Some(levels) } else { None }
 }
 
 /// Paints `plan` on an erased window: only slots that are not isolated and
 /// the pump's edges are written.
 #[inline]
-pub fn paint(plan: &WindowPlan, window: &mut Window<'_>) {
+pub fn paint<M: PinMap>(plan: &WindowPlan, window: &mut Window<'_>) {
     let mut current = plan.initial;
     let mut from = 0usize;
     for change in &plan.changes {
         let to = usize::from(change.slot);
-        fill(window, from, to, current);
+        fill::<M>(window, from, to, current);
         (from, current) = (to, change.levels);
     }
-    fill(window, from, SLOTS, current);
+    fill::<M>(window, from, SLOTS, current);
     if plan.pump {
+        let pumped = if Map::<M>::IS_PUMP_FIRST {
+            &mut *window.first
+        } else {
+            &mut *window.second
+        };
         let mut high = true;
-        for word in window.b.iter_mut().step_by(PUMP_SLOTS) {
-            *word |= if high { PUMP_B } else { PUMP_B << 16 };
+        for word in pumped.iter_mut().step_by(PUMP_SLOTS) {
+            *word |= if high {
+                Map::<M>::PUMP
+            } else {
+                Map::<M>::PUMP << 16
+            };
             high = !high;
         }
     }
 }
 
 /// The window is erased: a port that stays isolated is not written.
-fn fill(window: &mut Window<'_>, from: usize, to: usize, levels: Levels) {
+fn fill<M: PinMap>(window: &mut Window<'_>, from: usize, to: usize, levels: Levels) {
     if levels == Levels::ISOLATED {
         return;
     }
-    let (b, c) = words(levels);
+    let [first, second] = words::<M>(levels);
+    let [isolated_first, isolated_second] = const { isolated::<M>() };
     // `get_mut` so that a malformed plan cannot panic; `paint` keeps from <= to <= SLOTS.
-    if b != ISOLATED_B
-        && let Some(slots) = window.b.get_mut(from..to)
+    if first != isolated_first
+        && let Some(slots) = window.first.get_mut(from..to)
     {
-        fill_words(slots, b);
+        fill_words(slots, first);
     }
-    if c != ISOLATED_C
-        && let Some(slots) = window.c.get_mut(from..to)
+    if second != isolated_second
+        && let Some(slots) = window.second.get_mut(from..to)
     {
-        fill_words(slots, c);
+        fill_words(slots, second);
     }
 }
 
@@ -117,58 +221,4 @@ fn fill_words(slots: &mut [u32], word: u32) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::pulse::{Change, State};
-    use crate::units::Micros;
-
-    #[test]
-    fn every_channel_state_survives_the_pin_map() {
-        for bits in 0..1u32 << 21 {
-            let (b, c) = words(Levels(bits));
-            assert_eq!(levels(b, c), Some(Levels(bits)));
-            assert_eq!((b | b >> 16) & PUMP_B, 0);
-        }
-        assert_eq!(words(Levels::ISOLATED), (ISOLATED_B, ISOLATED_C));
-    }
-
-    #[test]
-    fn painting_an_erased_window_gives_the_plan_back() {
-        let mut plan = WindowPlan::new();
-        let driven = Levels::ISOLATED
-            .with(3, State::Cathodic)
-            .with(8, State::Anodic);
-        plan.reset(Micros::new(0), Levels::GROUNDED);
-        plan.pump = true;
-        plan.changes
-            .push(Change {
-                slot: 7,
-                levels: driven,
-            })
-            .unwrap();
-        plan.changes
-            .push(Change {
-                slot: 207,
-                levels: Levels::ISOLATED,
-            })
-            .unwrap();
-        let (mut b, mut c) = ([ISOLATED_B; SLOTS], [ISOLATED_C; SLOTS]);
-        paint(
-            &plan,
-            &mut Window {
-                b: &mut b,
-                c: &mut c,
-            },
-        );
-        for slot in 0..SLOTS {
-            let expected = match slot {
-                0..7 => Levels::GROUNDED,
-                7..207 => driven,
-                _ => Levels::ISOLATED,
-            };
-            assert_eq!(levels(b[slot], c[slot]), Some(expected), "slot {slot}");
-            let pump = (b[slot] | b[slot] >> 16) & PUMP_B != 0;
-            assert_eq!(pump, slot % PUMP_SLOTS == 0);
-        }
-    }
-}
+mod tests;
