@@ -15,10 +15,13 @@ mod outputs;
 mod pins;
 
 pub use clocks::Clocks;
-pub use flexor_f405::FLEXOR_F405 as BOARD;
+pub use flexor_f405::FLEXOR_F405;
 pub use modes::Bits;
 pub use outputs::{DacOutput, Dacs, Lines, Outputs, PinMap, Stages, TapeStreams};
 pub use pins::{Alternate, Analogue, Inputs, Pin, Port};
+
+/// The board of this build.
+pub const BOARD: Wiring = FLEXOR_F405;
 
 /// Stimulation channels. The protocol has ten, so every board has.
 pub const CHANNELS: usize = 10;
