@@ -5,7 +5,7 @@ use host_core::plot::words::in_columns;
 use host_core::run::Stopwatch;
 use serde_json::{Value, json};
 use std::time::Duration;
-use studies::two_points::{
+use studies::hamana2022::{
     Cell, Experiment, Participants, Population, Protocol, TwoPointsError, Wearer,
 };
 

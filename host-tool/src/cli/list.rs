@@ -6,7 +6,7 @@ use host_core::session::{SHIPPED as SESSIONS, Session, visible};
 use host_core::wearer::{SHIPPED as WEARERS, Wearer};
 use serde_json::{Value, json};
 use studies::laboratory::search::SHIPPED as SEARCHES;
-use studies::{catalog, experiments};
+use studies::{catalog, experiments, faults, limb};
 
 /// List the shipped sessions, wearers, searches and studies; each is found by its name from
 /// any folder, and copied out by flexor new FILE --from NAME
@@ -111,17 +111,32 @@ fn machines(groups: &[Group]) -> Value {
 }
 
 /// The text of the shipped session, wearer, search or declaration of this name, and the
-/// command that takes a file of its kind.
+/// command that uses it, where FILE stands for a copy's path. A study that is more than its
+/// declaration reads its own, not a copy.
 pub(super) fn shipped(name: &str) -> Option<(&'static str, &'static str)> {
-    let kinds: [(&[(&str, &'static str)], &str); 4] = [
-        (SESSIONS, "flexor run"),
-        (&WEARERS, "flexor check"),
-        (SEARCHES, "flexor search"),
-        (&experiments::DECLARATIONS, "flexor experiment"),
+    type Files = &'static [(&'static str, &'static str)];
+    if let Some(name) = name.strip_prefix("faults/") {
+        return named(&faults::FILES, name).map(|text| (text, "flexor faults"));
+    }
+    let kinds: [(Files, &str); 5] = [
+        (SESSIONS, "flexor run FILE"),
+        (&WEARERS, "flexor check FILE"),
+        (SEARCHES, "flexor search FILE"),
+        (&experiments::DECLARATIONS, "flexor experiment FILE"),
+        (
+            &[("recruitments.toml", limb::DECLARED)],
+            "flexor chart limb",
+        ),
     ];
-    kinds.into_iter().find_map(|(all, command)| {
-        let is = |own: &str| own.trim_end_matches(".toml") == name;
-        let found = all.iter().find(|(own, _)| is(own));
-        found.map(|(_, text)| (*text, command))
-    })
+    let studies = catalog::ENTRIES.iter();
+    let studies = studies.map(|entry| (entry.declarations, entry.command));
+    let mut kinds = kinds.into_iter().chain(studies);
+    kinds.find_map(|(files, command)| Some((named(files, name)?, command)))
+}
+
+/// The text of the file of this name.
+fn named(files: &[(&str, &'static str)], name: &str) -> Option<&'static str> {
+    let is = |file: &str| file.trim_end_matches(".toml") == name;
+    let found = files.iter().find(|(file, _)| is(file));
+    found.map(|(_, text)| *text)
 }

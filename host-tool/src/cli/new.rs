@@ -168,7 +168,7 @@ fn on_wearer(args: &New, wearer: &Path) -> anyhow::Result<String> {
 }
 
 /// What takes a session file.
-const RUN: &str = "flexor run";
+const RUN: &str = "flexor run FILE";
 
 /// Writes the file; `command` takes it next.
 fn write(args: &New, session: &str, command: &str, output: Output) -> anyhow::Result<()> {
@@ -179,8 +179,9 @@ fn write(args: &New, session: &str, command: &str, output: Output) -> anyhow::Re
     output.say(
         || {
             format!(
-                "{0} is written; next: {command} {0}",
-                args.session.display()
+                "{0} is written; next: {1}",
+                args.session.display(),
+                command.replace("FILE", &args.session.display().to_string())
             )
         },
         || serde_json::json!({ "session": args.session, "error": null }),

@@ -1,9 +1,9 @@
 //! What studies that draw their persons print, in 80 columns.
 
 use host_core::plot::words::in_columns;
+use studies::hamana2022::Experiment;
+use studies::hamana2022::paper::Kind;
 use studies::laboratory::{Outcome, Row, Share, Sheet, Shows, headline};
-use studies::two_points::Experiment;
-use studies::two_points::paper::Kind;
 
 /// Columns of a terminal.
 const COLUMNS: u16 = 80;

@@ -9,8 +9,8 @@ use clap::Args;
 use host_core::plot::words::in_columns;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use studies::hamana2022::{Cells, SIMULATED, Summary};
 use studies::laboratory::{Drawing, Outcome, Shard, Sweep, join, part_of};
-use studies::two_points::{Cells, SIMULATED, Summary};
 
 /// Draw forearms that are a mechanism, search points and voltages on each as Hamana 2022
 /// did, and judge its claims; with --out the same command goes on where it was interrupted
@@ -168,7 +168,7 @@ fn people(summaries: &[Summary], out: Option<&Path>) -> String {
         text += &format!("\n{}\n{}", summary.line(), summary.below());
     }
     let told = "n: wearers with all numbers; columns: in how many of a hundred each claim holds \
-                (host-tool/two_points/population.toml has them in this order).";
+                (host-tool/experiments/hamana-population.toml has them in this order).";
     text += &format!("\n{}\n{SIMULATED}", in_columns(told, 80));
     let page = out.map(|dir| format!("\nPage: {}", dir.join("result.html").display()));
     text + &page.unwrap_or_default()

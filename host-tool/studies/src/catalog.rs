@@ -3,10 +3,11 @@
 //! Not here: experiments that are declarations (`experiments`), how a study is run
 //! (`laboratory`), the commands (`cli`).
 
+use crate::hamana2022::paper::{self, Kind};
+use crate::hamana2022::{EXPERIMENTS, TwoPointsError, WEARERS};
 use crate::laboratory::Runnable;
-use crate::two_points::TwoPointsError;
-use crate::two_points::paper::{self, Kind};
-use crate::{distributed, electrodes, endpoint, lee, lift, ramps};
+use crate::sierotowicz2023::electrodes;
+use crate::{buatier2024, distributed, hamana2022, harris2017, lee2020, sierotowicz2023};
 use host_core::run::DeviceName;
 use host_core::wearer::shipped;
 use std::ops::RangeInclusive;
@@ -30,6 +31,10 @@ pub struct Asked<'a> {
 pub struct Entry {
     /// The names that it has, and what is studied under each.
     pub names: &'static [(&'static str, &'static str)],
+    /// File name in `host-tool/experiments` and text of its declaration.
+    pub declarations: &'static [(&'static str, &'static str)],
+    /// The command that runs it as declared.
+    pub command: &'static str,
     /// How many draws may be asked for.
     draws: RangeInclusive<u64>,
     /// Why not every device will do, and which do.
@@ -59,6 +64,12 @@ pub const ENTRIES: [Entry; 7] = [
             ("hamana-posture", "the index finger as the forearm pronates"),
             ("hamana-hold", "how far a held finger sinks in 10 s"),
         ],
+        declarations: &[
+            ("hamana.toml", EXPERIMENTS),
+            ("hamana-population.toml", hamana2022::DECLARED),
+            ("hamana-wearers.toml", WEARERS),
+        ],
+        command: "flexor experiment hamana-1",
         draws: 1..=1_000,
         devices: ("a drawn forearm is simulated", SIMULATORS),
         has_participants: true,
@@ -69,24 +80,43 @@ pub const ENTRIES: [Entry; 7] = [
             "lee",
             "threshold and force response of a muscle, and its model",
         )],
+        declarations: &[("lee.toml", lee2020::DECLARED)],
+        command: "flexor experiment lee",
         draws: 1..=1_000,
         devices: ("a bench is simulated", SIMULATORS),
         has_participants: false,
-        begin: |it| Ok(Box::new(lee::Run::asked(it.decided, it.device.clone())?)),
+        begin: |it| {
+            Ok(Box::new(lee2020::Run::asked(
+                it.decided,
+                it.device.clone(),
+            )?))
+        },
     },
     Entry {
         names: &[(
-            ramps::NAME,
+            harris2017::NAME,
             "torque of an elbow against current, width and angle",
         )],
+        declarations: &[("harris-ramps.toml", harris2017::DECLARED)],
+        command: "flexor experiment harris-ramps",
         // The paper has two.
         draws: 2..=100_000,
         devices: ("a drawn elbow is simulated", SIMULATORS),
         has_participants: false,
-        begin: |it| Ok(Box::new(ramps::Run::asked(it.decided, it.device.clone())?)),
+        begin: |it| {
+            Ok(Box::new(harris2017::Run::asked(
+                it.decided,
+                it.device.clone(),
+            )?))
+        },
     },
     Entry {
-        names: &[(endpoint::NAME, "a wanted force at the hand by nine muscles")],
+        names: &[(
+            sierotowicz2023::NAME,
+            "a wanted force at the hand by nine muscles",
+        )],
+        declarations: &[("sierotowicz.toml", sierotowicz2023::DECLARED)],
+        command: "flexor experiment sierotowicz",
         draws: 1..=10_000,
         devices: (
             "sierotowicz is of simulated bodies",
@@ -94,7 +124,7 @@ pub const ENTRIES: [Entry; 7] = [
         ),
         has_participants: false,
         begin: |it| {
-            Ok(Box::new(endpoint::Run::asked(
+            Ok(Box::new(sierotowicz2023::Run::asked(
                 it.decided,
                 it.device.clone(),
             )?))
@@ -105,6 +135,8 @@ pub const ENTRIES: [Entry; 7] = [
             electrodes::NAME,
             "which of ten electrodes serve a wanted force",
         )],
+        declarations: &[("electrode-choice.toml", electrodes::DECLARED)],
+        command: "flexor experiment electrode-choice",
         // Each is 400 kB.
         draws: 2..=2_000,
         devices: (
@@ -119,6 +151,8 @@ pub const ENTRIES: [Entry; 7] = [
             distributed::NAME,
             "one muscle's pulses shared by four electrodes",
         )],
+        declarations: &[("distributed.toml", distributed::DECLARED)],
+        command: "flexor experiment distributed",
         draws: 1..=10_000,
         devices: ("a drawn muscle is simulated for hours of its time", NATIVE),
         has_participants: false,
@@ -129,16 +163,18 @@ pub const ENTRIES: [Entry; 7] = [
     },
     Entry {
         names: &[(
-            lift::NAME,
+            buatier2024::NAME,
             "lifting arms that stimulation assists or resists",
         )],
+        declarations: &[("buatier.toml", buatier2024::DECLARED)],
+        command: "flexor experiment buatier",
         draws: 1..=10_000,
         devices: (
             "buatier takes the device's own modulation without the rest of it",
             NATIVE,
         ),
         has_participants: false,
-        begin: |it| Ok(Box::new(lift::Run::asked(it.decided)?)),
+        begin: |it| Ok(Box::new(buatier2024::Run::asked(it.decided)?)),
     },
 ];
 

@@ -3,30 +3,29 @@
 //! `bench` measures the device's algorithms and cycles; `accuracy` and `tracking`
 //! compare muscle models and control laws, `stability` maps where methods fail,
 //! `ladder` judges the choice of muscle models, `limb` what recruitments of an arm give;
-//! `laboratory` is what protocols share, `catalog` which studies there are; `experiments` are the papers' protocols,
-//! `endpoint` that of a wanted force at the hand, `electrodes` which of them serve it,
-//! `lee` that which identifies a muscle, `ramps` Harris' characterization, `distributed` a
-//! muscle under several electrodes, `lift` stimulation that follows lifting arms; `faults`
-//! are campaigns of what breaks; `figures` draw them. `subjects` are whom muscle models are
-//! compared on.
+//! `laboratory` is the machinery that studies share: declarations, draws, the runner, pages;
+//! `catalog` lists the studies and `experiments` the declarations of the program. A paper's
+//! study is named after its authors and year: `hamana2022`, `lee2020`, `harris2017`,
+//! `sierotowicz2023`, `buatier2024`; `distributed` is a muscle under several electrodes.
+//! `faults` are campaigns of what breaks; `figures` draw charts. `subjects` are the muscles
+//! that models are compared on. Declarations lie in `host-tool/experiments/`.
 
 pub mod accuracy;
 pub mod bench;
+pub mod buatier2024;
 pub mod catalog;
 pub mod distributed;
-pub mod electrodes;
-pub mod endpoint;
 pub mod experiments;
 pub mod faults;
 pub mod figures;
+pub mod hamana2022;
 pub mod hands;
+pub mod harris2017;
 pub mod laboratory;
 pub mod ladder;
-pub mod lee;
-pub mod lift;
+pub mod lee2020;
 pub mod limb;
-pub mod ramps;
+pub mod sierotowicz2023;
 pub mod stability;
 mod subjects;
 pub mod tracking;
-pub mod two_points;

@@ -1,9 +1,9 @@
 //! Control laws on a few drawn hands: repeatable, nobody dropped.
 
 use hal_sim::body::hand::spec::{A, B};
+use studies::hamana2022::{Participants, Population};
 use studies::hands::{Contender, Drawn, Hands, Plan, contenders, table};
 use studies::tracking::wearer::Points;
-use studies::two_points::{Participants, Population};
 
 /// No chart and no development has drawn these.
 const SEED: u64 = 4;

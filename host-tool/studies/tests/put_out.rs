@@ -6,7 +6,7 @@ use hal_sim::body::hand::{FittedHand, Hand, MovingHand, Segment};
 use hal_sim::body::{Body, Drive, Lead};
 use host_core::run::DeviceName;
 use host_core::session::{BodySpec, Session};
-use studies::two_points::{Pattern, driven_v};
+use studies::hamana2022::{Pattern, driven_v};
 
 const SHOWN: &str = include_str!("../../sessions/hamana_exp4_two_point.toml");
 /// Of the shown wearer's A and B.

@@ -6,7 +6,7 @@ use hal_sim::body::hand::{FittedHand, Hand};
 use hal_sim::body::{Body, Load};
 use host_core::session::{BodySpec, Session, hand_body};
 use std::path::{Path, PathBuf};
-use studies::two_points::{Known, Pattern, Population, prepare, search_extensor};
+use studies::hamana2022::{Known, Pattern, Population, prepare, search_extensor};
 
 /// As the sessions' comment says.
 const SEED: u64 = 2022;

@@ -5,9 +5,9 @@ use super::write;
 use crate::cli::{Output, wrong};
 use std::path::Path;
 use studies::figures::hands_picture;
+use studies::hamana2022::{Participants, TwoPointsError};
 pub(super) use studies::hands::Plan;
 use studies::hands::{Hands, HandsError, contenders, table};
-use studies::two_points::{Participants, TwoPointsError};
 
 /// Draws of a chart, and of a quick look.
 pub(super) const DRAWS: (u64, u64) = (60, 8);

@@ -5,7 +5,7 @@ use crate::laboratory::{Judged, Range};
 use serde::Deserialize;
 
 /// The declaration, as the program has it.
-pub const DECLARED: &str = include_str!("../../../distributed/distributed.toml");
+pub const DECLARED: &str = include_str!("../../../experiments/distributed.toml");
 
 /// The declaration.
 #[derive(Clone, Debug, Deserialize)]

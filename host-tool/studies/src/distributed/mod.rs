@@ -1,7 +1,7 @@
 //! One muscle's pulses shared by several electrodes: how long a force is held, how smooth it
 //! is, and what is left of it.
 //!
-//! Lives here: the declaration (`host-tool/distributed/distributed.toml`, committed before its
+//! Lives here: the declaration (`host-tool/experiments/distributed.toml`, committed before its
 //! seed was run), persons drawn of it, each condition on the device with its pulses streamed
 //! into the person's muscle, how that is judged, and what is told of it. Not here: the muscle
 //! (`hal_sim::body::shared`), the command (`cli`).

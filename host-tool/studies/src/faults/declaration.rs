@@ -8,48 +8,39 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
 
-/// File name and text of what each class draws.
-const fn file(class: Class) -> (&'static str, &'static str) {
-    match class {
-        Class::Declarations => (
-            "declarations.toml",
-            include_str!("../../../faults/declarations.toml"),
-        ),
-        Class::Electrode => (
-            "electrode.toml",
-            include_str!("../../../faults/electrode.toml"),
-        ),
-        Class::Flips => ("flips.toml", include_str!("../../../faults/flips.toml")),
-        Class::Link => ("link.toml", include_str!("../../../faults/link.toml")),
-        Class::Sensor => ("sensor.toml", include_str!("../../../faults/sensor.toml")),
-        Class::Registers => (
-            "registers.toml",
-            include_str!("../../../faults/registers.toml"),
-        ),
-        Class::Streams => ("streams.toml", include_str!("../../../faults/streams.toml")),
-        Class::Cpu => ("cpu.toml", include_str!("../../../faults/cpu.toml")),
-        Class::Supply => ("supply.toml", include_str!("../../../faults/supply.toml")),
-        Class::Allowance => (
-            "allowance.toml",
-            include_str!("../../../faults/allowance.toml"),
-        ),
-        Class::Pairs => ("pairs.toml", include_str!("../../../faults/pairs.toml")),
-    }
+macro_rules! files {
+    ($($file:literal)*) => {
+        [$(($file, include_str!(concat!("../../../experiments/faults/", $file)))),*]
+    };
 }
 
-/// Of what stimulates meanwhile.
-const SCENES: [(&str, &str); 7] = [
-    ("scene.toml", include_str!("../../../faults/scene.toml")),
-    ("pair.toml", include_str!("../../../faults/pair.toml")),
-    ("orders.toml", include_str!("../../../faults/orders.toml")),
-    ("finger.toml", include_str!("../../../faults/finger.toml")),
-    (
-        "finger_board.toml",
-        include_str!("../../../faults/finger_board.toml"),
-    ),
-    ("lift.toml", include_str!("../../../faults/lift.toml")),
-    ("arm.toml", include_str!("../../../faults/arm.toml")),
+/// File name in `host-tool/experiments/faults` and text of what each class draws, and of the
+/// sessions that stimulate meanwhile.
+pub const FILES: [(&str, &str); 18] = files![
+    "allowance.toml"
+    "arm.toml"
+    "cpu.toml"
+    "declarations.toml"
+    "electrode.toml"
+    "finger.toml"
+    "finger_board.toml"
+    "flips.toml"
+    "lift.toml"
+    "link.toml"
+    "orders.toml"
+    "pair.toml"
+    "pairs.toml"
+    "registers.toml"
+    "scene.toml"
+    "sensor.toml"
+    "streams.toml"
+    "supply.toml"
 ];
+
+/// The file of this name, and its text.
+fn file(name: &str) -> Option<(&'static str, &'static str)> {
+    FILES.into_iter().find(|(file, _)| *file == name)
+}
 
 /// A class of faults.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -254,13 +245,14 @@ impl Declaration {
     /// # Errors
     /// E619.
     pub fn of(class: Class) -> Result<Self, FaultsError> {
-        let (name, text) = file(class);
+        let name = format!("{class}.toml");
         let told = |why: String| FaultsError::Declaration(format!("{name}: {why}"));
+        let (name, text) = file(&name).ok_or_else(|| told("no such file".to_owned()))?;
         let of: Written = toml::from_str(text).map_err(|e| told(e.to_string()))?;
         let mut sha256 = BTreeMap::from([hash((name, text))]);
         let mut read = |wanted: &String| {
-            let scene = SCENES.into_iter().find(|(file, _)| file == wanted);
-            let (file, session) = scene.ok_or_else(|| told(format!("no scene `{wanted}`")))?;
+            let (file, session) =
+                file(wanted).ok_or_else(|| told(format!("no scene `{wanted}`")))?;
             sha256.extend([hash((file, session))]);
             SessionFile::parse(file, session).map_err(|e| told(e.lines()))
         };

@@ -43,7 +43,7 @@ mod truth;
 mod worn;
 
 pub use case::{Case, Ended, Fate};
-pub use declaration::{Class, Declaration};
+pub use declaration::{Class, Declaration, FILES};
 pub use error::FaultsError;
 pub use journal::{Identity, JOURNAL, Journal};
 pub use outcome::Outcome;

@@ -3,9 +3,9 @@
 use super::HandsError;
 use super::contender::{Contender, Outcome};
 use super::drawn::Drawn;
+use crate::hamana2022::{Participants, Population};
 use crate::tracking::statistics::{Interval, mean, paired, percentile};
 use crate::tracking::wearer::Points;
-use crate::two_points::{Participants, Population};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 

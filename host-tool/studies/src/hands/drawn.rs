@@ -2,14 +2,14 @@
 
 use super::HandsError;
 use super::leads::Leads;
+use crate::hamana2022::{
+    Known, Participants, Population, Prepared, TwoPointsError, Voltages, Wearer, prepare,
+    search_extensor,
+};
 use crate::tracking::driver::Driver;
 use crate::tracking::plant::{Line, Plant};
 use crate::tracking::trial::{Attempt, Frames, SCORED_FROM_MS, TRIAL_MS, device_time};
 use crate::tracking::wearer::{Points, Volts};
-use crate::two_points::{
-    Known, Participants, Population, Prepared, TwoPointsError, Voltages, Wearer, prepare,
-    search_extensor,
-};
 use hal_sim::body::Body;
 use hal_sim::body::hand::digits::{INDEX, REST_DEG};
 use hal_sim::body::hand::spec::{A, B, E, RETURN};

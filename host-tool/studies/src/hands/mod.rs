@@ -4,7 +4,7 @@
 //! Lives here: a drawn hand and what it holds (`drawn`), what its leads do (`leads`),
 //! who drives it and what they know (`contender`), one after the other (`campaign`), as
 //! tables (`table`). Not here: forearms (`hal_sim::body::hand`), searches for points and
-//! voltages (`crate::two_points`), lines and laws (`crate::tracking`).
+//! voltages (`crate::hamana2022`), lines and laws (`crate::tracking`).
 //! In: a seed. Out: errors of laws. All simulated: no evidence about people.
 
 mod campaign;
@@ -17,8 +17,8 @@ pub use campaign::{Case, Hands, Plan, Score};
 pub use contender::{Contender, Outcome, contenders};
 pub use drawn::{Drawn, Way};
 
+use crate::hamana2022::TwoPointsError;
 use crate::tracking::TrackingError;
-use crate::two_points::TwoPointsError;
 
 /// Why hands cannot be driven.
 #[derive(Debug, thiserror::Error)]

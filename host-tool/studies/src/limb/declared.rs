@@ -4,9 +4,9 @@ use super::LimbError;
 use serde::{Deserialize, Serialize};
 
 /// The file itself.
-pub const DECLARED: &str = include_str!("../../../limb/recruitments.toml");
+pub const DECLARED: &str = include_str!("../../../experiments/recruitments.toml");
 
-/// host-tool/limb/recruitments.toml.
+/// host-tool/experiments/recruitments.toml.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Declared {

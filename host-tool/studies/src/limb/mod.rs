@@ -2,7 +2,7 @@
 //!
 //! Lives here: the arms drawn, the comparison of the nearest neighbour with least
 //! squares, micromath's share of the error at the hand, the claims. Declared in
-//! `host-tool/limb/recruitments.toml`. Not here: the recruitments
+//! `host-tool/experiments/recruitments.toml`. Not here: the recruitments
 //! (`firmware::limb`, `host_core::limb`), a body, a person.
 //! In: the declaration. Out: a [`Study`] with its rows and shares.
 
@@ -27,7 +27,7 @@ use host_core::limb::Trouble;
 #[derive(Debug, thiserror::Error)]
 pub enum LimbError {
     /// The committed declaration.
-    #[error("E707 host-tool/limb/recruitments.toml cannot be read: {0}")]
+    #[error("E707 host-tool/experiments/recruitments.toml cannot be read: {0}")]
     Declaration(toml::de::Error),
     /// An arm or a posture.
     #[error(transparent)]

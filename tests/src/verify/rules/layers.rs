@@ -21,7 +21,7 @@ const LAYERS: &[(&str, &[&[&str]])] = &[
     ("host-tool", &[&["cli"], &["live", "selftest"]]),
     ("host-tool/core", &[&["calibration", "choice", "report"], &["run"], &["analysis"], &["record"], &["session"], &["wearer"], &["disk", "fields", "link", "plot"], &["identify", "limb", "number", "statistics"]]),
     ("host-tool/methods", &[&["bench"], &["control", "muscle"], &["real"]]),
-    ("host-tool/studies", &[&["experiments", "faults", "figures"], &["catalog"], &["electrodes", "hands"], &["distributed", "endpoint", "lee", "lift", "ramps", "two_points"], &["accuracy", "laboratory", "ladder", "limb", "stability"], &["tracking"], &["bench", "subjects"]]),
+    ("host-tool/studies", &[&["experiments", "faults", "figures"], &["catalog"], &["hands"], &["buatier2024", "distributed", "hamana2022", "harris2017", "lee2020", "sierotowicz2023"], &["accuracy", "laboratory", "ladder", "limb", "stability"], &["tracking"], &["bench", "subjects"]]),
     ("tests", &[&["differential", "expectation", "fuzz", "verify"], &["desk", "record"]]),
 ];
 

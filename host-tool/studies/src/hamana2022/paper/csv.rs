@@ -1,0 +1,102 @@
+//! `draws.csv`: a row for each trial, so that every number can be computed again.
+
+use super::{Came, Kind, Part, Study, What};
+use crate::hamana2022::pattern::Pattern;
+use std::fmt::Write;
+
+/// What every row begins with: thresholds and greatest voltages as searched, V.
+const BEGIN: &str = "wearer,draw,became,va_th,va_max,vb_th,vb_max,r_th,ve_th,ve_max";
+const PATTERNS: &str = "condition,trial,place,index_nm,individuation,index_deg,\
+                        thumb,index,middle,ring,little";
+const TRACKED: &str = "law,points,trial,rmse_deg,refused";
+const HELD: &str = "points,trial,greatest_deg,last_deg,sinks_deg";
+
+impl Study {
+    /// Of these, in their order; a draw that came to nothing is a row with the reason.
+    #[must_use]
+    pub fn csv(&self, parts: &[Part]) -> String {
+        let rest = match self.kind {
+            Kind::Patterns(_) => PATTERNS,
+            Kind::Control => TRACKED,
+            Kind::Hold => HELD,
+        };
+        let head = format!("{BEGIN},{rest}");
+        let empty = ",".repeat(head.matches(',').count() - 2);
+        let mut text = head + "\n";
+        for part in parts {
+            let (name, draw) = (&part.participant, part.draw);
+            match &part.became {
+                // A formatted `String` takes every byte.
+                Err(why) => drop(writeln!(text, "{name},{draw},\"{why}\"{empty}")),
+                Ok(came) => rows(
+                    &mut text,
+                    &format!("{name},{draw},whole,{}", found(came)),
+                    came,
+                ),
+            }
+        }
+        text
+    }
+}
+
+fn found(came: &Came) -> String {
+    let [[a, b], [am, bm]] = [came.voltages.threshold_v, came.voltages.most_v];
+    let [e, em] = came.extensor_v;
+    let r = came.voltages.ratio;
+    let r = r.map_or_else(String::new, |r| r.to_string());
+    format!("{a},{am},{b},{bm},{r},{e},{em}")
+}
+
+fn rows(text: &mut String, begin: &str, came: &Came) {
+    let number = |it: f64| format!("{it:.4}");
+    match &came.what {
+        What::Patterns(session) => {
+            for it in &session.stimulated {
+                let condition = &session.conditions[it.condition].name;
+                let individuation = it.individuation.map_or_else(String::new, number);
+                let flexed = it.flexed.map(number).join(",");
+                let _ = writeln!(
+                    text,
+                    "{begin},\"{condition}\",{},{},{:.6},{individuation},{:.3},{flexed}",
+                    it.trial, it.place, it.torque_nm, it.index_deg
+                );
+            }
+        }
+        What::Tracked(tracking) => {
+            for it in &tracking.trials {
+                let (rmse, why) = match &it.rmse_deg {
+                    Ok(rmse) => (format!("{rmse:.3}"), String::new()),
+                    Err(why) => (String::new(), why.replace('"', "'").replace('\n', " ")),
+                };
+                let (law, points) = (&it.law, it.method.name());
+                let _ = writeln!(
+                    text,
+                    "{begin},{law},{points},{},{rmse},\"{why}\"",
+                    it.number
+                );
+            }
+        }
+        What::Held(trials) => {
+            for (number, it) in trials.iter().flatten().enumerate() {
+                let points = points(it.pattern);
+                let [greatest, last] = [it.greatest_deg(), it.last_deg()];
+                let (trial, sinks) = (number / 2, it.sinks_deg());
+                let _ = writeln!(
+                    text,
+                    "{begin},{points},{trial},{greatest:.3},{last:.3},{sinks:.3}"
+                );
+            }
+        }
+    }
+}
+
+/// "A", "B" or "two", as [`crate::hamana2022::Method::name`].
+fn points(pattern: Pattern) -> &'static str {
+    use crate::hamana2022::pattern::Points;
+    use hal_sim::body::hand::spec::A;
+    match pattern.points {
+        Points::One(A) => "A",
+        Points::One(_) => "B",
+        Points::Two { .. } => "two",
+    }
+}

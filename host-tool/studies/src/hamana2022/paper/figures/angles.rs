@@ -1,0 +1,301 @@
+//! Figures 25 to 28 and 30 to 32: the index finger's angle.
+
+use super::super::outcome::sessions;
+use super::super::spread::{Spread, of_draws};
+use super::super::tracking::Course;
+use super::super::{Part, Study};
+use super::in_words;
+use crate::hamana2022::angles::{Bent, LIES_DEG, bent};
+use crate::hamana2022::error::TwoPointsError;
+use crate::hamana2022::held::Hold;
+use crate::hamana2022::pattern::Pattern;
+use crate::hamana2022::sessions::people;
+use crate::laboratory::{Along, Bar, Curve, Plot, Plots, Sheet};
+use hal_sim::body::hand::spec::{A, B};
+
+/// Rows of a hold, s.
+const ROW_S: f64 = 0.02;
+const METHODS: [&str; 2] = ["one point", "two points"];
+
+/// The course of a hold.
+fn course(series: usize, it: &Hold) -> Curve {
+    let rows = it.course_deg.iter().enumerate();
+    let at = rows.map(|(row, deg)| [ROW_S * (row + 1) as f64, *deg]);
+    Curve::line(series, at)
+}
+
+fn angle() -> Along {
+    Along::even("angle (°)", [0.0, 100.0])
+}
+
+fn ten_seconds() -> Along {
+    Along::even("time (s)", [0.0, 10.0])
+}
+
+impl Study {
+    /// Best and worst trial of one point and of two.
+    pub(super) fn figures_25_to_28(&self, parts: &[Part]) -> Vec<Sheet> {
+        let kinds = [
+            (25, false, true),
+            (26, false, false),
+            (27, true, true),
+            (28, true, false),
+        ];
+        let (mut plots, mut whose) = (Vec::new(), Vec::new());
+        for (number, is_two, is_best) in kinds {
+            let what = format!(
+                "{number}: {}, {}",
+                METHODS[usize::from(is_two)],
+                if is_best { "best" } else { "worst" }
+            );
+            let Some((part, it)) = self.shown(parts, is_two, is_best) else {
+                whose.push(format!("{number}: no draw has a number"));
+                continue;
+            };
+            let words = in_words(&part.participant, part.draw, "P");
+            whose.push(format!(
+                "{number}: {}, {} trial {}",
+                words.replace(", the first that has points and voltages", ""),
+                it.method.name(),
+                it.number + 1
+            ));
+            plots.push(followed(format!("{what}: {:.1}°", it.rmse_deg), it));
+        }
+        let caption = format!(
+            "Wanted and measured angle of the trial with the least and with the greatest RMSE \
+             under the paper's law, in the first draw in which every trial of the method has a \
+             number: {}. Simulated. Grey: not judged. Figures 25 to 28 are P's: 8.40 and 26.6° \
+             with one point, 9.00 and 12.6° with two.",
+            whose.join("; ")
+        );
+        let plots = Plots {
+            beside: 2,
+            series: ["angle", "wanted"].map(str::to_owned).to_vec(),
+            plots,
+        };
+        let title = "a sine, followed";
+        vec![Sheet::figure("Figures 25 to 28", title, caption, plots)]
+    }
+
+    /// The first draw with such a course, of P if they have one.
+    fn shown<'p>(
+        &self,
+        parts: &'p [Part],
+        is_two: bool,
+        is_best: bool,
+    ) -> Option<(&'p Part, &'p Course)> {
+        let others = self.participants.all.iter().map(|it| &*it.name);
+        let mut all = std::iter::once("P")
+            .chain(others)
+            .flat_map(|name| parts.iter().filter(move |it| it.participant == name));
+        all.find_map(|part| {
+            let tracking = part.became.as_ref().ok()?.tracking()?;
+            let mut own = tracking.courses.iter();
+            let own = own.find(|it| (it.is_two, it.is_best) == (is_two, is_best))?;
+            Some((part, own))
+        })
+    }
+
+    /// Angle over time at three postures.
+    pub(super) fn figure_30(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
+        let Some(whose) = self.whose("Q", parts)? else {
+            return Ok(Vec::new());
+        };
+        let of = |pattern, lies| whose.wearer.held(&self.population, 0, (pattern, lies));
+        let [a, b] = [of(Pattern::alone(A), 0.0)?, of(Pattern::alone(B), 0.0)?];
+        let better = if a.greatest_deg() >= b.greatest_deg() {
+            a
+        } else {
+            b
+        };
+        let mut plots = Vec::new();
+        for (name, pattern) in METHODS.into_iter().zip([better.pattern, Pattern::usual()]) {
+            let mut curves = Vec::new();
+            for (series, lies) in LIES_DEG.into_iter().enumerate() {
+                curves.push(course(series, &of(pattern, lies)?));
+            }
+            plots.push(Plot {
+                title: format!("{name}: {}", pattern.in_words()),
+                x: ten_seconds(),
+                y: angle(),
+                curves,
+                ..Plot::default()
+            });
+        }
+        let caption = format!(
+            "The index finger over ten seconds, one trial at each pronation, one point (the \
+             better one at 0°) and two: {}, simulated, the hand in motion. In figure 30, of Q, \
+             one point bends less at 45° and 90° than at 0°, two points fully everywhere.",
+            whose.words
+        );
+        let plots = Plots {
+            beside: 2,
+            series: LIES_DEG.map(|lies| format!("{lies}° pronated")).to_vec(),
+            plots,
+        };
+        let title = "the index finger at three postures";
+        Ok(vec![Sheet::figure("Figure 30", title, caption, plots)])
+    }
+
+    /// Greatest angles by posture.
+    pub(super) fn figure_31(&self, parts: &[Part]) -> Vec<Sheet> {
+        let sessions = sessions(parts);
+        let mut plots = Vec::new();
+        for (who, _) in people(&sessions) {
+            let own = sessions.iter().filter(|it| it.participant == who);
+            let all: Vec<Bent> = own.filter_map(bent).collect();
+            let mut bars = Vec::new();
+            for place in 0..LIES_DEG.len() {
+                for method in 0..METHODS.len() {
+                    let left = place as f64 + [-0.38, 0.02][method];
+                    let spread = Spread::of(all.iter().map(|it| it[method][place]));
+                    bars.extend(spread.map(|it| Bar {
+                        series: method,
+                        x: [left, left + 0.36],
+                        value: it.median,
+                        range: Some(it.range),
+                    }));
+                }
+            }
+            plots.push(Plot {
+                title: of_draws(who, all.len()),
+                x: Along::of("pronation", LIES_DEG.map(|lies| format!("{lies}°"))),
+                y: angle(),
+                bars,
+                ..Plot::default()
+            });
+        }
+        if plots.is_empty() {
+            return Vec::new();
+        }
+        let caption = "The index finger's angle by pronation, means of three trials: median and \
+                       5th to 95th percentile of the draws, simulated; the settled angle of the \
+                       hand at rest, without fatigue. In figure 31 one point bends furthest at 0° \
+                       in P, Q and S; two points nearly 100° in P and Q everywhere, S at least \
+                       50° at 45°.";
+        let plots = Plots {
+            beside: 4,
+            series: METHODS.map(str::to_owned).to_vec(),
+            plots,
+        };
+        let title = "greatest angles by posture";
+        vec![Sheet::figure("Figure 31", title, caption.to_owned(), plots)]
+    }
+
+    /// Ten seconds of one point and of two.
+    pub(super) fn figure_32(&self, parts: &[Part]) -> Vec<Sheet> {
+        let (mut plots, mut whose) = (Vec::new(), Vec::new());
+        for participant in &self.participants.all {
+            let name = &participant.name;
+            let mut own = parts.iter().filter(|it| it.participant == *name);
+            let first = own.find_map(|it| {
+                let held = it.became.as_ref().ok()?.held()?;
+                Some((it.draw, held.first()?))
+            });
+            let Some((draw, both)) = first else { continue };
+            whose.push(format!("{name}'s draw {draw}"));
+            let curves = both.iter().enumerate();
+            let [one, two] = both.each_ref().map(Hold::sinks_deg);
+            plots.push(Plot {
+                title: format!("{name}: sinks {one:.1}°, {two:.1}°"),
+                x: ten_seconds(),
+                y: angle(),
+                curves: curves.map(|(series, it)| course(series, it)).collect(),
+                ..Plot::default()
+            });
+        }
+        if plots.is_empty() {
+            return Vec::new();
+        }
+        let caption = format!(
+            "The index finger over ten seconds at the greatest voltages, one trial with one \
+             point (the one that bends further) and with two, of each participant's first draw \
+             that has points and voltages: {}. Simulated. Over each plot how far it sinks from \
+             its greatest angle to that at 10 s, one point first. In figure 32 that is 21.9 and \
+             0.0° in P, 44.8 and 0.0° in Q, 29.0 and 13.6° in S.",
+            whose.join(", ")
+        );
+        let plots = Plots {
+            beside: 2,
+            series: METHODS.map(str::to_owned).to_vec(),
+            plots,
+        };
+        let title = "ten seconds of one point and of two";
+        vec![Sheet::figure("Figure 32", title, caption, plots)]
+    }
+}
+
+fn followed(title: String, it: &Course) -> Plot {
+    let of = |place: usize| it.rows.iter().map(move |row| [row[0], row[place]]);
+    Plot {
+        title,
+        x: Along::even("time (s)", [0.0, 30.0]),
+        y: angle(),
+        aside: Some([0.0, 10.0]),
+        curves: vec![Curve::line(0, of(2)), Curve::line(1, of(1))],
+        ..Plot::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hamana2022::Voltages;
+    use crate::hamana2022::paper::{Came, Kind, Tracking, What};
+    use crate::hamana2022::tracked::Method;
+    use host_core::run::DeviceName;
+
+    fn followed_by(name: &str, draw: u64) -> Part {
+        let course = Course {
+            is_two: false,
+            is_best: true,
+            method: Method::B,
+            number: 2,
+            rmse_deg: 8.4,
+            rows: vec![[0.0, 45.0, 10.0], [0.05, 46.0, 11.0]],
+        };
+        let voltages = Voltages {
+            threshold_v: [24.0, 28.0],
+            most_v: [28.0, 36.0],
+            ratio: None,
+        };
+        Part {
+            participant: name.to_owned(),
+            draw,
+            became: Ok(Came {
+                voltages,
+                extensor_v: [14.0, 26.0],
+                what: What::Tracked(Tracking {
+                    trials: Vec::new(),
+                    courses: vec![course],
+                }),
+            }),
+        }
+    }
+
+    /// P's first draw that has a number, otherwise another's, and it is said whose.
+    #[test]
+    fn whose_course_is_shown_is_said() {
+        let study = Study::asked(
+            Kind::Control,
+            (None, None),
+            (None, None),
+            DeviceName::Native,
+        )
+        .unwrap();
+        let caption = |parts: &[Part]| study.figures_25_to_28(parts)[0].caption.clone();
+        let of_p = [
+            followed_by("Q", 0),
+            followed_by("P", 4),
+            followed_by("P", 5),
+        ];
+        let told = caption(&of_p);
+        assert!(told.contains("25: P, draw 4, B trial 3;"), "{told}");
+        assert!(told.contains("28: no draw has a number"), "{told}");
+        let told = caption(&of_p[..1]);
+        assert!(
+            told.contains("25: Q, draw 0 (of P no draw has it), B trial 3"),
+            "{told}"
+        );
+    }
+}

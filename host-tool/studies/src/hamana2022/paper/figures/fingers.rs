@@ -1,0 +1,185 @@
+//! Figures 8 to 11 and 21: all five fingers.
+
+use super::super::outcome::sessions;
+use super::super::spread::Spread;
+use super::super::{Part, Study};
+use super::DIGITS;
+use crate::hamana2022::error::TwoPointsError;
+use crate::hamana2022::participant::DEVICE_V;
+use crate::hamana2022::pattern::{Pattern, Points};
+use crate::hamana2022::sessions::{Session, mean, people};
+use crate::hamana2022::voltages::{SELECTIVE, searched};
+use crate::laboratory::{Along, Bar, Curve, Plot, Plots, Sheet};
+use hal_sim::body::hand::digits::REST_DEG;
+use hal_sim::body::hand::spec::{A, B};
+
+/// How long a pattern lasts (III-A3), µs; rows of a course, s.
+const LASTS_US: u64 = 2_000_000;
+const ROW_S: f64 = 0.02;
+/// Nine bar charts have no room for names.
+const LETTERS: [&str; 5] = ["T", "I", "M", "R", "L"];
+
+fn series(count: usize) -> Vec<String> {
+    DIGITS
+        .iter()
+        .take(count)
+        .map(|it| (*it).to_owned())
+        .collect()
+}
+
+impl Study {
+    /// The search at each point: angles and individuation against voltage.
+    pub(super) fn figure_8(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
+        let Some(mut whose) = self.whose("P", parts)? else {
+            return Ok(Vec::new());
+        };
+        let voltages = whose.wearer.voltages;
+        let mut plots = Vec::new();
+        for (point, name) in [(A, "A"), (B, "B")] {
+            let steps = searched(&mut whose.wearer.hand, point, DEVICE_V)?;
+            let mut curves: Vec<Curve> = (0..LETTERS.len())
+                .map(|digit| {
+                    let at = steps.iter().map(|it| [it.volts, it.flexed[digit]]);
+                    Curve::line(digit, at)
+                })
+                .collect();
+            let at = steps.iter();
+            let at = at.filter_map(|it| Some([it.volts, it.individuation?]));
+            curves.push(Curve::line(LETTERS.len(), at));
+            let [least, most] = [voltages.threshold_v[point], voltages.most_v[point]];
+            plots.push(Plot {
+                title: format!("point {name}: from {least:.0} to {most:.0} V"),
+                x: Along::even("voltage (V)", [0.0, DEVICE_V]),
+                y: Along::even("part of the range; index", [0.0, 1.05]),
+                curves,
+                ..Plot::default()
+            });
+        }
+        let caption = format!(
+            "Each finger's angle above rest as a part of its range, and the individuation index, \
+             against the voltage at one point, in the search's steps: {}, simulated. Over each \
+             plot its threshold and its greatest voltage, above which the index falls to \
+             {SELECTIVE} or the search ends. Figure 8 is of P at one point; its index falls when \
+             other fingers bend. Of lines that coincide the first are the widest.",
+            whose.words
+        );
+        let plots = Plots {
+            beside: 2,
+            series: series(6),
+            plots,
+        };
+        let title = "the search at one point";
+        Ok(vec![Sheet::figure("Figure 8", title, caption, plots)])
+    }
+
+    /// Five fingers over two seconds, of the moving hand.
+    pub(super) fn figures_9_to_11(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
+        let Some(whose) = self.whose("S", parts)? else {
+            return Ok(Vec::new());
+        };
+        let [a, b] = whose.wearer.voltages.most_v;
+        let two = |after_us| Pattern {
+            points: Points::Two { first: A, after_us },
+            isolated: false,
+        };
+        let mut plots = Vec::new();
+        for (title, pattern) in [
+            ("9: point B alone, isolated", Pattern::alone(B)),
+            ("10: 0 µs (pattern 0)", two(0)),
+            ("11: 2000 µs (pattern 8)", two(2_000)),
+        ] {
+            let rows = whose
+                .wearer
+                .moved(&self.population, 0, (pattern, 0.0), LASTS_US)?;
+            let curve = |digit: usize| {
+                let rows = std::iter::once(&REST_DEG).chain(&rows);
+                let rows = rows.enumerate();
+                let at = rows.map(|(at, it)| [ROW_S * at as f64, it[digit]]);
+                Curve::line(digit, at)
+            };
+            plots.push(Plot {
+                title: title.to_owned(),
+                x: Along::even("time (s)", [0.0, 2.0]),
+                y: Along::even("angle (°)", [-40.0, 100.0]),
+                curves: (0..LETTERS.len()).map(curve).collect(),
+                ..Plot::default()
+            });
+        }
+        let caption = format!(
+            "Angles of five fingers from the first pulse on, with initial angles, at {a:.0} V on \
+             A and {b:.0} V on B: {}, simulated, the hand in motion. Figures 9 to 11 are S's at \
+             18 and 24 V; figure 9 does not say whether A was isolated; figure 11's caption \
+             calls pattern 8 isolated, figure 5 and the text conducted, as here. There one point \
+             bends the index finger slightly, 0 µs other fingers too, 2000 µs the index finger \
+             strongly. Of lines that coincide the first are the widest.",
+            whose.words
+        );
+        let plots = Plots {
+            beside: 3,
+            series: series(5),
+            plots,
+        };
+        let title = "five fingers over two seconds";
+        Ok(vec![Sheet::figure(
+            "Figures 9 to 11",
+            title,
+            caption,
+            plots,
+        )])
+    }
+
+    /// Nine bar charts.
+    pub(super) fn figure_21(&self, parts: &[Part]) -> Vec<Sheet> {
+        let sessions = sessions(parts);
+        let all = people(&sessions).into_iter();
+        all.map(|(who, _)| {
+            let own: Vec<&Session> = sessions.iter().filter(|it| it.participant == who).collect();
+            let mut names: Vec<&str> = Vec::new();
+            for it in own.iter().flat_map(|it| &it.conditions) {
+                if !names.contains(&&*it.name) {
+                    names.push(&it.name);
+                }
+            }
+            names.sort_unstable();
+            let plots = Plots {
+                beside: 3,
+                series: vec!["greatest angle".to_owned()],
+                plots: names.iter().map(|name| intensity(name, &own)).collect(),
+            };
+            let caption = format!(
+                "Angle of each finger above rest as a part of its range, means of five trials: \
+                 median and 5th to 95th percentile of {who}'s {} draws that have points and \
+                 voltages, simulated (T thumb, I index, M middle, R ring, L little). In figure \
+                 21, of P, the index finger alone bends at a to f, fully at d and e; the thumb \
+                 too at g, the little finger at h, both at i.",
+                own.len()
+            );
+            Sheet::figure("Figure 21", "fingers at nine intensities", caption, plots)
+        })
+        .collect()
+    }
+}
+
+/// Five bars.
+fn intensity(name: &str, sessions: &[&Session]) -> Plot {
+    let bar = |digit: usize| {
+        let of = sessions
+            .iter()
+            .filter_map(|it| mean(it, |c| c.name == name, |s| s.flexed[digit]));
+        let spread = Spread::of(of)?;
+        let at = digit as f64;
+        Some(Bar {
+            series: 0,
+            x: [at - 0.35, at + 0.35],
+            value: spread.median,
+            range: Some(spread.range),
+        })
+    };
+    Plot {
+        title: name.to_owned(),
+        x: Along::of("", LETTERS.map(str::to_owned)),
+        y: Along::even("part of the range", [0.0, 1.05]),
+        bars: (0..LETTERS.len()).filter_map(bar).collect(),
+        ..Plot::default()
+    }
+}

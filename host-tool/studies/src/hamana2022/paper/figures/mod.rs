@@ -1,0 +1,74 @@
+//! Figures beside the paper's of the same number. Photographs and diagrams of the paper
+//! (1 to 7, 16, 22 to 24 and 29) have none.
+
+mod angles;
+mod fingers;
+mod patterns;
+
+use super::{Kind, Part, Study};
+use crate::hamana2022::error::TwoPointsError;
+use crate::hamana2022::experiments::Experiment;
+use crate::hamana2022::wearers::Wearer;
+use crate::laboratory::Sheet;
+
+/// Series of digits, and that of the individuation index.
+const DIGITS: [&str; 6] = [
+    "thumb",
+    "index",
+    "middle",
+    "ring",
+    "little",
+    "individuation index",
+];
+
+/// Whose forearm a figure shows.
+struct Whose {
+    wearer: Wearer,
+    /// "P, draw 3", and why not whom the paper shows.
+    words: String,
+}
+
+impl Study {
+    /// All of this study.
+    pub(super) fn figures(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
+        Ok(match self.kind {
+            Kind::Patterns(Experiment::Selectivity) => {
+                let mut all = self.figure_8(parts)?;
+                all.extend(self.figures_9_to_11(parts)?);
+                all.extend(self.individuation_figures(parts));
+                all
+            }
+            Kind::Patterns(Experiment::Torque) => self.torque_figures(parts),
+            Kind::Patterns(Experiment::Intensities) => self.figure_21(parts),
+            Kind::Patterns(Experiment::Posture) => {
+                let mut all = self.figure_30(parts)?;
+                all.extend(self.figure_31(parts));
+                all
+            }
+            Kind::Control => self.figures_25_to_28(parts),
+            Kind::Hold => self.figure_32(parts),
+        })
+    }
+
+    /// The first draw that came to anything, of `wanted` if they have one.
+    fn whose(&self, wanted: &str, parts: &[Part]) -> Result<Option<Whose>, TwoPointsError> {
+        let others = self.participants.all.iter().map(|it| &*it.name);
+        for name in std::iter::once(wanted).chain(others) {
+            if let Some((draw, wearer)) = self.first(name, parts)? {
+                return Ok(Some(Whose {
+                    wearer,
+                    words: in_words(name, draw, wanted),
+                }));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// "P's draw 3", and that it is not whom the paper shows.
+fn in_words(name: &str, draw: u64, wanted: &str) -> String {
+    match name == wanted {
+        true => format!("{name}, draw {draw}, the first that has points and voltages"),
+        false => format!("{name}, draw {draw} (of {wanted} no draw has it)"),
+    }
+}

@@ -1,0 +1,280 @@
+//! Figures 12 to 15 and 17 to 20: individuation and torque by pattern.
+
+use super::super::outcome::sessions;
+use super::super::spread::{Spread, of_draws};
+use super::super::tables::averages;
+use super::super::{Part, Study};
+use crate::hamana2022::experiments::Experiment;
+use crate::hamana2022::pattern::Pattern;
+use crate::hamana2022::replication::{Averages, CONDUCTED, PATTERNS, Replication};
+use crate::hamana2022::sessions::{Session, people};
+use crate::laboratory::{Along, Band, Bar, Curve, Plot, Plots, Sheet};
+
+/// Series.
+const STATES: [&str; 3] = ["conducted", "isolated", "one point, conducted"];
+const ONE: usize = 2;
+/// Where a phase difference of 0 stands on a logarithmic axis, µs.
+const TOGETHER_US: f64 = 25.0;
+/// Of pairs of patterns, conducted and isolated.
+const LATE: [(usize, &str); 4] = [(6, "1000"), (8, "2000"), (10, "5000"), (12, "10000")];
+
+/// 0 conducted, 1 isolated.
+const fn state(number: usize) -> usize {
+    (number >= 7 && number % 2 == 1) as usize
+}
+
+/// What is measured, and how far it goes.
+struct Measure {
+    experiment: Experiment,
+    axis: &'static str,
+    words: &'static str,
+}
+
+const INDIVIDUATION: Measure = Measure {
+    experiment: Experiment::Selectivity,
+    axis: "individuation index",
+    words: "Individuation index of the index finger",
+};
+const TORQUE: Measure = Measure {
+    experiment: Experiment::Torque,
+    axis: "torque",
+    words: "Torque about the index finger's joint, as a part of the participant's greatest pattern",
+};
+const SPREAD: &str = "bars and marks are medians, lines the 5th to 95th percentile of the draws";
+
+impl Study {
+    /// Figures 12 to 15.
+    pub(super) fn individuation_figures(&self, parts: &[Part]) -> Vec<Sheet> {
+        let sessions = sessions(parts);
+        let own = Of::new(INDIVIDUATION, &sessions);
+        own.sheets(
+            ["Figure 12", "Figure 13", "Figure 14", "Figure 15"],
+            [
+                "Figure 12 has the averages of four people.",
+                "Figure 13 has their averages: above 0.8 from pattern 5 on.",
+                "Figure 14 rises with the phase difference, above 0.9 beyond 500 µs.",
+                "In figure 15 both are alike but at 1000 µs.",
+            ],
+            None,
+        )
+    }
+
+    /// Figures 17 to 20.
+    pub(super) fn torque_figures(&self, parts: &[Part]) -> Vec<Sheet> {
+        let sessions = sessions(parts);
+        let own = Of::new(TORQUE, &sessions);
+        own.sheets(
+            ["Figure 17", "Figure 18", "Figure 19", "Figure 20"],
+            [
+                "Figure 17 has four people, and one point conducted at its right.",
+                "Figure 18 has their averages beside that of one point, 0.28.",
+                "Figure 19 has no significant effect of the phase difference.",
+                "In figure 20 conducted ones pull more.",
+            ],
+            Some(self.protocol.paper.one_point[0]),
+        )
+    }
+}
+
+struct Of<'s> {
+    measure: Measure,
+    sessions: &'s [Session],
+    draws: Vec<Replication>,
+}
+
+impl<'s> Of<'s> {
+    fn new(measure: Measure, sessions: &'s [Session]) -> Self {
+        let draws = averages(measure.experiment, sessions);
+        Self {
+            draws: draws.iter().map(|it| Replication::of(it)).collect(),
+            measure,
+            sessions,
+        }
+    }
+
+    /// By participant; averages; by phase difference; conducted beside isolated. `one` is
+    /// what the paper prints of one point.
+    fn sheets(&self, numbers: [&str; 4], papers: [&str; 4], one: Option<f64>) -> Vec<Sheet> {
+        if self.draws.is_empty() {
+            return Vec::new();
+        }
+        let words = self.measure.words;
+        let whose = "of whoever of the participants has points and voltages in a draw";
+        let whats = [
+            ("by participant and pattern", "of each participant"),
+            ("by pattern", whose),
+            ("by phase difference, conducted", whose),
+            ("conducted and isolated", whose),
+        ];
+        let plots = [
+            self.people(one),
+            self.means(one),
+            self.phases(),
+            self.pairs(),
+        ];
+        let each = numbers.into_iter().zip(papers).zip(whats).zip(plots);
+        each.map(|(((number, paper), (title, whose)), plots)| {
+            let caption = format!("{words}, {whose}, simulated; {SPREAD}. {paper}");
+            Sheet::figure(number, title, caption, plots)
+        })
+        .collect()
+    }
+
+    fn y(&self) -> Along {
+        Along::even(self.measure.axis, [0.0, 1.05])
+    }
+
+    /// A bar of each pattern, and of one point where the paper prints it.
+    fn plot(
+        &self,
+        title: &str,
+        of: &dyn Fn(usize) -> Option<Spread>,
+        one: Option<(Option<Spread>, Option<f64>)>,
+    ) -> Plot {
+        let names = (0..PATTERNS).map(|it| it.to_string());
+        let names = names.chain(one.map(|_| "one".to_owned()));
+        let bar = |at: usize, series: usize, it: Spread| {
+            let at = at as f64;
+            Bar {
+                series,
+                x: [at - 0.38, at + 0.38],
+                value: it.median,
+                range: Some(it.range),
+            }
+        };
+        let bars = (0..PATTERNS).filter_map(|at| Some(bar(at, state(at), of(at)?)));
+        let ours = one.and_then(|(ours, _)| ours);
+        let paper = one.and_then(|(_, paper)| paper);
+        Plot {
+            title: title.to_owned(),
+            x: Along::of("pattern", names),
+            y: self.y(),
+            bars: bars.chain(ours.map(|it| bar(PATTERNS, ONE, it))).collect(),
+            paper: paper.map(|it| [PATTERNS as f64, it]).into_iter().collect(),
+            ..Plot::default()
+        }
+    }
+
+    fn series(with_one: bool) -> Vec<String> {
+        let count = if with_one { 3 } else { 2 };
+        STATES
+            .iter()
+            .take(count)
+            .map(|it| (*it).to_owned())
+            .collect()
+    }
+
+    fn people(&self, one: Option<f64>) -> Plots {
+        let plot = |who: &str| {
+            let own = self.sessions.iter().filter(|it| it.participant == who);
+            let all: Vec<Averages> = own
+                .map(|it| Averages::of(self.measure.experiment, &it.conditions, &it.stimulated))
+                .collect();
+            let of = |at: usize| Spread::of(all.iter().filter_map(|it| it.patterns[at]));
+            let alone = Spread::of(all.iter().filter_map(|it| Some(it.one_point?[0])));
+            let title = of_draws(who, all.len());
+            self.plot(&title, &of, one.map(|_| (alone, None)))
+        };
+        Plots {
+            beside: 2,
+            series: Self::series(one.is_some()),
+            plots: people(self.sessions)
+                .iter()
+                .map(|(who, _)| plot(who))
+                .collect(),
+        }
+    }
+
+    fn mean_of(&self, at: usize) -> Option<Spread> {
+        Spread::of(self.draws.iter().filter_map(|it| it.patterns[at]))
+    }
+
+    fn means(&self, one: Option<f64>) -> Plots {
+        let alone = Spread::of(self.draws.iter().filter_map(|it| Some(it.one_point?[0])));
+        let given = one.map(|paper| (alone, Some(paper)));
+        let mut plot = self.plot("", &|at| self.mean_of(at), given);
+        let band = alone.filter(|_| one.is_some()).map(|it| Band {
+            series: ONE,
+            low: it.range[0],
+            middle: it.median,
+            high: it.range[1],
+        });
+        plot.bands.extend(band);
+        Plots {
+            beside: 1,
+            series: Self::series(one.is_some()),
+            plots: vec![plot],
+        }
+    }
+
+    fn phases(&self) -> Plots {
+        let mut curve = Curve {
+            series: 0,
+            marked: true,
+            points: Vec::new(),
+            ranges: Vec::new(),
+        };
+        let mut ticks = Vec::new();
+        for pattern in Pattern::two() {
+            let (Some(number), Some(after_us)) = (pattern.number(), pattern.after_us()) else {
+                continue;
+            };
+            let at = f64::from(after_us).max(TOGETHER_US);
+            let is_known = ticks.iter().any(|(known, _)| *known == at);
+            if is_known || !CONDUCTED.contains(&number) {
+                continue;
+            }
+            ticks.push((at, after_us.to_string()));
+            if let Some(it) = self.mean_of(number) {
+                curve.points.push([at, it.median]);
+                curve.ranges.push(it.range);
+            }
+        }
+        let x = Along {
+            logarithmic: true,
+            ticks,
+            ..Along::even(
+                "phase difference (µs); 0 stands at its left end",
+                [20.0, 13_000.0],
+            )
+        };
+        let plot = Plot {
+            x,
+            y: self.y(),
+            curves: vec![curve],
+            ..Plot::default()
+        };
+        Plots {
+            beside: 1,
+            series: vec![STATES[0].to_owned()],
+            plots: vec![plot],
+        }
+    }
+
+    fn pairs(&self) -> Plots {
+        let mut bars = Vec::new();
+        for (place, (number, _)) in LATE.into_iter().enumerate() {
+            for isolated in 0..2 {
+                let left = place as f64 + [-0.38, 0.02][isolated];
+                bars.extend(self.mean_of(number + isolated).map(|it| Bar {
+                    series: isolated,
+                    x: [left, left + 0.36],
+                    value: it.median,
+                    range: Some(it.range),
+                }));
+            }
+        }
+        let names = LATE.into_iter().map(|(_, name)| name.to_owned());
+        let plot = Plot {
+            x: Along::of("phase difference (µs)", names),
+            y: self.y(),
+            bars,
+            ..Plot::default()
+        };
+        Plots {
+            beside: 1,
+            series: Self::series(false),
+            plots: vec![plot],
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! The hold (Hamana 2022, III-D6b) over all draws, beside what is printed in its text.
+
+use super::tracking::mean;
+use super::{Part, Study, own};
+use crate::hamana2022::held::Hold;
+use crate::hamana2022::sessions::{claim, row};
+use crate::laboratory::{Row, Share};
+
+/// One point's and two points' mean over the trials of each draw, °.
+fn sinks(parts: &[Part], name: &str) -> Vec<[f64; 2]> {
+    let of = |all: &[[Hold; 2]]| {
+        [0, 1].map(|place| {
+            let all: Vec<f64> = all.iter().map(|it| it[place].sinks_deg()).collect();
+            mean(&all)
+        })
+    };
+    let held = own(parts, name).filter_map(|it| it.held());
+    held.filter(|it| !it.is_empty()).map(of).collect()
+}
+
+impl Study {
+    /// How far the finger sinks.
+    pub(super) fn hold_rows(&self, parts: &[Part]) -> Vec<Row> {
+        let mut rows = Vec::new();
+        for participant in &self.participants.all {
+            let name = &participant.name;
+            let all = sinks(parts, name);
+            for (place, method) in ["one point", "two points"].into_iter().enumerate() {
+                let quantity = format!("{name}, {method} sinks");
+                let paper = participant.paper.as_ref().map(|it| it.sinks_deg[place]);
+                let values = all.iter().map(|it| it[place]).collect();
+                let id = format!("{quantity}/Sinks in 10 s (°)");
+                rows.push(row(&id, quantity, "°", paper, values));
+            }
+        }
+        rows
+    }
+
+    /// In how many draws two points sink less.
+    pub(super) fn hold_shares(&self, parts: &[Part]) -> Vec<Share> {
+        let share_of = |participant: &crate::hamana2022::Participant| {
+            let name = &participant.name;
+            let all = sinks(parts, name);
+            claim(
+                &format!("two-better-{name}"),
+                format!("{name}: two points sink less"),
+                participant.paper.as_ref().map(|_| true),
+                all.iter().map(|[one, two]| Some(two < one)),
+            )
+        };
+        self.participants.all.iter().map(share_of).collect()
+    }
+}

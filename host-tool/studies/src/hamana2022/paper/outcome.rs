@@ -1,0 +1,170 @@
+//! The study as `result.json` and its page have it.
+
+use super::{Kind, Part, Study, own};
+use crate::hamana2022::compared::compared;
+use crate::hamana2022::error::TwoPointsError;
+use crate::hamana2022::experiments::{EXPERIMENTS, Experiment};
+use crate::hamana2022::population::DECLARED;
+use crate::hamana2022::sessions::Session;
+use crate::laboratory::{Declared, Outcome, Sheet};
+use host_core::record::sha256;
+use std::collections::BTreeMap;
+
+/// What is said of every result.
+const SIMULATED: &str =
+    "Simulated: drawn forearms of assumed parameters; no evidence about people.";
+const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile of the draws \
+                       that have a number: replications by whoever of the participants has points \
+                       and voltages in them.";
+const ROTATION: &str = "Of rotation the sources disagree: Bao 2018's abstract finds no significant \
+                        effect, Hamana 2022 that one point falls. The t-tests of 0° against 90° \
+                        are ours, over every draw.";
+const CONTROL: &str = "A mean is of all five trials; a method of which the device refuses or ends \
+                       one has none in that draw, and one point is then the other of A and B. \
+                       The paper's RMSE and table 9 are of its own law \
+                       and stand beside the default law for comparison.";
+const AMONG: &str = "\"Among table 8's\": one point's mean lies between the paper's least and \
+                     greatest trial with one point, and so that of two points. Ours, and no \
+                     criterion of the paper.";
+
+/// What the command knows of the run.
+#[derive(Clone, Debug)]
+pub struct Told {
+    /// What a terminal takes to have it again, but for its seed.
+    pub command: String,
+    /// What is missing, for people.
+    pub cut_short: Option<String>,
+}
+
+impl Study {
+    /// Of these draws, all or what was computed before a signal.
+    ///
+    /// # Errors
+    /// A forearm whose course is shown cannot be; E628: the device puts out something else.
+    pub fn outcome(&self, parts: &[Part], told: Told) -> Result<Outcome, TwoPointsError> {
+        let (name, title) = self.kind.told();
+        let (rows, shares) = self.compared(parts);
+        let mut notes = self.notes(parts);
+        if told.cut_short.is_none() {
+            notes.extend(self.put_out(parts)?);
+        }
+        Ok(Outcome {
+            name: name.to_owned(),
+            title: title.to_owned(),
+            seed: self.seed,
+            simulated: Some(true),
+            cut_short: told.cut_short,
+            declared: Declared {
+                asked: name.to_owned(),
+                command: Some(told.command),
+                device: Some(self.device.typed()),
+                sha256: self.sha256(),
+                source: self.source().to_owned(),
+                draws: self.draws,
+                drawn: None,
+                as_declared: self.as_declared,
+            },
+            conditions: Vec::new(),
+            rows,
+            shares,
+            decides: Vec::new(),
+            sheets: self.sheets(parts)?,
+            notes,
+        })
+    }
+
+    /// SHA-256 of what was declared, by file.
+    pub(super) fn sha256(&self) -> BTreeMap<String, String> {
+        let wearers = self.participants.files.iter();
+        let wearers = wearers.map(|(file, text)| (&**file, &**text));
+        let experiments = ("experiments.toml", EXPERIMENTS);
+        let experiments = matches!(self.kind, Kind::Patterns(_)).then_some(experiments);
+        let files = std::iter::once(("population.toml", DECLARED)).chain(wearers);
+        let files = files.chain(experiments);
+        files
+            .map(|(file, text)| (file.to_owned(), sha256(text.as_bytes())))
+            .collect()
+    }
+
+    const fn source(&self) -> &'static str {
+        match self.kind {
+            Kind::Patterns(Experiment::Selectivity) => {
+                "Hamana et al. 2022, section III-A, table 2, figures 8 to 15"
+            }
+            Kind::Patterns(Experiment::Torque) => {
+                "Hamana et al. 2022, section III-B, tables 3 to 5, figures 17 to 20"
+            }
+            Kind::Patterns(Experiment::Intensities) => {
+                "Hamana et al. 2022, section III-C, table 6, figure 21"
+            }
+            Kind::Patterns(Experiment::Posture) => {
+                "Hamana et al. 2022, section III-D6a, figures 30 and 31"
+            }
+            Kind::Control => {
+                "Hamana et al. 2022, section III-D, tables 1 and 7 to 9, figures 25 to 28"
+            }
+            Kind::Hold => "Hamana et al. 2022, section III-D6b, tables 1 and 7, figure 32",
+        }
+    }
+
+    fn compared(
+        &self,
+        parts: &[Part],
+    ) -> (Vec<crate::laboratory::Row>, Vec<crate::laboratory::Share>) {
+        let (mut rows, shares) = match self.kind {
+            Kind::Patterns(experiment) => compared(experiment, &self.protocol, &sessions(parts)),
+            Kind::Control => (self.control_rows(parts), self.control_shares(parts)),
+            Kind::Hold => (self.hold_rows(parts), self.hold_shares(parts)),
+        };
+        rows.extend(self.voltage_rows(parts));
+        (rows, shares)
+    }
+
+    /// Tables first, then figures, as the paper numbers them.
+    fn sheets(&self, parts: &[Part]) -> Result<Vec<Sheet>, TwoPointsError> {
+        let mut all: Vec<Sheet> = self.voltage_sheet(parts).into_iter().collect();
+        match self.kind {
+            Kind::Patterns(experiment) => all.extend(self.pattern_tables(experiment, parts)),
+            Kind::Control => all.extend(self.control_sheets(parts)),
+            Kind::Hold => {}
+        }
+        all.extend(self.figures(parts)?);
+        Ok(all)
+    }
+
+    fn notes(&self, parts: &[Part]) -> Vec<String> {
+        let more: &[&str] = match self.kind {
+            Kind::Patterns(Experiment::Posture) => &[ROTATION],
+            Kind::Control => &[CONTROL, AMONG],
+            _ => &[],
+        };
+        let mut notes: Vec<String> = [SIMULATED, MEANING]
+            .iter()
+            .chain(more)
+            .map(|it| (*it).to_owned())
+            .chain(self.participants.otherwise())
+            .collect();
+        let draws = self.draws;
+        for participant in &self.participants.all {
+            let name = &participant.name;
+            let mut missing: BTreeMap<String, usize> = BTreeMap::new();
+            let mut count = |why: String| *missing.entry(why).or_default() += 1;
+            let of = parts.iter().filter(|it| it.participant == *name);
+            of.filter_map(|it| it.became.as_ref().err())
+                .for_each(|why| count(why.clone()));
+            let tracked = own(parts, name).filter_map(|it| it.tracking());
+            tracked.flat_map(|it| it.refused()).for_each(count);
+            let told = missing.into_iter();
+            notes.extend(
+                told.map(|(why, count)| format!("{name}: {count} of {draws} draws: {why}.")),
+            );
+        }
+        notes
+    }
+}
+
+/// Every session of patterns.
+pub(super) fn sessions(parts: &[Part]) -> Vec<Session> {
+    let came = parts.iter().filter_map(|it| it.became.as_ref().ok());
+    came.filter_map(|it| it.session().cloned()).collect()
+}

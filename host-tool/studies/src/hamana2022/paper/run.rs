@@ -1,0 +1,56 @@
+//! The study as the laboratory's runner runs it.
+
+use super::outcome::Told;
+use super::{Part, Study};
+use crate::hamana2022::population::DECLARED;
+use crate::laboratory::{self, About, Outcome};
+use std::collections::BTreeMap;
+
+impl laboratory::Study for Study {
+    type Unit = Part;
+
+    fn about(&self) -> About<'_> {
+        About {
+            name: self.kind.told().0,
+            arguments: self.typed.clone(),
+            declaration: ("population.toml", DECLARED),
+            seed: self.seed,
+            draws: self.draws,
+        }
+    }
+
+    fn hashes(&self) -> BTreeMap<String, String> {
+        self.sha256()
+    }
+
+    fn units(&self) -> u64 {
+        self.participants.all.len() as u64 * self.draws
+    }
+
+    fn compute(
+        &self,
+        index: u64,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> anyhow::Result<Option<Part>> {
+        let draws = self.draws.max(1);
+        let who = usize::try_from(index / draws).unwrap_or(usize::MAX);
+        Ok(self.part((who, index % draws), goes_on)?)
+    }
+
+    fn outcome(&self, parts: &[Part], cut_short: Option<String>) -> anyhow::Result<Outcome> {
+        let (name, arguments, draws) = (self.kind.told().0, &self.typed, self.draws);
+        let told = Told {
+            command: format!("experiment {name} {arguments} --draws {draws}"),
+            cut_short,
+        };
+        Ok(self.outcome(parts, told)?)
+    }
+
+    fn files(&self, parts: &[Part]) -> anyhow::Result<Vec<(String, String)>> {
+        Ok(vec![("draws.csv".to_owned(), self.csv(parts))])
+    }
+
+    fn in_words(&self, done: u64) -> String {
+        format!("{done} of {} draws", laboratory::Study::units(self))
+    }
+}

@@ -1,0 +1,168 @@
+//! Tables 4 to 6 of experiments 2 and 3.
+
+use super::outcome::sessions;
+use super::spread::{Spread, cell};
+use super::{Part, Study};
+use crate::hamana2022::experiments::Experiment;
+use crate::hamana2022::paper::printed::TABLE_5_P;
+use crate::hamana2022::pattern::{Pattern, Points};
+use crate::hamana2022::replication::{Averages, PATTERNS, Replication};
+use crate::hamana2022::sessions::{Session, people};
+use crate::laboratory::{Grid, Sheet};
+use std::collections::BTreeMap;
+
+/// Each draw's participants.
+pub(super) fn averages(experiment: Experiment, sessions: &[Session]) -> Vec<Vec<Averages>> {
+    let mut draws: BTreeMap<u64, Vec<Averages>> = BTreeMap::new();
+    for it in sessions {
+        let of = Averages::of(experiment, &it.conditions, &it.stimulated);
+        draws.entry(it.draw).or_default().push(of);
+    }
+    draws.into_values().collect()
+}
+
+fn heads(all: &str) -> Vec<String> {
+    all.split('|').map(str::to_owned).collect()
+}
+
+impl Study {
+    /// Tables of this experiment but for the voltages applied.
+    pub(super) fn pattern_tables(&self, experiment: Experiment, parts: &[Part]) -> Vec<Sheet> {
+        let sessions = sessions(parts);
+        match experiment {
+            Experiment::Torque => vec![self.table_4(&sessions), self.table_5(&sessions)],
+            Experiment::Intensities => table_6(&sessions).into_iter().collect(),
+            Experiment::Selectivity | Experiment::Posture => Vec::new(),
+        }
+    }
+
+    fn table_4(&self, sessions: &[Session]) -> Sheet {
+        let mut rows = Vec::new();
+        for (who, _) in people(sessions) {
+            let own = sessions.iter().filter(|it| it.participant == who);
+            let all: Vec<Averages> = own
+                .map(|it| Averages::of(Experiment::Torque, &it.conditions, &it.stimulated))
+                .collect();
+            let spreads: [Option<Spread>; 6] = std::array::from_fn(|place| {
+                let of = |it: &Averages| match place {
+                    0..4 => it.points[place],
+                    _ => Some(it.one_point?[place - 4]),
+                };
+                Spread::of(all.iter().filter_map(of))
+            });
+            for (what, at) in LINES {
+                let cells = spreads.map(|it| cell(it.map(at), 2));
+                let n = match what {
+                    "median" => all.len().to_string(),
+                    _ => String::new(),
+                };
+                rows.push([&[format!("{who}, {what}"), n][..], &cells].concat());
+            }
+        }
+        let draws = averages(Experiment::Torque, sessions);
+        let all: Vec<Replication> = draws.iter().map(|it| Replication::of(it)).collect();
+        let of = |place: usize| Spread::of(all.iter().filter_map(|it| Some(it.one_point?[place])));
+        let ours = [of(0), of(1)].map(|it| cell(it.map(|it| it.median), 2));
+        let n = of(0).map_or(0, |it| it.n).to_string();
+        let paper = self.protocol.paper.one_point.map(|it| cell(Some(it), 2));
+        for (name, n, numbers) in [("all, median", n, ours), ("paper", String::new(), paper)] {
+            let none = std::iter::repeat_n("-".to_owned(), 4);
+            let first = [name.to_owned(), n].into_iter();
+            rows.push(first.chain(none).chain(numbers).collect());
+        }
+        let caption = "Torque of one point as a part of the participant's greatest pattern: A \
+                       or B, conducted (C) or isolated (I), and the larger of A and B; median, \
+                       5th and 95th percentile of n draws, simulated. Of table 4 the cells are \
+                       a picture and not known, only the averages 0.28 and 0.27 of the text.";
+        let grid = Grid {
+            heads: heads("|n|A-C|A-I|B-C|B-I|larger C|larger I"),
+            rows,
+        };
+        Sheet::table("Table 4", "torque of one point", caption.to_owned(), grid)
+    }
+
+    fn table_5(&self, sessions: &[Session]) -> Sheet {
+        let draws = averages(Experiment::Torque, sessions);
+        let all: Vec<Replication> = draws.iter().map(|it| Replication::of(it)).collect();
+        let row = |number: usize| {
+            let of = |place: usize| {
+                Spread::of(all.iter().filter_map(|it| Some(it.table_5[number]?[place])))
+            };
+            let (t, p) = (of(0), of(1));
+            let n = t.map_or(0, |it| it.n).to_string();
+            let is_less = |it: &&Replication| {
+                let p = it.table_5[number].map(|[_, p]| p);
+                p.is_some_and(|p| p < self.protocol.significant)
+            };
+            let [t, p] = [
+                cell(t.map(|it| it.median), 2),
+                cell(p.map(|it| it.median), 4),
+            ];
+            let paper = format!("{:.2}", self.protocol.paper.table_5[number]);
+            let paper_p = format!("{}", TABLE_5_P[number]);
+            let less = all.iter().filter(is_less).count().to_string();
+            vec![number.to_string(), n, t, paper, p, paper_p, less]
+        };
+        let caption = "Paired t-test of each pattern of two points against one point conducted, \
+                       over the participants of a draw: medians over n draws of at least two \
+                       participants, simulated, and in how many p is below 0.05. Table 5 has \
+                       three degrees of freedom: four participants; here whoever has points and \
+                       voltages.";
+        let grid = Grid {
+            heads: heads("pattern|n|t|t, paper|p|p, paper|p < 0.05"),
+            rows: (0..PATTERNS).map(row).collect(),
+        };
+        let title = "two points against one point";
+        Sheet::table("Table 5", title, caption.to_owned(), grid)
+    }
+}
+
+/// A number of a spread, and what it is called.
+type Line = (&'static str, fn(Spread) -> f64);
+
+/// What of a spread stands in which line.
+const LINES: [Line; 3] = [
+    ("median", |it| it.median),
+    ("5 %", |it| it.range[0]),
+    ("95 %", |it| it.range[1]),
+];
+
+/// The nine intensities, V. `None` where nobody took part.
+fn table_6(sessions: &[Session]) -> Option<Sheet> {
+    let mut rows = Vec::new();
+    let all = people(sessions);
+    for (who, _) in &all {
+        let own = || sessions.iter().filter(|it| it.participant == *who);
+        let mut patterns: BTreeMap<&str, Pattern> = BTreeMap::new();
+        for it in own().flat_map(|it| &it.conditions) {
+            patterns.insert(&it.name, it.pattern);
+        }
+        for (name, pattern) in patterns {
+            let volts: Vec<[f64; 2]> = own()
+                .flat_map(|it| &it.conditions)
+                .filter(|it| it.name == name)
+                .map(|it| it.volts)
+                .collect();
+            let mut row = vec![format!("{who}, {name}"), volts.len().to_string()];
+            for point in 0..2 {
+                let is_driven = !matches!(pattern.points, Points::One(other) if other != point);
+                let of = Spread::of(volts.iter().map(|it| it[point])).filter(|_| is_driven);
+                row.extend(LINES.map(|(_, at)| match is_driven {
+                    true => cell(of.map(at), 1),
+                    false => "none".to_owned(),
+                }));
+            }
+            rows.push(row);
+        }
+    }
+    let caption = "Intensities at A and B, V: median, 5th and 95th percentile of n draws, \
+                   simulated. Table 6 has them as symbols (a to i), without volts; an intensity \
+                   at r_th is missing where both points together bend the finger at no r."
+        .to_owned();
+    let grid = Grid {
+        heads: heads("|n|V_A|5 %|95 %|V_B|5 %|95 %"),
+        rows,
+    };
+    let sheet = Sheet::table("Table 6", "intensities of experiment 3, V", caption, grid);
+    (!all.is_empty()).then_some(sheet)
+}

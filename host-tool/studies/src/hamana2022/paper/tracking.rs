@@ -1,0 +1,214 @@
+//! Every trial of experiment 4 on one drawn forearm.
+
+use super::Study;
+use crate::hamana2022::error::TwoPointsError;
+use crate::hamana2022::tracked::{LAWS, Method, Tracked};
+use crate::hamana2022::wearers::Wearer;
+use serde::{Deserialize, Serialize};
+
+/// A trial.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Trial {
+    /// Of [`LAWS`].
+    pub law: String,
+    /// Which points.
+    pub method: Method,
+    /// Which trial of them, from 0.
+    pub number: u64,
+    /// From 10 to 30 s, °; otherwise why there is none.
+    pub rmse_deg: Result<f64, String>,
+}
+
+/// The course of a trial.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Course {
+    /// Whether both points were stimulated.
+    pub is_two: bool,
+    /// Whether it is the best of them, or the worst.
+    pub is_best: bool,
+    /// Which points.
+    pub method: Method,
+    /// Which trial of them, from 0.
+    pub number: u64,
+    /// From 10 to 30 s, °.
+    pub rmse_deg: f64,
+    /// Time, s, wanted and measured angle, °.
+    pub rows: Vec<[f64; 3]>,
+}
+
+/// All trials of a draw.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct Tracking {
+    /// By law, method and number.
+    pub trials: Vec<Trial>,
+    /// Best and worst of one point and of two under the paper's law.
+    pub courses: Vec<Course>,
+}
+
+impl Study {
+    /// All trials of `wearer`; `None` once `goes_on` says no.
+    pub(super) fn tracking(
+        &self,
+        wearer: &Wearer,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Tracking>, TwoPointsError> {
+        let (mut trials, mut tracked) = (Vec::new(), Vec::new());
+        for law in LAWS {
+            for method in Method::ALL {
+                for number in 0..self.participants.trials {
+                    if !goes_on() {
+                        return Ok(None);
+                    }
+                    let of = (&self.device, number);
+                    let it = wearer.track(&self.population, (method, law), of)?;
+                    trials.push(Trial {
+                        law: law.to_owned(),
+                        method,
+                        number,
+                        rmse_deg: it.as_ref().map(|it| it.rmse_deg).map_err(Clone::clone),
+                    });
+                    if let (Ok(it), true) = (it, law == LAWS[0]) {
+                        tracked.push((method, number, it));
+                    }
+                }
+            }
+        }
+        let mut all = Tracking {
+            trials,
+            courses: Vec::new(),
+        };
+        all.courses = all.shown(&tracked);
+        Ok(Some(all))
+    }
+}
+
+impl Tracking {
+    /// RMSE of every trial, °; `None` unless all have one.
+    fn of(&self, law: &str, method: Method) -> Option<Vec<f64>> {
+        let own = self.trials.iter();
+        let own = own.filter(|it| it.law == law && it.method == method);
+        let all: Option<Vec<f64>> = own.map(|it| it.rmse_deg.clone().ok()).collect();
+        all.filter(|it| !it.is_empty())
+    }
+
+    /// Of one point: the better of A and B by its mean, as the paper has it (III-D5).
+    #[must_use]
+    pub fn one(&self, law: &str) -> Option<(Method, Vec<f64>)> {
+        let points = [Method::A, Method::B];
+        let known = points.map(|it| Some((it, self.of(law, it)?)));
+        let known = known.into_iter().flatten();
+        known.min_by(|a, b| mean(&a.1).total_cmp(&mean(&b.1)))
+    }
+
+    /// Of two points.
+    #[must_use]
+    pub fn two(&self, law: &str) -> Option<Vec<f64>> {
+        self.of(law, Method::Two)
+    }
+
+    /// Means of one point and of two, °.
+    #[must_use]
+    pub fn means(&self, law: &str) -> [Option<f64>; 2] {
+        let one = self.one(law).map(|(_, all)| mean(&all));
+        [one, self.two(law).map(|all| mean(&all))]
+    }
+
+    /// Why methods have trials without a number, briefly, each reason once with its
+    /// methods; a law is named where the other one has no such trial.
+    pub(super) fn refused(&self) -> Vec<String> {
+        let why = |law: &str, method: Method| {
+            let mut own = self.trials.iter();
+            own.find_map(|it| {
+                let is = it.law == law && it.method == method;
+                it.rmse_deg.as_ref().err().filter(|_| is)
+            })
+        };
+        let mut all: Vec<(&str, Vec<String>)> = Vec::new();
+        for method in Method::ALL {
+            let both = LAWS.map(|law| why(law, method).map(|why| brief(why)));
+            let is_same = both[0] == both[1];
+            for (law, why) in LAWS.into_iter().zip(both).take(if is_same { 1 } else { 2 }) {
+                let Some(why) = why else { continue };
+                let name = match is_same {
+                    true => method.name().to_owned(),
+                    false => format!("{} ({law})", method.name()),
+                };
+                match all.iter_mut().find(|(known, _)| *known == why) {
+                    Some((_, methods)) => methods.push(name),
+                    None => all.push((why, vec![name])),
+                }
+            }
+        }
+        let told = all.into_iter();
+        told.map(|(why, methods)| format!("{}: {why}", methods.join(", ")))
+            .collect()
+    }
+
+    /// Of these trials under the paper's law, the best and the worst of one point and of
+    /// two.
+    fn shown(&self, tracked: &[(Method, u64, Tracked)]) -> Vec<Course> {
+        let one = self.one(LAWS[0]).map(|(method, _)| method);
+        let two = self.two(LAWS[0]).map(|_| Method::Two);
+        let mut all = Vec::new();
+        for method in [one, two].into_iter().flatten() {
+            let own = || tracked.iter().filter(move |it| it.0 == method);
+            let by =
+                |a: &&(_, _, Tracked), b: &&(_, _, Tracked)| a.2.rmse_deg.total_cmp(&b.2.rmse_deg);
+            for (is_best, shown) in [(true, own().min_by(by)), (false, own().max_by(by))] {
+                all.extend(shown.map(|(method, number, it)| Course {
+                    is_two: *method == Method::Two,
+                    is_best,
+                    method: *method,
+                    number: *number,
+                    rmse_deg: it.rmse_deg,
+                    rows: it.course.clone(),
+                }));
+            }
+        }
+        all
+    }
+}
+
+/// Of at least one.
+pub(super) fn mean(all: &[f64]) -> f64 {
+    all.iter().sum::<f64>() / all.len() as f64
+}
+
+/// What happened, without numbers of the draw and what to do about it.
+fn brief(why: &str) -> &str {
+    why.split([';', '(']).next().unwrap_or(why).trim_end()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trial(method: Method, number: u64, rmse_deg: Result<f64, &str>) -> Trial {
+        Trial {
+            law: LAWS[0].to_owned(),
+            method,
+            number,
+            rmse_deg: rmse_deg.map_err(str::to_owned),
+        }
+    }
+
+    #[test]
+    fn one_point_is_the_better_one_and_needs_every_trial() {
+        let trials = vec![
+            trial(Method::A, 0, Ok(20.0)),
+            trial(Method::A, 1, Ok(10.0)),
+            trial(Method::B, 0, Ok(2.0)),
+            trial(Method::B, 1, Err("E229 refused (1 of 2); reduce it")),
+            trial(Method::Two, 0, Ok(8.0)),
+            trial(Method::Two, 1, Ok(6.0)),
+        ];
+        let tracking = Tracking {
+            trials,
+            courses: Vec::new(),
+        };
+        assert_eq!(tracking.one("paper"), Some((Method::A, vec![20.0, 10.0])));
+        assert_eq!(tracking.means("paper"), [Some(15.0), Some(7.0)]);
+        assert_eq!(tracking.means("recommended"), [None, None]);
+        assert_eq!(tracking.refused(), ["B (paper): E229 refused"]);
+    }
+}

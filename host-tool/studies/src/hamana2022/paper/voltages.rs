@@ -1,0 +1,191 @@
+//! Thresholds and greatest voltages of drawn participants beside tables 2, 3 and 7.
+
+use super::printed::{TABLE_2, TABLE_3, TABLE_7_BOTH_V, of};
+use super::spread::{Spread, cell};
+use super::{Came, Kind, Part, Study, own};
+use crate::hamana2022::experiments::Experiment;
+use crate::hamana2022::participant::Participant;
+use crate::hamana2022::sessions::row;
+use crate::laboratory::{Grid, Row, Sheet};
+
+/// Columns of table 7: of A, B and the extensor's point (E).
+const TABLE_7: [&str; 9] = [
+    "V_Ath",
+    "V_Amax",
+    "V_Bth",
+    "V_Bmax",
+    "V_Eth",
+    "V_Emax",
+    "r_th",
+    "r_th·V_Amax",
+    "r_th·V_Bmax",
+];
+/// Which of them is no voltage.
+const R_TH: usize = 6;
+
+/// A draw's, in the order of [`TABLE_7`].
+fn found(came: &Came) -> [Option<f64>; 9] {
+    let [[a, b], [am, bm]] = [came.voltages.threshold_v, came.voltages.most_v];
+    let [e, em] = came.extensor_v;
+    let r = came.voltages.ratio;
+    let all = [a, am, b, bm, e, em].map(Some);
+    let [a, am, b, bm, e, em] = all;
+    let both = [am, bm].map(|most| Some(r? * most?));
+    [a, am, b, bm, e, em, r, both[0], both[1]]
+}
+
+/// What the paper printed of them.
+fn printed(participant: &Participant) -> [Option<f64>; 9] {
+    let (Some(paper), Some([a, b, e])) = (&participant.paper, participant.thresholds_v) else {
+        return [None; 9];
+    };
+    let [am, bm, em] = paper.most_v;
+    let both = of(&TABLE_7_BOTH_V, &participant.name);
+    let [both_a, both_b] = both.map_or([None; 2], |it| it.map(Some));
+    let [a, am, b, bm, e, em, r] = [a, am, b, bm, e, em, paper.r_th].map(Some);
+    [a, am, b, bm, e, em, r, both_a, both_b]
+}
+
+/// Participants, and what is printed of A and B, V.
+type Applied = [(&'static str, [f64; 2])];
+
+/// What experiment 1 or 2 printed, tables 2 and 3.
+fn applied(experiment: Experiment) -> Option<(&'static str, &'static Applied)> {
+    match experiment {
+        Experiment::Selectivity => Some(("Table 2", &TABLE_2)),
+        Experiment::Torque => Some(("Table 3", &TABLE_3)),
+        _ => None,
+    }
+}
+
+impl Study {
+    /// Rows of every voltage that the paper has of this study.
+    pub(super) fn voltage_rows(&self, parts: &[Part]) -> Vec<Row> {
+        let all = self.participants.all.iter();
+        match self.kind {
+            Kind::Control => all.flat_map(|it| table_7_rows(it, parts)).collect(),
+            Kind::Patterns(experiment) => {
+                let Some((_, paper)) = applied(experiment) else {
+                    return Vec::new();
+                };
+                all.flat_map(|it| applied_rows(it, paper, parts)).collect()
+            }
+            Kind::Hold => Vec::new(),
+        }
+    }
+
+    /// Table 7; 2 or 3.
+    pub(super) fn voltage_sheet(&self, parts: &[Part]) -> Option<Sheet> {
+        match self.kind {
+            Kind::Control => Some(self.table_7(parts)),
+            Kind::Patterns(experiment) => {
+                let (number, paper) = applied(experiment)?;
+                Some(self.table_2_or_3(number, paper, parts))
+            }
+            Kind::Hold => None,
+        }
+    }
+
+    fn table_7(&self, parts: &[Part]) -> Sheet {
+        let mut rows = Vec::new();
+        for participant in &self.participants.all {
+            let name = &participant.name;
+            let all: Vec<[Option<f64>; 9]> = own(parts, name).map(found).collect();
+            let of = |place: usize| Spread::of(all.iter().filter_map(|it| it[place]));
+            let spreads: [Option<Spread>; 9] = std::array::from_fn(of);
+            let lines = [
+                ("median", spreads.map(|it| it.map(|it| it.median))),
+                ("5 %", spreads.map(|it| it.map(|it| it.range[0]))),
+                ("95 %", spreads.map(|it| it.map(|it| it.range[1]))),
+                ("paper", printed(participant)),
+            ];
+            for (what, numbers) in lines {
+                let numbers = numbers.into_iter().map(|it| cell(it, 1));
+                let first = match what {
+                    "paper" => [format!("{name}, paper"), String::new()],
+                    _ => [format!("{name}, {what}"), all.len().to_string()],
+                };
+                rows.push(first.into_iter().chain(numbers).collect());
+            }
+        }
+        let heads = "|n|A th|A max|B th|B max|E th|E max|r_th|r·A|r·B";
+        let caption = "Thresholds and greatest voltages of A, B and the extensor's point (E), \
+                       V, r_th, and r_th times the greatest of A and B: median, 5th and 95th \
+                       percentile of n draws, simulated. Thresholds of P, Q and S are fitted to \
+                       the paper's; all else is found by the paper's searches, in steps of 2 V \
+                       up to 40 V. Table 7 has P, Q and S."
+            .to_owned();
+        let grid = Grid {
+            heads: heads.split('|').map(str::to_owned).collect(),
+            rows,
+        };
+        Sheet::table("Table 7", "voltages of experiment 4", caption, grid)
+    }
+
+    fn table_2_or_3(&self, number: &str, paper: &Applied, parts: &[Part]) -> Sheet {
+        let row = |participant: &Participant| {
+            let name = &participant.name;
+            let printed = of(paper, name);
+            let mut row = vec![name.clone(), own(parts, name).count().to_string()];
+            for point in 0..2 {
+                let spread = Spread::of(own(parts, name).map(|it| it.voltages.most_v[point]));
+                let at = |of: fn(Spread) -> f64| cell(spread.map(of), 1);
+                row.extend([
+                    at(|it| it.median),
+                    at(|it| it.range[0]),
+                    at(|it| it.range[1]),
+                ]);
+                row.push(cell(printed.map(|it| it[point]), 0));
+            }
+            row
+        };
+        let heads = "|n|V_A|5 %|95 %|paper|V_B|5 %|95 %|paper";
+        let grid = Grid {
+            heads: heads.split('|').map(str::to_owned).collect(),
+            rows: self.participants.all.iter().map(row).collect(),
+        };
+        let caption = format!(
+            "Voltages that were applied to A and B, V: the highest at which the index finger \
+             bends alone (individuation above 0.8), found by the paper's search on each \
+             forearm, up to 40 V; median, 5th and 95th percentile of n draws, simulated. \
+             {number} has one number each; the paper searched anew in each experiment, here it \
+             is one search."
+        );
+        Sheet::table(number, "voltages applied, V", caption, grid)
+    }
+}
+
+fn table_7_rows(participant: &Participant, parts: &[Part]) -> Vec<Row> {
+    let name = &participant.name;
+    let all: Vec<[Option<f64>; 9]> = own(parts, name).map(found).collect();
+    let paper = printed(participant);
+    let row_of = |place: usize| {
+        let quantity = format!("{name}, {}", TABLE_7[place]);
+        let (measure, unit) = match place {
+            R_TH => ("r_th", ""),
+            _ => ("Voltage (V)", "V"),
+        };
+        let values = all.iter().filter_map(|it| it[place]).collect();
+        let id = format!("{quantity}/{measure}");
+        row(&id, quantity, unit, paper[place], values)
+    };
+    (0..TABLE_7.len()).map(row_of).collect()
+}
+
+fn applied_rows(participant: &Participant, paper: &Applied, parts: &[Part]) -> Vec<Row> {
+    let name = &participant.name;
+    let printed = of(paper, name);
+    let row_of = |(point, letter): (usize, &str)| {
+        let quantity = format!("{name}, V_{letter}app");
+        let values = own(parts, name).map(|it| it.voltages.most_v[point]);
+        let id = format!("{quantity}/Voltage applied (V)");
+        row(
+            &id,
+            quantity,
+            "V",
+            printed.map(|it| it[point]),
+            values.collect(),
+        )
+    };
+    ["A", "B"].into_iter().enumerate().map(row_of).collect()
+}

@@ -1,0 +1,292 @@
+//! What all wearers come to, as `result.json` and its page have it.
+
+use super::declaration::{DECLARED, Study};
+use super::sets::{METHODS, Missed, SETS, best};
+use super::wearer::{DIRECTION_NAMES, MUSCLES, NAMES};
+use crate::laboratory::{Declared, Grid, Matrix, Outcome, Row, Share, Sheet};
+use crate::sierotowicz2023::median;
+use host_core::record::sha256;
+
+/// The command's name.
+pub const NAME: &str = "electrode-choice";
+/// All of them.
+const ALL: usize = SETS - 1;
+const SIMULATED: &str =
+    "Simulated: drawn arms of mostly assumed parameters; no evidence about people.";
+const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile over wearers.";
+const LINEAR: &str = "Forces at the cuff by parts of what each electrode reaches, without \
+                      crosstalk, tiredness and noise. `squares` knows the body's own arms; \
+                      `nearest` is the device's algorithm 1, told of cursory anatomy and of true \
+                      strengths.";
+
+/// What the command knows of the run.
+#[derive(Clone, Debug)]
+pub struct Told {
+    /// Of the draws.
+    pub seed: u64,
+    /// Wearers asked for.
+    pub draws: u64,
+    /// What is missing, for people.
+    pub cut_short: Option<String>,
+}
+
+/// A wearer, and the one whose arm another would choose by: that drawn before.
+type Pair<'a> = (&'a Missed, &'a Missed);
+
+fn pairs(all: &[Missed]) -> Vec<Pair<'_>> {
+    let before = all.iter().cycle().skip(all.len().saturating_sub(1));
+    all.iter().zip(before).collect()
+}
+
+fn percent(part: f32) -> f64 {
+    100.0 * f64::from(part)
+}
+
+/// Of each of a wearer's forces what the best `count` miss.
+fn of_best(it: &Missed, method: usize, count: u32) -> Vec<f64> {
+    let each = it.0[method].iter();
+    each.map(|parts| percent(parts[best(parts, count)]))
+        .collect()
+}
+
+/// What the best set of `count` for all forces misses of them in the mean, %.
+fn of_one_set(it: &Missed, method: usize, count: u32) -> f64 {
+    let all = it.of_all(method);
+    percent(all[best(&all, count)])
+}
+
+fn share_of(all: &[f64], most: f64) -> f64 {
+    100.0 * all.iter().filter(|it| **it <= most).count() as f64 / all.len().max(1) as f64
+}
+
+/// In how many of a wearer's forces the other's choice of `count` is good enough, %.
+fn good_enough(study: &Study, (own, other): Pair<'_>, method: usize, count: u32) -> f64 {
+    let both = own.0[method].iter().zip(&other.0[method]);
+    let more: Vec<f64> = both
+        .map(|(own, other)| percent(own[best(other, count)] - own[best(own, count)]))
+        .collect();
+    share_of(&more, 100.0 * study.judged.within)
+}
+
+/// Numbers of sets of `count` by a method.
+fn rows_of(study: &Study, all: &[Missed], method: usize, count: u32) -> [Row; 5] {
+    let name = METHODS[method];
+    let of = |pick: &dyn Fn(Pair<'_>) -> f64| pairs(all).into_iter().map(pick).collect();
+    let row = |id: &str, what: &str, values: Vec<f64>| {
+        let id = format!("{name}/{count}/{id}");
+        Row::of(id, format!("{name}, {count}: {what}"), "%", None, values)
+    };
+    let made = 100.0 * study.judged.made;
+    [
+        row(
+            "missed",
+            "the best for a force miss",
+            of(&|(it, _)| median(&of_best(it, method, count))),
+        ),
+        row(
+            "made",
+            "forces that they make",
+            of(&|(it, _)| share_of(&of_best(it, method, count), made)),
+        ),
+        row(
+            "one-set",
+            "one set for all misses",
+            of(&|(it, _)| of_one_set(it, method, count)),
+        ),
+        row(
+            "another",
+            "another's choice is good enough",
+            of(&|pair| good_enough(study, pair, method, count)),
+        ),
+        row(
+            "another-set",
+            "another's one set misses more",
+            of(&|(own, other)| {
+                let (own, other) = (own.of_all(method), other.of_all(method));
+                percent(own[best(&other, count)] - own[best(&own, count)])
+            }),
+        ),
+    ]
+}
+
+/// What leaving an electrode out of ten costs each of a wearer's forces, %.
+fn cost(it: &Missed, method: usize, electrode: usize) -> Vec<f64> {
+    let each = it.0[method].iter();
+    each.map(|parts| percent(parts[ALL ^ (1 << electrode)] - parts[ALL]))
+        .collect()
+}
+
+fn mean(all: &[f64]) -> f64 {
+    all.iter().sum::<f64>() / all.len().max(1) as f64
+}
+
+/// What it costs in the mean to leave each out, and in whom it is the one missed most.
+fn electrode_rows(all: &[Missed], method: usize) -> Vec<Row> {
+    let name = METHODS[method];
+    let costs: Vec<Vec<f64>> = (0..MUSCLES.len())
+        .map(|at| all.iter().map(|it| mean(&cost(it, method, at))).collect())
+        .collect();
+    let rows = NAMES.iter().zip(costs).map(|(muscle, values)| {
+        let what = format!("{name}: without {muscle}, missed more");
+        Row::of(format!("{name}/without/{muscle}"), what, "%", None, values)
+    });
+    rows.collect()
+}
+
+/// What was expected or asked, counted over wearers.
+fn shares(study: &Study, all: &[Missed]) -> Vec<Share> {
+    let count = |id: String, claim: String, cases: Vec<bool>| {
+        let holds = cases.iter().filter(|it| **it).count() as u64;
+        Share::counted(id, claim, None, (holds, cases.len() as u64))
+    };
+    let (made, within) = (100.0 * study.judged.made, 100.0 * study.judged.within);
+    let mut shares = vec![count(
+        "four-of-ten".to_owned(),
+        format!(
+            "squares: 4 for each force make {:.0} % of what 10 make",
+            100.0 * study.expected.four_of_ten
+        ),
+        all.iter()
+            .map(|it| {
+                let [four, ten] = [4, 10].map(|count| share_of(&of_best(it, 0, count), made));
+                four >= study.expected.four_of_ten * ten
+            })
+            .collect(),
+    )];
+    for (method, name) in METHODS.iter().enumerate() {
+        for electrodes in 1..10 {
+            let good = pairs(all).into_iter().map(|(own, other)| {
+                let (own, other) = (own.of_all(method), other.of_all(method));
+                let more = own[best(&other, electrodes)] - own[best(&own, electrodes)];
+                percent(more) <= within
+            });
+            shares.push(count(
+                format!("{name}/{electrodes}"),
+                format!("{name}: another's one set of {electrodes} is good enough"),
+                good.collect(),
+            ));
+        }
+    }
+    shares
+}
+
+/// Electrodes by directions, of the largest wanted force, each cell the mean over wearers.
+fn matrix(
+    all: &[Missed],
+    (title, unit): (&str, &str),
+    caption: String,
+    cell: &dyn Fn(&Missed, usize, usize) -> f64,
+) -> Sheet {
+    let forces = all.first().map_or(0, |it| it.0[0].len());
+    let first = forces.saturating_sub(DIRECTION_NAMES.len());
+    let line = |electrode: usize| {
+        let cells = (first..forces).map(|force| {
+            let each: Vec<f64> = all.iter().map(|it| cell(it, electrode, force)).collect();
+            (10.0 * mean(&each)).round() / 10.0
+        });
+        (NAMES[electrode].to_owned(), cells.collect())
+    };
+    let matrix = Matrix {
+        unit: unit.to_owned(),
+        heads: DIRECTION_NAMES.map(str::to_owned).to_vec(),
+        rows: (0..MUSCLES.len()).map(line).collect(),
+    };
+    Sheet::matrix("Electrodes", title, caption, matrix)
+}
+
+fn matrices(study: &Study, all: &[Missed]) -> Vec<Sheet> {
+    let largest = study.wanted.sizes_n.last().copied().unwrap_or_default();
+    let told = |what: &str| {
+        format!(
+            "Simulated, {largest} N: {what} f forward, b backward, l left, r right, u up, d down."
+        )
+    };
+    let shown = study.judged.shown;
+    let mut sheets = Vec::new();
+    for (method, name) in METHODS.iter().enumerate() {
+        let member = |it: &Missed, electrode: usize, force: usize| {
+            100.0 * f64::from(best(&it.0[method][force], shown) >> electrode & 1 == 1)
+        };
+        let cost = |it: &Missed, electrode: usize, force: usize| {
+            let parts = &it.0[method][force];
+            percent(parts[ALL ^ (1 << electrode)] - parts[ALL])
+        };
+        let lost =
+            told("how much more of the force is missed without the electrode, mean over wearers.");
+        let (title, unit) = (
+            format!("{name}: what is missed without it"),
+            "% of the force",
+        );
+        sheets.push(matrix(all, (&title, unit), lost, &cost));
+        let who = told(&format!(
+            "in how many wearers the electrode is among the best {shown} for the force."
+        ));
+        let (title, unit) = (format!("{name}: among the best {shown}"), "% of wearers");
+        sheets.push(matrix(all, (&title, unit), who, &member));
+    }
+    sheets
+}
+
+/// Medians of every number of electrodes side by side.
+fn table(rows: &[Row]) -> Sheet {
+    let ids = ["missed", "made", "one-set", "another", "another-set"];
+    let line = |(name, count): (&str, u32)| {
+        let mut cells = vec![format!("{name}, {count}")];
+        cells.extend(ids.map(|id| {
+            let row = rows
+                .iter()
+                .find(|it| it.id == format!("{name}/{count}/{id}"));
+            let ours = row.and_then(|it| it.ours);
+            ours.map_or_else(String::new, |it| format!("{it:.1}"))
+        }));
+        cells
+    };
+    let names = METHODS.iter();
+    let lines = names.flat_map(|name| (1..=10).map(move |count| (*name, count)));
+    let heads = ["", "missed", "made", "one set", "another's", "its set"];
+    let caption = "Medians over wearers, %, simulated: what the best so many for each force miss \
+                   of it; forces of all that they make; what one set for all misses in the mean; \
+                   forces for which another wearer's choice is good enough; how much more \
+                   another's one set misses.";
+    let grid = Grid {
+        heads: heads.map(str::to_owned).to_vec(),
+        rows: lines.map(line).collect(),
+    };
+    Sheet::table("Electrodes", "how many", caption.to_owned(), grid)
+}
+
+/// All of it.
+#[must_use]
+pub fn outcome(study: &Study, all: &[Missed], told: Told) -> Outcome {
+    let methods = 0..METHODS.len();
+    let mut rows: Vec<Row> = methods
+        .clone()
+        .flat_map(|method| (1..=10).flat_map(move |count| rows_of(study, all, method, count)))
+        .collect();
+    rows.extend(methods.flat_map(|method| electrode_rows(all, method)));
+    let mut sheets = vec![table(&rows)];
+    sheets.extend(matrices(study, all));
+    Outcome {
+        name: NAME.to_owned(),
+        title: study.title.clone(),
+        seed: told.seed,
+        simulated: Some(true),
+        cut_short: told.cut_short,
+        declared: Declared {
+            asked: NAME.to_owned(),
+            command: Some(format!("experiment {NAME} --draws {}", told.draws)),
+            device: None,
+            sha256: [("electrodes.toml".to_owned(), sha256(DECLARED.as_bytes()))].into(),
+            source: study.source.clone(),
+            draws: told.draws,
+            drawn: None,
+            as_declared: (told.seed, told.draws) == (study.seed, study.draws),
+        },
+        conditions: Vec::new(),
+        rows,
+        shares: shares(study, all),
+        decides: Vec::new(),
+        sheets,
+        notes: [SIMULATED, MEANING, LINEAR].map(str::to_owned).to_vec(),
+    }
+}

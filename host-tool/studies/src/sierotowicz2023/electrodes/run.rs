@@ -1,0 +1,86 @@
+//! The study as the laboratory's runner runs it.
+
+use super::declaration::{DECLARED, Study};
+use super::outcome::{NAME, Told, outcome};
+use super::sets::{METHODS, Missed, best, missed};
+use super::wearer::{MUSCLES, Wearer};
+use crate::laboratory::{self, About, Outcome};
+use crate::sierotowicz2023::EndpointError;
+use std::fmt::Write;
+
+/// The study with its seed and draws.
+pub struct Run {
+    study: Study,
+    seed: u64,
+    draws: u64,
+}
+
+impl Run {
+    /// With this seed and so many wearers, or the declaration's own.
+    ///
+    /// # Errors
+    /// The declaration cannot be read.
+    pub fn asked((seed, draws): (Option<u64>, Option<u64>)) -> Result<Self, EndpointError> {
+        let study = Study::declared()?;
+        Ok(Self {
+            seed: seed.unwrap_or(study.seed),
+            draws: draws.unwrap_or(study.draws),
+            study,
+        })
+    }
+}
+
+/// A row for each wearer, method and number of electrodes: what the best set for all wanted
+/// forces misses of them in the mean, %.
+fn csv(all: &[Missed]) -> String {
+    let mut text = "wearer,method,electrodes,missed_percent\n".to_owned();
+    for (index, missed) in all.iter().enumerate() {
+        for (nth, method) in METHODS.iter().enumerate() {
+            let parts = missed.of_all(nth);
+            for count in 1..=MUSCLES.len() as u32 {
+                let percent = 100.0 * f64::from(parts[best(&parts, count)]);
+                // A formatted `String` takes every byte.
+                let _ = writeln!(text, "{index},{method},{count},{percent:.4}");
+            }
+        }
+    }
+    text
+}
+
+impl laboratory::Study for Run {
+    type Unit = Missed;
+
+    fn about(&self) -> About<'_> {
+        About {
+            name: NAME,
+            arguments: String::new(),
+            declaration: ("electrodes.toml", DECLARED),
+            seed: self.seed,
+            draws: self.draws,
+        }
+    }
+
+    fn compute(&self, index: u64, _: &(dyn Fn() -> bool + Sync)) -> anyhow::Result<Option<Missed>> {
+        Ok(Some(missed(
+            &self.study,
+            &Wearer::drawn(self.seed, index)?,
+        )?))
+    }
+
+    fn outcome(&self, all: &[Missed], cut_short: Option<String>) -> anyhow::Result<Outcome> {
+        let told = Told {
+            seed: self.seed,
+            draws: self.draws,
+            cut_short,
+        };
+        Ok(outcome(&self.study, all, told))
+    }
+
+    fn files(&self, all: &[Missed]) -> anyhow::Result<Vec<(String, String)>> {
+        Ok(vec![("draws.csv".to_owned(), csv(all))])
+    }
+
+    fn in_words(&self, done: u64) -> String {
+        format!("{done} of {} wearers", self.draws)
+    }
+}

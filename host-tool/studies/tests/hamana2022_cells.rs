@@ -1,0 +1,329 @@
+//! The study of two points as a sweep: the same bytes however it is cut, and no share that
+//! its rows do not give.
+
+use crate::laboratory::folder;
+use crate::sweeps::{files, shard};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use studies::hamana2022::Cells;
+use studies::laboratory::{Drawing, Shard, Sweep, join};
+
+/// Not the judged seed. Of its first draws in this cell one has no voltages.
+const SEED: u64 = 1_002;
+const DRAWS: u64 = 6;
+/// Curvature, a return by its area, as searched.
+const CELL: usize = 15;
+
+fn cells() -> Cells {
+    Cells::declared(Some(CELL)).unwrap().unwrap()
+}
+
+/// Draws this part into `dir`, as far as it is not there.
+fn drawn(dir: &Path, seed: u64, part: &str) {
+    let (cells, shard) = (cells(), shard(part));
+    let sweep = Sweep::drawing(&cells, (seed, DRAWS), shard);
+    let computed = sweep.compute(&cells, Some(dir), &mut |_| true).unwrap();
+    assert!(computed.is_whole);
+    if shard == Shard::WHOLE {
+        sweep.close(&cells, dir, &computed.units).unwrap();
+    }
+}
+
+/// The study drawn at once, by one test, for all.
+fn whole() -> &'static Path {
+    static WHOLE: std::sync::OnceLock<PathBuf> = std::sync::OnceLock::new();
+    WHOLE.get_or_init(|| {
+        let dir = folder("points_whole");
+        drawn(&dir, SEED, "1/1");
+        dir
+    })
+}
+
+/// A folder of this part with the rows of the whole that are its own.
+fn part(name: &str, part: &str) -> PathBuf {
+    let dir = folder(name);
+    let (cells, shard) = (cells(), shard(part));
+    let sweep = Sweep::drawing(&cells, (SEED, DRAWS), shard);
+    drop(sweep.place(&dir).unwrap());
+    sweep.begin(&dir).unwrap();
+    let rows = fs::read_to_string(whole().join("draws.csv")).unwrap();
+    let is_own = |(n, _): &(usize, &str)| *n == 0 || (n - 1) as u64 % shard.of == shard.number - 1;
+    let own = rows.split_inclusive('\n').enumerate().filter(is_own);
+    let own: String = own.map(|(_, row)| row).collect();
+    fs::write(dir.join("draws.csv"), own).unwrap();
+    dir
+}
+
+#[test]
+fn shards_of_a_cell_join_to_the_bytes_of_one() {
+    let parts = ["1/2", "2/2"].map(|part| {
+        let dir = folder(&format!("points_{}", &part[..1]));
+        drawn(&dir, SEED, part);
+        dir
+    });
+    let joined = folder("points_joined");
+    let (units, _) = join(&parts, &joined, &cells()).unwrap();
+    assert_eq!(units.len() as u64, DRAWS);
+    fs::remove_file(joined.join(".lock")).unwrap();
+    assert_eq!(files(&joined), files(whole()));
+}
+
+#[test]
+fn a_study_cut_anywhere_goes_on_to_the_same_bytes() {
+    let rows = fs::read(whole().join("draws.csv")).unwrap();
+    let dir = folder("points_cut");
+    let lines = rows.split_inclusive(|byte| *byte == b'\n');
+    let ends = lines.scan(0, |end, line| {
+        *end += line.len();
+        Some(*end)
+    });
+    let ends: Vec<usize> = ends.collect();
+    for cut in [ends[3] + 1, ends[5] - 1, ends[6]] {
+        let _ = fs::remove_dir_all(&dir);
+        fs::create_dir_all(&dir).unwrap();
+        fs::copy(whole().join("sweep.json"), dir.join("sweep.json")).unwrap();
+        fs::write(dir.join("draws.csv"), &rows[..cut]).unwrap();
+        drawn(&dir, SEED, "1/1");
+        assert_eq!(files(&dir), files(whole()), "cut at {cut}");
+    }
+    // Killed before there was a row, or anything whole.
+    let cells = cells();
+    let sweep = Sweep::drawing(&cells, (SEED, DRAWS), Shard::WHOLE);
+    for left in ["sweep.json", "sweep.json.partial", ".lock"] {
+        let _ = fs::remove_dir_all(&dir);
+        fs::create_dir_all(&dir).unwrap();
+        let has = left == "sweep.json";
+        let text = fs::read(whole().join("sweep.json")).unwrap();
+        fs::write(dir.join(left), if has { text } else { Vec::new() }).unwrap();
+        drop(sweep.place(&dir).unwrap());
+        let computed = sweep.compute(&cells, Some(&dir), &mut |_| false).unwrap();
+        assert!(computed.units.is_empty() && !computed.is_whole, "{left}");
+    }
+}
+
+/// A row that the study would not have written, by file and line, with what to do.
+#[test]
+fn rows_that_no_study_writes_are_refused() {
+    let dir = part("points_by_hand", "1/1");
+    let rows = dir.join("draws.csv");
+    let text = fs::read_to_string(&rows).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let columns: Vec<&str> = lines[0].split(',').collect();
+    let nth = lines
+        .iter()
+        .position(|line| line.contains(",whole,"))
+        .unwrap();
+    let with = |column: &str, value: &str| {
+        let place = columns.iter().position(|it| *it == column).unwrap();
+        let mut fields: Vec<&str> = lines[nth].split(',').collect();
+        fields[place] = value;
+        let row = fields.join(",");
+        let mut lines = lines.clone();
+        lines[nth] = &row;
+        lines.join("\n") + "\n"
+    };
+    let mut twice = lines.clone();
+    twice[2] = lines[1];
+    for (text, says) in [
+        (with("two_nm", "NaN"), "`NaN` is no finite number"),
+        (with("two_nm", "inf"), "`inf` is no finite number"),
+        (with("two_nm", ""), "two_nm is missing"),
+        (with("va_th", "45"), "va_th is 45, it lies between 0 and 44"),
+        (
+            with("ii_500", "1.5"),
+            "ii_500 is 1.5, it lies between 0 and 1",
+        ),
+        (
+            with("left_out", "146"),
+            "left_out is `146`, it is a count of at most 145",
+        ),
+        (with("left_out", "-1"), "left_out is `-1`"),
+        (with("became", "lost"), "no draw becomes `lost`"),
+        (with("became", "no points"), "its numbers make another row"),
+        (with("electrodes", "square"), "no electrodes are `square`"),
+        (with("two-stronger", ""), "its numbers make another row"),
+        (with("fat_mm", "3"), "it is not unit"),
+        (with("cell", "curvature 5 searched"), "it is not unit"),
+        (with("unit", "6"), "unit 6 is none of this sweep"),
+        (
+            with("posture", "true,"),
+            "fields after what was drawn, wanted are",
+        ),
+        (twice.join("\n") + "\n", "unit 0 stands there twice"),
+    ] {
+        fs::write(&rows, text).unwrap();
+        let sweep = Sweep::drawing(&cells(), (SEED, DRAWS), Shard::WHOLE);
+        let refused = sweep.compute(&cells(), Some(&dir), &mut |_| false);
+        let error = refused.err().unwrap().to_string();
+        let is = error.starts_with("E608") && error.contains("draws.csv: line ");
+        assert!(is && error.contains(says), "{says}: {error}");
+        assert!(
+            error.contains("cut the file off before this line"),
+            "{error}"
+        );
+    }
+    let other = text.replacen("unit,", "number,", 1);
+    fs::write(&rows, other).unwrap();
+    let refused = join(&[dir], &folder("points_refused"), &cells());
+    let error = refused.err().unwrap().to_string();
+    assert!(
+        error.contains("E608") && error.contains("other columns"),
+        "{error}"
+    );
+}
+
+#[test]
+fn what_is_no_whole_is_not_joined() {
+    let [one, two] = ["1/2", "2/2"].map(|it| part(&format!("points_part{}", &it[..1]), it));
+    let refused = |parts: &[&PathBuf], why: &str| {
+        let parts: Vec<PathBuf> = parts.iter().map(|it| (*it).clone()).collect();
+        let out = folder("points_no_whole");
+        let error = join(&parts, &out, &cells()).err().unwrap().to_string();
+        assert!(
+            error.starts_with("E604") && error.contains(why),
+            "{why}: {error}"
+        );
+        assert!(!out.join("draws.csv").exists(), "{why}");
+    };
+    refused(&[&one], "shard 2/2 is missing");
+    refused(&[&one, &one], "are both shard 1/2");
+    refused(&[], "there are none");
+    let nothing = folder("points_nothing");
+    fs::create_dir_all(&nothing).unwrap();
+    refused(&[&one, &nothing], "has no sweep.json");
+    // Of something else: who, how many, by what.
+    let about = two.join("sweep.json");
+    let text = fs::read_to_string(&about).unwrap();
+    for (from, to, why) in [
+        ("1002", "1003", "seed 1003, not 1002"),
+        ("\"draws\": 6", "\"draws\": 7", "draws 7, not 6"),
+        ("\"of\": 2", "\"of\": 3", "shards 3, not 2"),
+        (
+            "cell 15",
+            "cell 14",
+            "part cell 14 (curvature 1 searched), not cell 15",
+        ),
+        ("\"version\": \"0", "\"version\": \"9", "version 9"),
+        (".toml\": \"", ".toml\": \"0", "another declaration"),
+    ] {
+        assert!(text.contains(from), "{from}: {text}");
+        fs::write(&about, text.replacen(from, to, 1)).unwrap();
+        refused(&[&one, &two], why);
+        // Nor gone on with.
+        let sweep = Sweep::drawing(&cells(), (SEED, DRAWS), shard("2/2"));
+        let error = sweep.place(&two).err().unwrap().to_string();
+        assert!(error.starts_with("E603"), "{error}");
+    }
+    fs::write(&about, text.replacen("\"name\"", "name", 1)).unwrap();
+    let error = join(std::slice::from_ref(&two), &folder("points_torn"), &cells());
+    assert!(error.err().unwrap().to_string().starts_with("E608"));
+    fs::write(&about, &text).unwrap();
+    // Another's whole: what all parts say is not what this program draws.
+    let other = Cells::declared(Some(CELL + 1)).unwrap().unwrap();
+    let error = join(&[one.clone(), two.clone()], &folder("points_other"), &other);
+    let error = error.err().unwrap().to_string();
+    assert!(
+        error.contains("is not what this program makes of it"),
+        "{error}"
+    );
+    let rows = fs::read_to_string(two.join("draws.csv")).unwrap();
+    let cut: Vec<&str> = rows.lines().take(2).collect();
+    fs::write(two.join("draws.csv"), cut.join("\n") + "\n").unwrap();
+    refused(&[&one, &two], "has a hole: unit 3 is missing");
+    fs::remove_file(two.join("draws.csv")).unwrap();
+    refused(&[&one, &two], "has a hole: unit 1 is missing");
+}
+
+/// Every share again, from the numbers of `draws.csv` alone, as `population.toml` says.
+#[test]
+fn rows_give_every_share() {
+    let rows = fs::read_to_string(whole().join("draws.csv")).unwrap();
+    let (head, rows) = rows.split_once('\n').unwrap();
+    let columns: Vec<&str> = head.split(',').collect();
+    let wearers: Vec<BTreeMap<&str, &str>> = rows
+        .lines()
+        .map(|row| columns.iter().copied().zip(row.split(',')).collect())
+        .collect();
+    assert_eq!(wearers.len() as u64, DRAWS, "none is dropped");
+    let found: Vec<_> = wearers
+        .iter()
+        .filter(|it| it["became"] == "whole")
+        .collect();
+    assert!(
+        found.len() < wearers.len(),
+        "a draw without voltages is there"
+    );
+    let judged = found.iter().map(|it| claims(it));
+    let judged: Vec<[Option<bool>; 8]> = judged.collect();
+    let result = fs::read_to_string(whole().join("result.json")).unwrap();
+    let result: Value = serde_json::from_str(&result).unwrap();
+    let shares = result["shares"].as_array().unwrap();
+    let of = |nth: usize| (shares[nth]["holds"].as_u64(), shares[nth]["of"].as_u64());
+    let counted = |holds: usize, of: usize| (Some(holds as u64), Some(of as u64));
+    for nth in 0..8 {
+        let own: Vec<bool> = judged.iter().filter_map(|it| it[nth]).collect();
+        let holds = own.iter().filter(|it| **it).count();
+        assert_eq!(of(nth), counted(holds, own.len()), "{}", shares[nth]["id"]);
+    }
+    let jointly = judged
+        .iter()
+        .filter(|it| it.iter().all(|it| *it == Some(true)));
+    assert_eq!(shares[8]["id"], "all");
+    assert_eq!(of(8), counted(jointly.count(), found.len()));
+    assert_eq!(shares[9]["id"], "found");
+    assert_eq!(of(9), counted(found.len(), wearers.len()));
+    for row in result["rows"].as_array().unwrap() {
+        assert!(row["paper"].is_null() && row["n"].as_u64() <= Some(found.len() as u64));
+        let [low, ours, high] = ["low", "ours", "high"].map(|it| row[it].as_f64().unwrap());
+        assert!(low <= ours && ours <= high, "{row}");
+    }
+}
+
+/// The claims of `population.toml` in a row, in its order.
+fn claims(row: &BTreeMap<&str, &str>) -> [Option<bool>; 8] {
+    let of = |name: &str| row[name].parse::<f64>().ok();
+    let must = |name: &str| of(name).unwrap();
+    let late = [500, 1_000, 2_000, 5_000, 10_000].map(|us| of(&format!("ii_{us}")));
+    let late: Option<Vec<f64>> = late.into_iter().collect();
+    let ratio = |a: &str, b: &str| must(a) / must(b);
+    let alike = |ratio: f64| (0.9..=1.15).contains(&ratio);
+    let lower = |point: &str| {
+        let least = must(&format!("v{point}_th"));
+        of("r_th").is_some_and(|r| r * must(&format!("v{point}_max")) < least)
+    };
+    let lost = |points: &str| must(&format!("{points}_0_deg")) - must(&format!("{points}_90_deg"));
+    [
+        of("ii_0").zip(of("ii_2000")).map(|(a, b)| a < b),
+        late.map(|all| all.iter().all(|it| *it > 0.8)),
+        Some(ratio("two_nm", "one_nm") > 1.05),
+        Some(ratio("two_nm", "apart_nm") > 1.05),
+        Some(alike(ratio("apart_nm", "one_nm"))),
+        Some(alike(ratio("one_nm", "one_isolated_nm"))),
+        Some(lower("a") && lower("b")),
+        Some(lost("two") < lost("one")),
+    ]
+}
+
+#[test]
+fn all_cells_have_their_own_rows_and_no_other_number() {
+    assert!(Cells::declared(Some(49)).unwrap().is_none());
+    let all = Cells::declared(None).unwrap().unwrap();
+    assert_eq!((all.count(), all.units(200)), (49, 9_800));
+    assert_eq!(all.only(), None);
+    let sweep = Sweep::drawing(&all, (SEED, 200), Shard::WHOLE);
+    let last = all.begins(&sweep, 8_199);
+    assert!(last[0].starts_with("8199,no summation,199,"), "{last:?}");
+    let one = Sweep::drawing(&cells(), (SEED, 200), Shard::WHOLE);
+    assert_eq!(Cells::of(&one).unwrap().only(), one.only);
+    let unknown = Sweep {
+        only: Some("cell 99".to_owned()),
+        ..one
+    };
+    let error = Cells::of(&unknown).err().unwrap().to_string();
+    assert!(
+        error.starts_with("E604") && error.contains("cell 99"),
+        "{error}"
+    );
+}
