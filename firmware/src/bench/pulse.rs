@@ -121,7 +121,8 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
             trains.skip_quiet(|phase| phase >= 750);
             trains.render();
             trains.plan.pump = true;
-            [*first, *second] = isolated::<BoardPins>().map(|word| [word; SLOTS]);
+            let [on_first, on_second] = isolated::<BoardPins>();
+            (*first, *second) = ([on_first; SLOTS], [on_second; SLOTS]);
         },
         |(trains, first, second), ()| {
             paint::<BoardPins>(&trains.plan, &mut Window { first, second });

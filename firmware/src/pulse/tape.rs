@@ -135,8 +135,8 @@ pub const fn words<M: PinMap>(levels: Levels) -> [u32; TAPE_PORTS] {
     let second = moved!(1, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20);
     let [all_first, all_second] = Map::<M>::PINS;
     [
-        (all_first & !first) << 16 | first,
-        (all_second & !second) << 16 | second,
+        (all_first ^ first) << 16 | first, // lines of a port only: what is not set is reset
+        (all_second ^ second) << 16 | second,
     ]
 }
 
@@ -197,14 +197,15 @@ fn fill<M: PinMap>(window: &mut Window<'_>, from: usize, to: usize, levels: Leve
         return;
     }
     let [first, second] = words::<M>(levels);
-    let [isolated_first, isolated_second] = const { isolated::<M>() };
-    // `get_mut` so that a malformed plan cannot panic; `paint` keeps from <= to <= SLOTS.
-    if first != isolated_first
+    let [lines_first, lines_second] = Map::<M>::PINS;
+    // A word that sets no line isolates its port. `get_mut` so that a malformed plan cannot
+    // panic; `paint` keeps from <= to <= SLOTS.
+    if first & lines_first != 0
         && let Some(slots) = window.first.get_mut(from..to)
     {
         fill_words(slots, first);
     }
-    if second != isolated_second
+    if second & lines_second != 0
         && let Some(slots) = window.second.get_mut(from..to)
     {
         fill_words(slots, second);
