@@ -11,7 +11,7 @@
 //! Bits that debuggers write too are put back, and are no fault: nothing that plays depends
 //! on them before the next reading does so.
 
-use super::clock;
+use super::clock::{self, SUPPLY_LINE};
 use crate::board::wiring::{BOARD, Bits, Clocks, Pin, Port};
 use crate::safety::Fault;
 use crate::seal::fold;
@@ -152,6 +152,8 @@ const fn stream(n: u8) -> u32 {
     DMA2 + 0x10 + 0x18 * n as u32
 }
 
+/// EXTI lines of over-current and of the supply watch.
+const STOPS: u32 = OVER_CURRENT.bit() | 1 << SUPPLY_LINE;
 /// Place of the over-current line in its EXTICR (RM0090 section 9.2.3).
 const EXTI_PLACE: u32 = (4 * (OVER_CURRENT.number % 4)) as u32;
 const CYCLES_PER_US: u32 = BOARD.clocks.cycles_per_us();
@@ -175,7 +177,7 @@ fn inputs_hold() -> bool {
         ADC1 + 0x08, 0x003F_0801 => 0x0013_0001; // CR2: TIM2's TRGO, rising, to the right, on
         ADC1 + 0x38, 0x003F_FFFF => SEQUENCE; // JSQR
         SPI3, 0xFFFF => 0xCB45; // CR1: master, 16 bits, mode 1
-        EXTI, 0x0001_0000 | OVER_CURRENT.bit() => 0x0001_0000 | OVER_CURRENT.bit(); // IMR: and supply
+        EXTI, STOPS => STOPS; // IMR: over-current, supply
         EXTI + 0x0C, OVER_CURRENT.bit() => OVER_CURRENT.bit(); // FTSR: over-current falls
         EXTICR, 0xF << EXTI_PLACE => (OVER_CURRENT.port.index() as u32) << EXTI_PLACE;
         PWR, 0xF0 => 0xD0; // CR: supply watch at level 6
