@@ -5,6 +5,7 @@ use super::{Output, interrupt, within};
 use clap::Args;
 use hal_sim::chip::board::CYCLES_PER_US;
 use hal_sim::chip::profile::{Owner, exception};
+use host_core::clock::ProcessorClock;
 use host_core::run::{Profiled, SessionFile, chip_image, interruptible, profile};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -46,7 +47,9 @@ pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
     let bar = output.bar(&file.session.title);
     let interruption = interrupt::heed()?;
     let watch = interruptible(&interruption, |part| bar.set(part));
-    let profiled = profile(&file, &image, args.prefetched.into(), args.seed, watch);
+    let clock = ProcessorClock::start();
+    let prefetched = args.prefetched.into();
+    let profiled = profile(&file, &image, prefetched, args.seed, &clock, watch);
     bar.finish();
     let profiled = profiled?;
     let title = &file.session.title;

@@ -14,6 +14,7 @@ mod command;
 mod console;
 mod fresh;
 mod image;
+mod portable;
 mod report;
 mod rules;
 mod setup;
@@ -45,6 +46,7 @@ const STEPS: &[(&str, Run)] = &[
     ("format", format),
     ("lints", lints),
     ("windows", windows::run),
+    ("portable", portable::run),
     ("image-lints", image::lint),
     ("images", image::build),
     ("budgets", |at, _| budget::run(at)),

@@ -197,6 +197,7 @@ impl<O: Observer> Board<O> {
     }
 
     /// One instruction or exception, through a reset.
+    #[cfg(feature = "gdb")]
     pub(super) fn step(&mut self) -> Result<(), BoardError> {
         match self.cpu.step(&mut self.around) {
             Err(Stop::Reset { .. }) => self.reset(),
@@ -205,6 +206,7 @@ impl<O: Observer> Board<O> {
     }
 
     /// Address of the next instruction.
+    #[cfg(feature = "gdb")]
     pub(super) const fn pc(&self) -> u32 {
         self.cpu.registers.r[15]
     }

@@ -1,7 +1,10 @@
 //! A session on the chip simulator, with every cycle of it accounted for.
 
-use super::device::{ChipError, OpenError, power_on, simulated};
+use super::chip::power_on;
+use super::open_error::{ChipError, OpenError};
+use super::simulated::simulated;
 use super::{Observer, RunError, Seen, SessionFile, run};
+use crate::clock::Clock;
 use crate::link::Interruption;
 use firmware::lockstep::Sensors;
 use firmware::units::Micros;
@@ -13,7 +16,7 @@ use hal_sim::chip::image::Image;
 use hal_sim::chip::profile::{Owner, Profile, Summary};
 use hal_sim::chip::soc::flash::Prefetched;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// What a session cost, from its first telemetry to the end of its last pulse
 /// train.
@@ -25,8 +28,8 @@ pub struct Profiled {
     pub profile: Profile,
     /// How the board came up.
     pub booted: Booted,
-    /// Processor time of this computer that the counted part took, with the
-    /// counting; wall-clock time where the system does not tell.
+    /// How long the counted part took on this computer, with the counting, by the clock that
+    /// [`profile`] was given.
     pub spent: Duration,
 }
 
@@ -94,48 +97,11 @@ impl Profiled {
     }
 }
 
-/// Measures processor time, which other programs do not lengthen.
-#[derive(Clone, Copy, Debug)]
-pub struct Stopwatch {
-    wall: Instant,
-    processor: Option<Duration>,
-}
-
-impl Stopwatch {
-    /// From now on.
-    #[must_use]
-    pub fn start() -> Self {
-        Self {
-            wall: Instant::now(),
-            processor: processor_time(),
-        }
-    }
-
-    /// What all threads of this program took since.
-    #[must_use]
-    pub fn elapsed(&self) -> Duration {
-        let spent = processor_time().zip(self.processor);
-        spent.map_or_else(|| self.wall.elapsed(), |(now, then)| now - then)
-    }
-}
-
-/// What this process has used.
-#[cfg(unix)]
-fn processor_time() -> Option<Duration> {
-    use nix::time::{ClockId, clock_gettime};
-    let time = clock_gettime(ClockId::CLOCK_PROCESS_CPUTIME_ID).ok()?;
-    Some(Duration::from(time))
-}
-
-#[cfg(not(unix))]
-const fn processor_time() -> Option<Duration> {
-    None
-}
-
 /// Counts from the first telemetry of the trains to their end.
 struct Watch<'a, O> {
     board: &'a Mutex<Board<Profile>>,
-    began: Option<Stopwatch>,
+    clock: &'a dyn Clock,
+    began: Option<Duration>,
     /// What was counted, once the trains ended.
     ended: &'a mut Option<(Summary, Profile, Duration)>,
     observer: O,
@@ -151,11 +117,11 @@ impl<O: Observer> Observer for Watch<'_, O> {
                 board.observer.restart();
                 board.around.restart_counts();
                 board.cpu.system.latencies = Latencies::default();
-                self.began = Some(Stopwatch::start());
+                self.began = Some(self.clock.now());
             }
             Seen::Progress(part) => {
                 if let Some(began) = self.began.filter(|_| part >= 1.0) {
-                    let spent = began.elapsed();
+                    let spent = self.clock.now().saturating_sub(began);
                     let mut board = board();
                     let summary = Summary::of(&mut board);
                     *self.ended = Some((summary, board.observer.clone(), spent));
@@ -172,8 +138,8 @@ impl<O: Observer> Observer for Watch<'_, O> {
 }
 
 /// Runs `file` on a board that runs `image` from a flash read as `prefetched`
-/// says; `seed` decides the simulated wearer's noise, `observer` hears the part
-/// done and may end it by a signal.
+/// says; `seed` decides the simulated wearer's noise, `clock` measures how long that takes,
+/// `observer` hears the part done and may end it by a signal.
 ///
 /// # Errors
 /// [`ProfileError`].
@@ -182,6 +148,7 @@ pub fn profile(
     image: &Image,
     prefetched: Prefetched,
     seed: u64,
+    clock: &dyn Clock,
     observer: impl Observer,
 ) -> Result<Profiled, ProfileError> {
     let mut board = power_on(&file.session, image, Profile::new(image))?;
@@ -198,6 +165,7 @@ pub fn profile(
     let mut ended = None;
     let watch = Watch {
         board: &board,
+        clock,
         began: None,
         ended: &mut ended,
         observer,
