@@ -3,6 +3,7 @@
 use super::chip::Prefetched;
 use super::{Output, interrupt, within};
 use clap::Args;
+use hal_sim::chip::board::CYCLES_PER_US;
 use hal_sim::chip::profile::{Owner, exception};
 use host_core::clock::ProcessorClock;
 use host_core::run::{Profiled, SessionFile, chip_image, interruptible, profile};
@@ -97,7 +98,7 @@ fn table(title: &str, found: &Profiled, args: &ProfileArgs) -> String {
     if let Some(worst) = summary.margins.worst {
         out.push_str(&format!(
             "refill margin: {worst} cycles ({:.1} µs) at the worst of {} windows\n",
-            worst as f64 / 168.0,
+            worst as f64 / CYCLES_PER_US as f64,
             summary.margins.windows
         ));
     }
@@ -149,7 +150,9 @@ fn write_lines(out: &mut String, found: &Profiled) {
             exception::name(line.latency.behind)
         ));
     }
-    out.push_str("(in cycles of 1/168 µs; what pre-empts a run is left out of it)\n\n");
+    out.push_str(&format!(
+        "(in cycles of 1/{CYCLES_PER_US} µs; what pre-empts a run is left out of it)\n\n"
+    ));
 }
 
 fn write_edges(out: &mut String, found: &Profiled) {

@@ -10,6 +10,7 @@ use firmware::lockstep::Sensors;
 use firmware::units::Micros;
 use hal_sim::chip::Cycle;
 use hal_sim::chip::board::Board;
+use hal_sim::chip::board::wiring::CORE_HZ;
 use hal_sim::chip::cpu::system::Latencies;
 use hal_sim::chip::image::Image;
 use hal_sim::chip::profile::{Owner, Profile, Summary};
@@ -76,10 +77,10 @@ impl Profiled {
         100.0 * cycles as f64 / self.summary.total.max(1) as f64
     }
 
-    /// Simulated seconds that were counted; the clock is 168 MHz.
+    /// Simulated seconds that were counted, by the board's clock.
     #[must_use]
     pub fn seconds(&self) -> f64 {
-        self.summary.total as f64 / 168e6
+        self.summary.total as f64 / f64::from(CORE_HZ)
     }
 
     /// Simulated time over processor time.
