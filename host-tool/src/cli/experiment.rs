@@ -28,8 +28,8 @@ use studies::laboratory::{
 #[derive(Args, Debug)]
 pub struct ExperimentArgs {
     /// hamana-1 to hamana-4, hamana-posture, hamana-hold, open-trains, lee, sierotowicz,
-    /// distributed, electrode-choice, buatier, harris-ramps, harris-wall or one of its sequels
-    /// (-decides, -gentle, -why, -yields),
+    /// distributed, electrode-choice, buatier, two-points, harris-ramps, harris-wall or one of
+    /// its sequels (-decides, -gentle, -why, -yields),
     /// or the file of a declaration
     name: String,
     /// A wearer file (docs/wearers.md): of the Hamana experiments, on a forearm that is a
