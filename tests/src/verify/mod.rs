@@ -10,6 +10,7 @@
 
 mod arguments;
 mod budget;
+mod cluster;
 mod command;
 mod console;
 mod fresh;
@@ -54,7 +55,7 @@ const STEPS: &[(&str, Run)] = &[
 ];
 
 /// Steps that run only by name.
-const BY_NAME: &[(&str, Run)] = &[("stalled", stalled::run)];
+const BY_NAME: &[(&str, Run)] = &[("stalled", stalled::run), ("cluster", cluster::run)];
 
 /// Where things are.
 #[derive(Debug)]
