@@ -45,7 +45,7 @@ fn declarations_on_the_native_simulator_are_told_and_written() {
     std::fs::write(folder.join("other/file"), "mine").unwrap();
     let (exit, _, error) = ran(&folder, &[&few[..], &["--out", "other"]].concat());
     assert_eq!(exit, Some(1));
-    assert!(error.contains("E590"), "{error}");
+    assert!(error.contains("E603 other holds something"), "{error}");
 }
 
 /// The page says of each kind how many were drawn.
@@ -87,31 +87,82 @@ fn a_campaign_goes_on_where_it_stopped_and_another_does_not() {
     assert_eq!(ran(&folder, &few("12", "whole")).0, Some(0));
     assert_eq!(ran(&folder, &few("5", "parts")).0, Some(0));
     // Its last line was being written.
-    let journal = folder.join("parts/faults.jsonl");
-    let mut text = std::fs::read(&journal).unwrap();
+    let units = folder.join("parts/units.jsonl");
+    let mut text = std::fs::read(&units).unwrap();
     text.truncate(text.len() - 20);
-    std::fs::write(&journal, text).unwrap();
+    std::fs::write(&units, text).unwrap();
     let (exit, told, error) = ran(&folder, &few("12", "parts"));
     assert_eq!(exit, Some(0), "{error}");
     assert!(told.contains("Played 8 cases"), "{told}");
-    for file in ["result.json", "result.html", "faults.csv", "faults.jsonl"] {
+    for file in ["result.json", "result.html", "faults.csv", "units.jsonl"] {
         let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
         assert!(read("whole") == read("parts"), "{file}");
     }
     // Fewer would leave cases out of the table that were played.
-    let journal = std::fs::read(folder.join("parts/faults.jsonl")).unwrap();
+    let kept = std::fs::read(&units).unwrap();
     let (exit, _, error) = ran(&folder, &few("5", "parts"));
     assert_eq!(exit, Some(1));
-    assert!(error.contains("E792 parts has 12 cases"), "{error}");
-    assert_eq!(
-        std::fs::read(folder.join("parts/faults.jsonl")).unwrap(),
-        journal
-    );
+    let wanted =
+        "E603 parts holds faults, --class declarations --device native, seed 1000, 12 draws";
+    assert!(error.contains(wanted), "{error}");
+    assert_eq!(std::fs::read(&units).unwrap(), kept);
     let other = [&asked[..], &["--seed", "1001", "--out", "parts"]].concat();
     let (exit, _, error) = ran(&folder, &other);
     assert_eq!(exit, Some(1));
-    let wanted = "E790 parts has another campaign, which does not go on as this one: seed is 1000";
-    assert!(error.contains(wanted), "{error}");
+    assert!(error.contains("E603 parts holds faults"), "{error}");
+    // Of another program, or of one that kept cases in another way.
+    let about = folder.join("parts/sweep.json");
+    let text = std::fs::read_to_string(&about).unwrap();
+    std::fs::write(&about, text.replace("\"version\": \"", "\"version\": \"9")).unwrap();
+    let (exit, _, error) = ran(&folder, &few("12", "parts"));
+    assert_eq!(exit, Some(1));
+    assert!(error.contains("the same, but version 0"), "{error}");
+    std::fs::create_dir(folder.join("earlier")).unwrap();
+    std::fs::write(folder.join("earlier/faults.jsonl"), "{}\n").unwrap();
+    let (exit, _, error) = ran(&folder, &few("12", "earlier"));
+    assert_eq!(exit, Some(1));
+    assert!(error.contains("E790 earlier has a campaign"), "{error}");
+}
+
+/// Shards of a class and of all of them make the folders of undivided campaigns.
+#[test]
+fn shards_of_a_campaign_merge_to_the_bytes_of_one() {
+    let folder = folder("faults_shards");
+    let words = |line: &str| -> Vec<String> { line.split(' ').map(str::to_owned).collect() };
+    let told = |line: &str| {
+        let words = words(line);
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let (exit, told, error) = ran(&folder, &words);
+        assert_eq!(exit, Some(0), "{line}: {error}");
+        told
+    };
+    let few = "--device native --count 5 --seed 1000";
+    for class in ["declarations", "all"] {
+        told(&format!("faults --class {class} {few} --out {class}"));
+        for n in 1..=2 {
+            let shard = format!("faults --class {class} {few} --shard {n}/2 --out {class}-{n}");
+            let merging = format!("flexor faults --class {class} --device native --merge");
+            assert!(told(&shard).contains(&merging));
+        }
+        let merge = format!(
+            "faults --class {class} --device native --merge {class}-1 {class}-2 --out {class}-merged"
+        );
+        assert!(told(&merge).starts_with("class, kind "));
+    }
+    for (one, other) in [
+        ("declarations", "declarations-merged"),
+        ("all/link", "all-merged/link"),
+    ] {
+        for file in ["result.json", "result.html", "faults.csv", "units.jsonl"] {
+            let read = |dir: &str| std::fs::read(folder.join(dir).join(file)).unwrap();
+            assert!(read(one) == read(other), "{other}: {file}");
+        }
+    }
+    let other = "faults --class electrode --device native --merge declarations-1 declarations-2 \
+                 --out no";
+    let (exit, _, error) = ran(&folder, &other.split_whitespace().collect::<Vec<_>>());
+    assert_eq!(exit, Some(1));
+    assert!(error.contains("E604"), "{error}");
 }
 
 #[test]
@@ -179,7 +230,7 @@ fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
         let mut command = flexor(&folder, &asked);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut program = command.spawn().unwrap();
-        while !gone.join(".lock").exists() {
+        while !gone.join("units.jsonl").exists() {
             assert_eq!(program.try_wait().unwrap(), None, "it ended by itself");
             std::thread::yield_now();
         }
@@ -201,7 +252,7 @@ fn a_folder_that_vanishes_takes_only_what_would_be_in_it() {
     assert!(error.contains("gone"), "{error}");
     assert!(told["folder"].is_null(), "{told}");
     let cut_short = told["result"]["cut_short"].as_str().unwrap();
-    assert!(cut_short.starts_with("Cut short: "), "{cut_short}");
+    assert!(cut_short.starts_with("Cut short after "), "{cut_short}");
     // Nor is an image read that never ends.
     let endless = ["faults", "--class", "flips", "--image", "/dev/zero"];
     let (exit, _, error) = ran(&folder, &endless);

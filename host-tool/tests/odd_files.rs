@@ -152,7 +152,7 @@ fn a_journal_that_is_no_file_is_refused() {
     let faults = "faults --class declarations --device native --seed 1000";
     told(&folder, &format!("{faults} --count 2 --out kept"));
     let line = format!("{faults} --count 4 --out kept");
-    are_refused(&folder, "kept/faults.jsonl", &[(&line, "E791")]);
+    are_refused(&folder, "kept/units.jsonl", &[(&line, "E607")]);
     let calibrate = "calibrate --wearer somebody --channels 1 --auto --out w.toml";
     let resume = format!("{calibrate} --resume");
     let lines = [(calibrate, "E6"), (resume.as_str(), "E6")];

@@ -114,6 +114,25 @@ fn shards_merge_to_the_bytes_of_one() {
     same(&folder, "merged", "whole");
 }
 
+/// The study has the same name, folders and shards among those that draw their persons.
+#[test]
+fn a_sweep_of_this_name_is_the_same_study() {
+    let folder = folder("two_points_sweep");
+    for (command, out) in [("two-points", "own"), ("sweep two-points", "swept")] {
+        let line = format!("{command} --seed 1001 --draws 1 --shard 16/49 --out {out}");
+        let (exit, _, error) = ran(&folder, &line.split(' ').collect::<Vec<_>>());
+        assert_eq!(exit, Some(0), "{error}");
+    }
+    for file in ["draws.csv", "sweep.json", "declaration.toml"] {
+        let read = |out: &str| std::fs::read(folder.join(out).join(file)).unwrap();
+        assert!(read("own") == read("swept"), "{file}");
+    }
+    let line = "sweep two-points --draws 1 --device chip --out chip";
+    let (exit, _, error) = ran(&folder, &line.split(' ').collect::<Vec<_>>());
+    assert_eq!(exit, Some(2));
+    assert!(error.contains("allowed: native"), "{error}");
+}
+
 /// Rows that a study under way has written.
 fn rows(folder: &Path) -> usize {
     let text = std::fs::read_to_string(folder.join("broken/draws.csv"));
@@ -147,7 +166,9 @@ fn an_interrupted_study_goes_on_to_the_same_bytes() {
         let goes_on = "the same command goes on from there";
         assert!(exit.is_none() || error.contains(goes_on), "{error}");
         assert!(rows(&folder) >= known, "what was computed is kept");
-        assert!(!folder.join("broken/result.json").exists());
+        // What came of the first draws is marked as such.
+        let result = std::fs::read_to_string(folder.join("broken/result.json")).unwrap();
+        assert!(result.contains("\"Cut short: 0 of 1 cells"), "{result}");
     }
     let (exit, _, error) = ran(&folder, &few);
     assert_eq!(exit, Some(0), "{error}");

@@ -3,11 +3,15 @@
 use super::out::OutArgs;
 use super::outcome::people;
 use super::{Incomplete, Output, interrupt, wrong};
+use host_core::link::Interruption;
 use interrupt::Ended;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use studies::catalog::{Asked, Entry};
-use studies::laboratory::{Outcome, Runnable, Shard, Sweep, decided_by};
+use studies::laboratory::{Outcome, Ran, Runnable, Shard, Sweep, decided_by};
+
+/// What an interrupted study says whose folder keeps what was computed.
+pub(super) const GOES_ON: &str = "the same command goes on from there";
 
 /// The study that is asked for, within what it allows.
 fn begun(entry: &Entry, asked: &Asked<'_>) -> anyhow::Result<Box<dyn Runnable>> {
@@ -31,14 +35,16 @@ pub(super) fn experiment(
     let study = begun(entry, asked)?;
     let begun = out.dir().filter(|dir| Sweep::of(dir).is_ok());
     let place = match begun.filter(|_| !out.overwrites()) {
-        Some(dir) => study.sweep(Shard::WHOLE).place(dir)?,
+        Some(dir) => study.place(dir, Shard::WHOLE)?,
         None => {
             let place = out.place(asked.name)?;
             study.sweep(Shard::WHOLE).begin(place.dir())?;
             place
         }
     };
-    run(&*study, (place.dir(), Shard::WHOLE), asked.name, output)
+    let command = format!("sweep {}", asked.name);
+    let at = (Some(place.dir()), Shard::WHOLE);
+    run(&*study, at, (asked.name, &command), output)
 }
 
 /// Runs a study, or a shard of it, in a folder; or merges the folders of its shards.
@@ -55,58 +61,111 @@ pub(super) fn sweep(
     if let Some(first) = merge.first() {
         let (seed, draws) = decided_by(first)?;
         let decided = (Some(seed), Some(draws));
-        let outcome = begun(entry, &Asked { decided, ..*asked })?.merge(merge, dir)?;
-        return say(&outcome, dir, output);
+        let study = begun(entry, &Asked { decided, ..*asked })?;
+        return join(&*study, merge, dir, output);
     }
     let study = begun(entry, asked)?;
-    let _mine = study.sweep(shard).place(dir)?;
-    run(&*study, (dir, shard), asked.name, output)
+    let _mine = study.place(dir, shard)?;
+    let command = format!("sweep {}", asked.name);
+    run(&*study, (Some(dir), shard), (asked.name, &command), output)
 }
 
-fn run(
+/// Merges the folders of a study's shards, and prints what they come to.
+///
+/// # Errors
+/// Parts that make no whole.
+pub(super) fn join(
     study: &dyn Runnable,
-    (dir, shard): (&Path, Shard),
-    name: &str,
+    parts: &[PathBuf],
+    dir: &Path,
+    output: Output,
+) -> anyhow::Result<()> {
+    let ran = study.merge(parts, dir)?;
+    say(&ran, Some(dir), output)
+}
+
+/// Does long work with a progress bar; the work ends early once a signal has come.
+///
+/// # Errors
+/// Those of the work.
+pub(super) fn watched<T>(
+    (what, output): (&str, Output),
+    interruption: &Interruption,
+    work: impl FnOnce(&mut dyn FnMut(f64) -> bool) -> anyhow::Result<T>,
+) -> anyhow::Result<T> {
+    let bar = output.bar(what);
+    let result = work(&mut |part| {
+        bar.set(part);
+        interruption.asked().is_none()
+    });
+    bar.finish();
+    result
+}
+
+/// The error of a run that a signal ended early; nothing of a whole one.
+pub(super) fn ended(
+    ran: &Ran,
+    dir: Option<&Path>,
+    interruption: &Interruption,
+) -> Option<anyhow::Error> {
+    let signal = interruption.asked().filter(|_| !ran.is_whole)?;
+    let goes_on = dir.map_or(String::new(), |_| format!("; {GOES_ON}"));
+    Some(Ended(signal, format!("after {}{goes_on}", ran.done)).into())
+}
+
+/// Runs a study, or a shard of it, in a folder, or without keeping it; `name` is what its
+/// progress is called, `command` what merges its shards.
+///
+/// # Errors
+/// A unit failed, or cannot be kept; a signal.
+pub(super) fn run(
+    study: &dyn Runnable,
+    (dir, shard): (Option<&Path>, Shard),
+    (name, command): (&str, &str),
     output: Output,
 ) -> anyhow::Result<()> {
     let interruption = interrupt::heed()?;
-    let bar = output.bar(name);
-    let mut done = 0.0;
-    let ran = study.run(dir, shard, &mut |part| {
-        bar.set(part);
-        done = part;
-        interruption.asked().is_none()
-    })?;
-    bar.finish();
-    let signal = interruption.asked().filter(|_| !ran.is_whole);
-    let ended = signal.map(|it| Ended(it, format!("after {}; {}", ran.done, kept(done))).into());
-    match (ran.outcome, ran.failed.or(ended)) {
-        (Some(outcome), None) => say(&outcome, dir, output),
-        (None, None) => say_shard(&format!("sweep {name}"), (shard, dir), output),
-        // What was computed is printed, whatever becomes of the folder.
-        (outcome, Some(error)) => {
-            if let (Some(outcome), false) = (&outcome, output.json) {
-                output.say(|| people(outcome), || Value::Null)?;
-            }
-            let result = outcome.map_or_else(|| json!({}), |it| json!({ "result": it }));
-            Err(Incomplete { error, result }.into())
-        }
+    let run = |go_on: &mut dyn FnMut(f64) -> bool| study.run(dir, shard, go_on);
+    let mut ran = watched((name, output), &interruption, run)?;
+    let ended = ended(&ran, dir, &interruption);
+    let Some(error) = ran.failed.take().or(ended) else {
+        return match dir.filter(|_| ran.outcome.is_none()) {
+            Some(dir) => say_shard(command, (shard, dir), output),
+            None => say(&ran, dir, output),
+        };
+    };
+    // What was computed is printed, whatever becomes of the folder.
+    if let (Some(outcome), false) = (&ran.outcome, output.json) {
+        output.say(|| printed(&ran, outcome), || Value::Null)?;
     }
+    let result = ran.outcome.map_or_else(
+        || json!({}),
+        |outcome| json!({ "result": outcome, "folder": dir }),
+    );
+    Err(Incomplete { error, result }.into())
 }
 
-/// Says what came out, and where its pages lie.
-fn say(outcome: &Outcome, dir: &Path, output: Output) -> anyhow::Result<()> {
-    let pages = pages(dir);
+/// What a terminal shows of a run.
+fn printed(ran: &Ran, outcome: &Outcome) -> String {
+    ran.table.clone().unwrap_or_else(|| people(outcome))
+}
+
+/// Prints the outcome, and where its pages lie.
+fn say(ran: &Ran, dir: Option<&Path>, output: Output) -> anyhow::Result<()> {
+    let Some(outcome) = &ran.outcome else {
+        return Ok(());
+    };
+    let pages = dir.map(pages).unwrap_or_default();
     output.say(
         || {
             let lines = pages.iter().map(|(name, page)| match &**name {
                 "page" => format!("\nPage: {page}"),
                 name => format!("\n{}: {page}", capital(name)),
             });
-            people(outcome) + &lines.collect::<String>()
+            printed(ran, outcome) + &lines.collect::<String>()
         },
         || {
-            let mut all = json!({ "result": outcome });
+            let mut all = json!({ "result": outcome, "folder": dir });
             for (name, page) in &pages {
                 all[name] = page.as_str().into();
             }
@@ -142,15 +201,13 @@ fn capital(name: &str) -> String {
     first.into_iter().chain(letters).collect()
 }
 
-/// Of a sweep that ended when this part of it was done.
-pub(super) fn kept(done: f64) -> String {
-    format!(
-        "after {:.0} % of the sweep; the same command goes on from there",
-        100.0 * done
-    )
+/// What to do with a shard of `command` that is whole.
+pub(super) fn shard_is_whole(command: &str, dir: &Path) -> String {
+    let dir = dir.display();
+    format!("the shard is whole; merge all of them: flexor {command} --merge {dir} … --out DIR")
 }
 
-/// Says that this shard of what `command` draws is whole, and what to do with it.
+/// Prints that a shard of `command` is whole.
 ///
 /// # Errors
 /// The standard output cannot be written.
@@ -159,12 +216,8 @@ pub(super) fn say_shard(
     (shard, dir): (Shard, &Path),
     output: Output,
 ) -> anyhow::Result<()> {
-    let dir = dir.display().to_string();
-    let text = format!(
-        "the shard is whole; merge all of them: flexor {command} --merge {dir} … --out DIR"
-    );
     output.say(
-        || text,
-        || serde_json::json!({ "shard": shard, "folder": dir }),
+        || shard_is_whole(command, dir),
+        || json!({ "shard": shard, "folder": dir }),
     )
 }

@@ -1,20 +1,21 @@
 //! `flexor faults`: what gets past the device when something breaks, drawn and judged.
 
+use super::drawn::{ended, shard_is_whole, watched};
 use super::{Incomplete, Output, interrupt, wrong};
 use clap::Args;
 use hal_sim::chip::image::Image;
 use host_core::link::Interruption;
 use host_core::plot::words::in_columns;
-use host_core::record::{Place, replace_file, sha256};
 use host_core::run::{DeviceName, chip_image};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Instant;
-use studies::faults::{
-    Campaign, Case, Class, Declaration, FaultsError, Identity, JOURNAL, Journal, Outcome, csv,
+use studies::faults::{Case, Class, Declaration, Outcome, Run};
+use studies::laboratory::{
+    self, Lines, Ran, Runnable, Shard, decided_by, merge_drawing, run_drawing,
 };
-use studies::laboratory;
 
 /// Break something at random moments, in forks of a simulated board that stimulates,
 /// and judge what comes out at the electrodes
@@ -31,16 +32,22 @@ pub struct FaultsArgs {
     #[arg(long)]
     class: Asked,
     /// Cases to draw of each class; default: the declaration's
-    #[arg(long)]
+    #[arg(long, conflicts_with = "merge")]
     count: Option<u64>,
     /// Decides what breaks when; default: the declaration's
-    #[arg(long)]
+    #[arg(long, conflicts_with = "merge")]
     seed: Option<u64>,
     /// Play this case alone, from 0; only to look at, into no folder
     #[arg(long, conflicts_with_all = ["count", "out"])]
     only: Option<u64>,
-    /// Folder for result.json, result.html, faults.csv and faults.jsonl: absent, empty, or
-    /// with the first cases of the same campaign
+    /// Part I of N, as 3/8
+    #[arg(long, requires = "out", conflicts_with = "merge")]
+    shard: Option<Shard>,
+    /// Make one campaign of the folders of all its shards
+    #[arg(long, num_args = 1.., value_name = "DIR", requires = "out")]
+    merge: Vec<PathBuf>,
+    /// Folder for result.json, result.html and faults.csv: absent, empty, or with the first
+    /// cases of the same campaign
     #[arg(long)]
     out: Option<PathBuf>,
     /// ELF to flash instead of the board's own image (chip)
@@ -74,7 +81,8 @@ const MOST: u64 = 1_000_000;
 
 /// # Errors
 /// No image, a board that does not stimulate before anything breaks, a folder that cannot
-/// be written or has another campaign, a signal. What a fault does is no error.
+/// be written or has another campaign, parts that make no whole, a signal. What a fault does
+/// is no error.
 pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
     args.check()?;
     let image = match args.device {
@@ -84,10 +92,7 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
     let interruption = interrupt::heed()?;
     let mut all = Vec::new();
     for class in args.classes() {
-        let played = match Played::of(args, class, image.as_ref(), output, &interruption) {
-            Err(error) if is_elsewhere(&error) && args.class == Asked::All => continue,
-            played => played?,
-        };
+        let played = args.played(class, image.as_ref(), (output, &interruption))?;
         let is_over = played.error.is_some();
         all.push(played);
         if is_over {
@@ -99,20 +104,19 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
         Asked::One(_) => all.first().map_or(Value::Null, Played::machines),
         Asked::All => json!({ "campaigns": all.iter().map(Played::machines).collect::<Vec<_>>() }),
     };
+    let shard = args.shard.filter(|shard| *shard != Shard::WHOLE);
     let Some(error) = error else {
-        return output.say(|| people(&all), || machines);
+        let text = || match (shard, &args.out) {
+            (Some(_), Some(out)) => shard_is_whole(&args.merging(), out),
+            _ => people(&all),
+        };
+        return output.say(text, || machines);
     };
-    if !output.json {
+    if !output.json && shard.is_none() {
         output.say(|| people(&all), || Value::Null)?;
     }
     let result = machines;
     Err(Incomplete { error, result }.into())
-}
-
-/// Whether another simulator than the one asked for has what it takes.
-fn is_elsewhere(error: &anyhow::Error) -> bool {
-    let error = error.downcast_ref::<FaultsError>();
-    matches!(error, Some(FaultsError::ChipOnly(_)))
 }
 
 impl FaultsArgs {
@@ -138,144 +142,147 @@ impl FaultsArgs {
         }
     }
 
+    /// The class that is asked for, or all that the device can play.
     fn classes(&self) -> Vec<Class> {
+        let is_chip = self.device == DeviceName::Chip;
         match self.class {
             Asked::One(class) => vec![class],
-            Asked::All => Class::ALL.to_vec(),
+            Asked::All => {
+                let all = Class::ALL.into_iter();
+                all.filter(|class| is_chip || class.is_native()).collect()
+            }
         }
     }
 
-    /// The folder of a class.
-    fn dir(&self, class: Class) -> Option<PathBuf> {
-        let out = self.out.as_ref()?;
-        Some(match self.class {
-            Asked::One(_) => out.clone(),
-            Asked::All => out.join(class.name()),
-        })
+    /// The command that merges shards.
+    fn merging(&self) -> String {
+        let class = match self.class {
+            Asked::One(class) => class.name(),
+            Asked::All => "all",
+        };
+        format!("faults --class {class} --device {}", self.device.typed())
+    }
+
+    /// The folder of a class in `dir`.
+    fn folder(&self, dir: &Path, class: Class) -> PathBuf {
+        match self.class {
+            Asked::One(_) => dir.to_owned(),
+            Asked::All => dir.join(class.name()),
+        }
+    }
+
+    /// Plays or merges a class.
+    fn played(
+        &self,
+        class: Class,
+        image: Option<&Image>,
+        (output, interruption): (Output, &Interruption),
+    ) -> anyhow::Result<Played> {
+        let parts = self.merge.iter().map(|dir| self.folder(dir, class));
+        let parts: Vec<PathBuf> = parts.collect();
+        let out = self.out.as_ref().map(|dir| self.folder(dir, class));
+        let decided = match parts.first() {
+            Some(first) => {
+                let (seed, count) = decided_by(first)?;
+                (Some(seed), Some(count))
+            }
+            None => (self.seed, self.count),
+        };
+        let study = Run::asked(Declaration::of(class)?, image, decided)?;
+        let mut played = Played {
+            notes: study.campaign().notes(),
+            class,
+            device: study.device(),
+            analysed: None,
+            alone: None,
+            shard: self.shard.unwrap_or(Shard::WHOLE),
+            folder: out,
+            speed: None,
+            error: None,
+        };
+        match (&played.folder, self.only) {
+            (Some(out), _) if !parts.is_empty() => {
+                let (ran, cases) = merge_drawing(&Lines(&study), &parts, out)?;
+                played.keep(ran, cases);
+            }
+            (_, Some(index)) => played.alone(&study, index)?,
+            _ => played.play(&study, (output, interruption))?,
+        }
+        Ok(played)
     }
 }
 
 /// A class that was played.
 struct Played {
-    outcome: Outcome,
-    result: laboratory::Outcome,
+    class: Class,
+    /// `chip` or `native`.
+    device: &'static str,
+    /// What its cases come to: for people, and as `result.json` has it; nothing of a shard.
+    analysed: Option<(Outcome, laboratory::Outcome)>,
     notes: Vec<String>,
     /// The case that was asked for alone.
     alone: Option<Case>,
+    shard: Shard,
     folder: Option<PathBuf>,
     speed: Option<String>,
     /// What came in between, with what there is.
     error: Option<anyhow::Error>,
 }
 
-/// The folder of a class and its journal, which others may not write.
-struct Kept {
-    place: Place,
-    journal: Journal,
-}
-
 impl Played {
-    fn of(
-        args: &FaultsArgs,
-        class: Class,
-        image: Option<&Image>,
-        output: Output,
-        interruption: &Interruption,
-    ) -> anyhow::Result<Self> {
-        let declaration = Declaration::of(class)?;
-        let seed = args.seed.unwrap_or(declaration.seed());
-        let count = args
-            .count
-            .unwrap_or_else(|| declaration.count(image.is_none()));
-        let campaign = match image {
-            None => Campaign::native(seed, &declaration)?,
-            Some(image) => Campaign::on_chip(seed, &declaration, image)?,
-        };
-        let flashed = image.map(|image| sha256(&image.flash));
-        let device = args.device.typed();
-        let identity = Identity::of(&declaration, &device, seed, flashed);
-        let folder = args.dir(class);
-        let (mut kept, mut cases) = match &folder {
-            Some(dir) => Kept::open(dir, &identity).map(|(kept, cases)| (Some(kept), cases))?,
-            None => (None, Vec::new()),
-        };
-        if let Some(dir) = folder.as_ref().filter(|_| cases.len() as u64 > count) {
-            let (dir, has) = (dir.display().to_string(), cases.len() as u64);
-            return Err(FaultsError::FewerThanPlayed { dir, has, count }.into());
+    /// Plays what the folder lacks.
+    fn play(
+        &mut self,
+        study: &Run,
+        (output, interruption): (Output, &Interruption),
+    ) -> anyhow::Result<()> {
+        let folder = self.folder.clone();
+        let dir = folder.as_deref();
+        if let Some(dir) = dir {
+            Run::refuse_earlier(dir)?;
         }
-        let (mut speed, mut lost) = (None, None);
-        if let Some(index) = args.only {
-            cases = vec![campaign.case(index)?];
-        } else {
-            let bar = output.bar(&format!("faults: {class}"));
-            let (known, begun) = (cases.len() as u64, Instant::now());
-            let mut go_on = |part| {
-                bar.set(part);
-                interruption.asked().is_none()
-            };
-            lost = play(&campaign, (&mut cases, count), kept.as_mut(), &mut go_on)?;
-            bar.finish();
-            let played = (cases.len() as u64).saturating_sub(known);
-            speed = (played > 0).then(|| in_words(played, begun));
+        let _mine = dir.map(|dir| study.place(dir, self.shard)).transpose()?;
+        let (what, begun) = (format!("faults: {}", self.class), Instant::now());
+        let sweep = study.sweep(self.shard);
+        let work =
+            |go_on: &mut dyn FnMut(f64) -> bool| run_drawing(&Lines(study), &sweep, dir, go_on);
+        let (mut ran, cases) = watched((&what, output), interruption, work)?;
+        let failed = ran.failed.take();
+        if failed.is_some() {
+            self.folder = None;
         }
-        let (outcome, notes) = (Outcome::of(class, &cases), campaign.notes());
-        let mut result = outcome.result(&declaration, (&device, seed), &notes);
-        if let Some(index) = args.only {
-            let alone = format!("faults --class {class} --device {device} --only {index}");
-            result.declared.command = Some(alone);
-        }
-        let is_whole = args.only.is_some() || cases.len() as u64 == count;
-        let done = format!("{} of {count} cases, the first ones", cases.len());
-        if !is_whole {
-            result.cut_short = Some(format!("Cut short: {done}."));
-        }
-        let written = kept.map_or(Ok(()), |it| write(it.place.dir(), class, &result, &cases));
-        let written = written.and(lost.map_or(Ok(()), |error| Err(error.into())));
-        let ended = interruption.asked().filter(|_| !is_whole);
-        let ended = ended.map(|signal| interrupt::Ended(signal, format!("after {done}")).into());
-        Ok(Self {
-            outcome,
-            result,
-            notes,
-            alone: args.only.and_then(|_| cases.pop()),
-            folder: folder.filter(|_| written.is_ok()),
-            speed,
-            error: written.err().or(ended),
-        })
+        self.speed = (ran.fresh > 0).then(|| in_words(ran.fresh, begun));
+        self.error = failed.or_else(|| ended(&ran, dir, interruption));
+        self.keep(ran, cases);
+        Ok(())
+    }
+
+    /// Takes up what cases come to.
+    fn keep(&mut self, ran: Ran, cases: BTreeMap<u64, Case>) {
+        let cases: Vec<Case> = cases.into_values().collect();
+        let result = ran.outcome;
+        self.analysed = result.map(|result| (Outcome::of(self.class, &cases), result));
+    }
+
+    /// Plays a case alone.
+    fn alone(&mut self, study: &Run, index: u64) -> anyhow::Result<()> {
+        let case = study.campaign().case(index)?;
+        let (outcome, mut result) = study.analysed(std::slice::from_ref(&case));
+        let (class, device) = (self.class, self.device);
+        let alone = format!("faults --class {class} --device {device} --only {index}");
+        result.declared.command = Some(alone);
+        self.analysed = Some((outcome, result));
+        self.alone = Some(case);
+        Ok(())
     }
 
     fn machines(&self) -> Value {
-        json!({ "result": self.result, "folder": self.folder })
+        let result = self.analysed.as_ref().map(|(_, result)| result);
+        match result {
+            None => json!({ "shard": self.shard, "folder": self.folder }),
+            Some(result) => json!({ "result": result, "folder": self.folder }),
+        }
     }
-}
-
-impl Kept {
-    /// The folder `dir` and what it has: nothing, or the first cases of the same campaign.
-    fn open(dir: &Path, identity: &Identity) -> anyhow::Result<(Self, Vec<Case>)> {
-        let place = match dir.join(JOURNAL).exists() {
-            true => Place::existing(dir)?,
-            false => Place::given(dir, false)?,
-        };
-        let (journal, cases) = Journal::open(dir, identity)?;
-        Ok((Self { place, journal }, cases))
-    }
-}
-
-/// Plays what is missing of the first cases; gives why the folder could not take them all:
-/// what was played is told, whatever becomes of it.
-fn play(
-    campaign: &Campaign,
-    (cases, count): (&mut Vec<Case>, u64),
-    mut kept: Option<&mut Kept>,
-    go_on: &mut dyn FnMut(f64) -> bool,
-) -> Result<Option<FaultsError>, FaultsError> {
-    let mut lost = None;
-    campaign.play_from(cases.len() as u64, count, &mut |part, some| {
-        cases.extend_from_slice(some);
-        lost = kept.as_mut().and_then(|it| it.journal.add(some).err());
-        Ok(go_on(part) && lost.is_none())
-    })?;
-    Ok(lost)
 }
 
 /// How fast it went, by the clock of this machine, whatever else it did.
@@ -285,27 +292,20 @@ fn in_words(played: u64, begun: Instant) -> String {
     format!("Played {played} cases, {rate:.2} a second and core.")
 }
 
-fn write(
-    dir: &Path,
-    class: Class,
-    result: &laboratory::Outcome,
-    cases: &[Case],
-) -> anyhow::Result<()> {
-    laboratory::publish(dir, result, &[])?;
-    replace_file(&dir.join("faults.csv"), &csv(class, cases)?)?;
-    Ok(())
-}
-
 fn people(all: &[Played]) -> String {
     let mut text = Outcome::head();
-    for it in all {
-        text += &format!("\n{}", it.outcome.lines());
+    for (outcome, _) in all.iter().filter_map(|it| it.analysed.as_ref()) {
+        text += &format!("\n{}", outcome.lines());
     }
     for it in all {
         if let Some(case) = &it.alone {
             text += &format!("\n{case:#?}");
         }
-        let notes = it.notes.iter().cloned().chain(it.outcome.remarks());
+        let remarks = it
+            .analysed
+            .iter()
+            .flat_map(|(outcome, _)| outcome.remarks());
+        let notes = it.notes.iter().cloned().chain(remarks);
         for note in notes.chain(it.speed.clone()) {
             text += &format!("\n{}", in_columns(&note, 80));
         }

@@ -1,6 +1,6 @@
 //! `flexor sweep`: an experiment's wearers on all cores, in shards if wanted.
 
-use super::drawn::{kept, say_shard};
+use super::drawn::{GOES_ON, say_shard};
 use super::outcome::claims;
 use super::{Output, WrongUse, drawn, interrupt, wrong};
 use clap::Args;
@@ -88,7 +88,9 @@ pub fn main(args: &SweepArgs, output: Output) -> anyhow::Result<()> {
     })?;
     bar.finish();
     if let (Some(signal), true) = (interruption.asked(), done < 1.0) {
-        return Err(Ended(signal, kept(done)).into());
+        let percent = 100.0 * done;
+        let when = format!("after {percent:.0} % of the sweep; {GOES_ON}");
+        return Err(Ended(signal, when).into());
     }
     if let Some(checked) = swept.checked {
         eprintln!("{}", in_words(checked));

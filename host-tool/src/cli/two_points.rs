@@ -2,15 +2,11 @@
 //! need to.
 
 use super::draw_cost::Cost;
-use super::drawn::{kept, say_shard};
-use super::interrupt::{self, Ended};
-use super::{Incomplete, Output, wrong};
+use super::{Output, drawn, wrong};
 use clap::Args;
-use host_core::plot::words::in_columns;
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
-use studies::hamana2022::{Cells, SIMULATED, Summary};
-use studies::laboratory::{Drawing, Outcome, Shard, Sweep, join, part_of};
+use std::path::PathBuf;
+use studies::hamana2022::{Cells, CellsRun, TWO_POINTS};
+use studies::laboratory::{Runnable, Shard, part_of};
 
 /// Draw forearms that are a mechanism, search points and voltages on each as Hamana 2022
 /// did, and judge its claims; with --out the same command goes on where it was interrupted
@@ -59,13 +55,14 @@ pub fn main(args: &TwoPointsArgs, output: Output) -> anyhow::Result<()> {
     if draws == 0 || draws > MOST {
         return wrong(format!("--draws is {draws}, allowed is 1 to {MOST}"));
     }
-    let seed = args.seed.unwrap_or(population.seed);
     if args.timing {
+        let seed = args.seed.unwrap_or(population.seed);
         return Cost::main((args.cell, args.draws), seed, output);
     }
-    let shard = args.shard.unwrap_or(Shard::WHOLE);
-    let sweep = Sweep::drawing(&cells, (seed, draws), shard);
-    draw(args, &cells, &sweep, output)
+    let (shard, out) = (args.shard.unwrap_or(Shard::WHOLE), args.out.as_deref());
+    let study = CellsRun::asked(cells, (args.seed, Some(draws)));
+    let _mine = out.map(|dir| study.place(dir, shard)).transpose()?;
+    drawn::run(&study, (out, shard), (TWO_POINTS, TWO_POINTS), output)
 }
 
 impl TwoPointsArgs {
@@ -103,73 +100,13 @@ impl TwoPointsArgs {
     }
 }
 
-/// Draws what the folder does not hold yet, or all without one.
-fn draw(args: &TwoPointsArgs, cells: &Cells, sweep: &Sweep, output: Output) -> anyhow::Result<()> {
-    let out = args.out.as_deref();
-    let interruption = interrupt::heed()?;
-    let _mine = out.map(|dir| sweep.place(dir)).transpose()?;
-    let bar = output.bar("two-points");
-    let mut done = 0.0;
-    let computed = sweep.compute(cells, out, &mut |part| {
-        bar.set(part);
-        done = part;
-        interruption.asked().is_none()
-    })?;
-    bar.finish();
-    let summaries = cells.summaries(sweep.draws, &computed.units);
-    let is_shard = sweep.shard != Shard::WHOLE;
-    if let (Some(signal), false) = (interruption.asked(), computed.is_whole) {
-        let result = match is_shard {
-            true => json!({}),
-            false => told(&cells.outcome(sweep, &computed.units)?, out),
-        };
-        let when = match out {
-            Some(_) => kept(done),
-            None => format!(
-                "after {} of {} cells, the first ones",
-                summaries.len(),
-                cells.count()
-            ),
-        };
-        let error = Ended(signal, when).into();
-        return Err(Incomplete { error, result }.into());
-    }
-    let result = match out {
-        Some(dir) if is_shard => return say_shard("two-points", (sweep.shard, dir), output),
-        Some(dir) => sweep.close(cells, dir, &computed.units)?,
-        None => cells.outcome(sweep, &computed.units)?,
-    };
-    output.say(|| people(&summaries, out), || told(&result, out))
-}
-
-/// Joins shards.
+/// Joins shards, of the cells that they say.
 fn merge(args: &TwoPointsArgs, output: Output) -> anyhow::Result<()> {
     let (Some(first), Some(out)) = (args.merge.first(), args.out.as_deref()) else {
         return wrong("--merge needs folders, and --out DIR");
     };
     let first = part_of(first)?;
-    let cells = Cells::of(&first)?;
-    let (units, result) = join(&args.merge, out, &cells)?;
-    let summaries = cells.summaries(first.draws, &units);
-    output.say(
-        || people(&summaries, Some(out)),
-        || told(&result, Some(out)),
-    )
-}
-
-/// For machines.
-fn told(result: &Outcome, out: Option<&Path>) -> Value {
-    json!({ "result": result, "folder": out })
-}
-
-fn people(summaries: &[Summary], out: Option<&Path>) -> String {
-    let mut text = Summary::head();
-    for summary in summaries {
-        text += &format!("\n{}\n{}", summary.line(), summary.below());
-    }
-    let told = "n: wearers with all numbers; columns: in how many of a hundred each claim holds \
-                (host-tool/experiments/hamana-population.toml has them in this order).";
-    text += &format!("\n{}\n{SIMULATED}", in_columns(told, 80));
-    let page = out.map(|dir| format!("\nPage: {}", dir.join("result.html").display()));
-    text + &page.unwrap_or_default()
+    let decided = (Some(first.seed), Some(first.draws));
+    let study = CellsRun::asked(Cells::of(&first)?, decided);
+    drawn::join(&study, &args.merge, out, output)
 }

@@ -4,7 +4,7 @@
 //! (`laboratory`), the commands (`cli`).
 
 use crate::hamana2022::paper::{self, Kind};
-use crate::hamana2022::{EXPERIMENTS, TwoPointsError, WEARERS};
+use crate::hamana2022::{Cells, CellsRun, EXPERIMENTS, TwoPointsError, WEARERS};
 use crate::laboratory::Runnable;
 use crate::sierotowicz2023::electrodes;
 use crate::{buatier2024, distributed, hamana2022, harris2017, lee2020, sierotowicz2023};
@@ -48,7 +48,7 @@ const SIMULATORS: &[DeviceName] = &[DeviceName::Native, DeviceName::Chip, Device
 const NATIVE: &[DeviceName] = &[DeviceName::Native];
 
 /// Every one.
-pub const ENTRIES: [Entry; 7] = [
+pub const ENTRIES: [Entry; 8] = [
     Entry {
         names: &[
             (
@@ -74,6 +74,22 @@ pub const ENTRIES: [Entry; 7] = [
         devices: ("a drawn forearm is simulated", SIMULATORS),
         has_participants: true,
         begin: hamana,
+    },
+    Entry {
+        names: &[(
+            hamana2022::TWO_POINTS,
+            "drawn forearms: in whom a second point helps",
+        )],
+        declarations: &[("hamana-population.toml", hamana2022::DECLARED)],
+        command: "flexor experiment two-points",
+        draws: 1..=100_000,
+        devices: ("two-points is of bodies alone, without a device", NATIVE),
+        has_participants: false,
+        begin: |it| {
+            let cells = Cells::declared(None)?;
+            let cells = cells.ok_or_else(|| anyhow::anyhow!("no cells"))?;
+            Ok(Box::new(CellsRun::asked(cells, it.decided)))
+        },
     },
     Entry {
         names: &[(

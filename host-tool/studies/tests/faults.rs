@@ -2,6 +2,7 @@
 //! Seeds from 1000 on: the judged one is looked at by the command alone.
 
 use host_core::run::chip_image;
+use rayon::prelude::*;
 use studies::faults::{Campaign, Case, Class, Declaration, Ended, Fate, Outcome, csv};
 
 const SEED: u64 = 1_000;
@@ -20,9 +21,15 @@ fn native(class: Class) -> Campaign {
     Campaign::native(SEED, &Declaration::of(class).unwrap()).unwrap()
 }
 
+/// The first `count` cases, on all cores.
+fn first(campaign: &Campaign, count: u64) -> Vec<Case> {
+    let indices = (0..count).into_par_iter();
+    indices.map(|index| campaign.case(index).unwrap()).collect()
+}
+
 /// The first `count` cases; the last one alone is the same.
 fn played(class: Class, campaign: &Campaign, count: u64) -> Outcome {
-    let cases = campaign.play(count, &mut |_| true).unwrap();
+    let cases = first(campaign, count);
     let alone = campaign.case(count - 1).unwrap();
     let row = |cases: &[Case]| {
         let rows = csv(class, cases).unwrap();
@@ -36,6 +43,14 @@ fn played(class: Class, campaign: &Campaign, count: u64) -> Outcome {
     println!("{}\n{}", Outcome::head(), outcome.lines());
     assert_eq!((outcome.drawn, outcome.severe), (count, 0));
     outcome
+}
+
+#[test]
+fn the_native_simulator_has_what_its_classes_break() {
+    for class in Class::ALL {
+        let campaign = Campaign::native(SEED, &Declaration::of(class).unwrap());
+        assert_eq!(campaign.is_ok(), class.is_native(), "{class}");
+    }
 }
 
 #[test]
@@ -191,7 +206,7 @@ fn a_supply_that_fails_is_found_and_not_severe() {
 /// From the first edge that is another on, no output lasts longer than the watchdog takes.
 #[test]
 fn pairs_end_with_the_watchdog() {
-    let cases = on_chip(Class::Pairs).play(6, &mut |_| true).unwrap();
+    let cases = first(&on_chip(Class::Pairs), 6);
     for case in &cases {
         let fate = &case.fate;
         assert!(fate.stopped.is_none() && fate.found, "{case:?}");

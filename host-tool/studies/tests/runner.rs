@@ -1,14 +1,31 @@
-//! Every study that draws its persons: interrupted, resumed, cut into shards and merged, its
-//! folder holds the same bytes.
+//! Every study that draws its persons, and a campaign of faults: interrupted, resumed, cut into
+//! shards and merged, its folder holds the same bytes.
 
 use crate::laboratory::folder;
 use crate::sweeps::files;
 use host_core::run::DeviceName;
 use std::path::{Path, PathBuf};
 use studies::catalog::{self, Asked, Entry};
+use studies::faults;
+use studies::hamana2022::{Cells, CellsRun, TWO_POINTS};
 use studies::laboratory::{Runnable, Shard};
 
+/// A class of faults on the native simulator: no study of the catalog.
+const FAULTS: &str = "faults";
+/// Of the population's cells one alone.
+const CELL: usize = 15;
+
 fn begun(name: &str, draws: u64) -> Box<dyn Runnable> {
+    // Nobody judges this seed.
+    let decided = (Some(1_002), Some(draws));
+    if name == FAULTS {
+        let link = faults::Declaration::of(faults::Class::Link).unwrap();
+        return Box::new(faults::Run::asked(link, None, decided).unwrap());
+    }
+    if name == TWO_POINTS {
+        let cell = Cells::declared(Some(CELL)).unwrap().unwrap();
+        return Box::new(CellsRun::asked(cell, decided));
+    }
     let asked = Asked {
         name,
         wearer: (name == "hamana-4").then_some("P"),
@@ -22,14 +39,14 @@ fn begun(name: &str, draws: u64) -> Box<dyn Runnable> {
 }
 
 fn whole(study: &dyn Runnable, dir: &Path, shard: Shard) {
-    let ran = study.run(dir, shard, &mut |_| true).unwrap();
+    let ran = study.run(Some(dir), shard, &mut |_| true).unwrap();
     assert!(ran.is_whole);
 }
 
 /// Runs a study until `looks` looks have passed, and returns whether it is whole.
 fn interrupted(study: &dyn Runnable, dir: &Path, looks: usize) -> bool {
     let mut left = looks;
-    let ran = study.run(dir, Shard::WHOLE, &mut |_| {
+    let ran = study.run(Some(dir), Shard::WHOLE, &mut |_| {
         left = left.saturating_sub(1);
         left > 0
     });
@@ -50,17 +67,22 @@ fn is_the_same_however_cut(name: &str, draws: u64, is_long: bool) {
     study.merge(&parts, &merged).unwrap();
     let files_of_merged = files(&merged);
     let names: Vec<&str> = files_of_merged.iter().map(|(name, _)| &**name).collect();
-    for needed in ["draws.csv", "result.json", "result.html", "units.jsonl"] {
+    let (rows, kept) = match name {
+        FAULTS => ("faults.csv", "units.jsonl"),
+        TWO_POINTS => ("draws.csv", "draws.csv"),
+        _ => ("draws.csv", "units.jsonl"),
+    };
+    for needed in [rows, kept, "result.json", "result.html"] {
         assert!(names.contains(&needed), "{name}: {names:?}");
     }
 
     std::fs::create_dir_all(&resumed).unwrap();
     if is_long {
-        let units = std::fs::read_to_string(merged.join("units.jsonl")).unwrap();
+        let units = std::fs::read_to_string(merged.join(kept)).unwrap();
         let lines: Vec<&str> = units.split_inclusive('\n').collect();
         let (before, after) = lines.split_at(lines.len() / 2);
         let begun = before.concat() + &after[0][..after[0].len() / 2];
-        std::fs::write(resumed.join("units.jsonl"), begun).unwrap();
+        std::fs::write(resumed.join(kept), begun).unwrap();
         std::fs::copy(merged.join("sweep.json"), resumed.join("sweep.json")).unwrap();
     } else {
         for looks in [2, 3, 4] {
@@ -95,12 +117,38 @@ fn a_unit_that_was_changed_by_hand_is_named_by_its_line() {
     let text = std::fs::read_to_string(&path).unwrap();
     let at = text.rfind('1').unwrap();
     std::fs::write(&path, format!("{}2{}", &text[..at], &text[at + 1..])).unwrap();
-    let error = study.run(&dir, Shard::WHOLE, &mut |_| true).err().unwrap();
+    let error = study.run(Some(&dir), Shard::WHOLE, &mut |_| true);
+    let error = error.err().unwrap();
     let error = error.to_string();
     assert!(
         error.contains("E608") && error.contains("line 2: its sum"),
         "{error}"
     );
+}
+
+#[test]
+fn a_campaign_of_faults_is_cut() {
+    is_the_same_however_cut(FAULTS, 12, false);
+}
+
+/// Cases are the same however many are played: a folder goes on to more, and never to fewer.
+#[test]
+fn a_campaign_of_faults_goes_on_to_more() {
+    let dir = folder("runner-grown");
+    let [grown, once] = ["grown", "once"].map(|it| dir.join(it));
+    for count in [3, 8] {
+        whole(&*begun(FAULTS, count), &grown, Shard::WHOLE);
+    }
+    whole(&*begun(FAULTS, 8), &once, Shard::WHOLE);
+    assert_same(FAULTS, &files(&grown), &files(&once));
+    let fewer = begun(FAULTS, 3).place(&grown, Shard::WHOLE);
+    let error = fewer.err().unwrap().to_string();
+    assert!(error.starts_with("E603"), "{error}");
+    // A study whose persons depend on how many there are does not.
+    let study = dir.join("study");
+    whole(&*begun("electrode-choice", 2), &study, Shard::WHOLE);
+    let more = begun("electrode-choice", 3).place(&study, Shard::WHOLE);
+    assert!(more.is_err());
 }
 
 macro_rules! studies {
@@ -126,6 +174,7 @@ studies! {
     hamana_4 "hamana-4" 2 true
     hamana_posture "hamana-posture" 1 false
     hamana_hold "hamana-hold" 1 false
+    two_points "two-points" 4 true
     lee "lee" 1 true
     ramps "harris-ramps" 2 false
     sierotowicz "sierotowicz" 3 true

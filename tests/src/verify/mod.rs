@@ -11,6 +11,7 @@
 mod arguments;
 mod budget;
 mod changed;
+mod cluster;
 mod command;
 mod console;
 mod fresh;
@@ -57,7 +58,11 @@ const STEPS: &[(&str, Run)] = &[
 ];
 
 /// Steps that run only by name.
-const BY_NAME: &[(&str, Run)] = &[("changed", changed::run), ("stalled", stalled::run)];
+const BY_NAME: &[(&str, Run)] = &[
+    ("changed", changed::run),
+    ("stalled", stalled::run),
+    ("cluster", cluster::run),
+];
 
 /// What `quick` stands for: what is known two minutes after a change.
 const QUICK: (&str, &[&str]) = ("quick", &["rules", "format", "lints", "changed"]);

@@ -27,7 +27,8 @@ pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Repor
     let mut report = target(at, console).unwrap_or_else(Report::from_error);
     report.add(components(at, console).unwrap_or_else(Report::from_error));
     for program in PROGRAMS {
-        report.add(installed(at, console, program).unwrap_or_else(Report::from_error));
+        let found = installed(at, console, program, "--version");
+        report.add(found.unwrap_or_else(Report::from_error));
     }
     Ok(report)
 }
@@ -81,12 +82,15 @@ fn components(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     Ok(done.report("rustup component add rustfmt clippy"))
 }
 
-fn installed(
+/// One check: a program is present, as it says when it is asked for its `version`, or its
+/// package is installed now.
+pub(super) fn installed(
     at: &Workspace,
     console: &mut Console,
     [program, package, what]: [&str; 3],
+    version: &str,
 ) -> anyhow::Result<Report> {
-    if works(at, console, program, &["--version"]) {
+    if works(at, console, program, &[version]) {
         return Ok(Report::pass());
     }
     let user = execute(at, console, "id", &["-u"]);

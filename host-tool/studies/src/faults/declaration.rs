@@ -104,6 +104,17 @@ impl Class {
     }
 }
 
+impl Class {
+    /// Whether the native simulator has what it breaks.
+    #[must_use]
+    pub const fn is_native(self) -> bool {
+        matches!(
+            self,
+            Self::Declarations | Self::Electrode | Self::Link | Self::Sensor | Self::Allowance
+        )
+    }
+}
+
 impl fmt::Display for Class {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
@@ -267,6 +278,11 @@ impl Declaration {
             sha256,
             to_the_end: false,
         })
+    }
+
+    /// File name and text of the class's own file.
+    pub(super) fn file(&self) -> (&'static str, &'static str) {
+        file(&format!("{}.toml", self.class)).unwrap_or_default()
     }
 
     /// The seed that is judged.

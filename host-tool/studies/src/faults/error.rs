@@ -31,29 +31,12 @@ pub enum FaultsError {
     /// The program's own files.
     #[error("E619 what the campaigns declare cannot be read: {0}")]
     Declaration(String),
-    /// The folder goes on with what it has, or not at all.
+    /// Cases of a program from before campaigns were kept as every study is.
     #[error(
-        "E790 {0} has another campaign, which does not go on as this one: {1}; name another folder with --out"
+        "E790 {0} has a campaign that an earlier program kept in faults.jsonl; only that program \
+         goes on with it: name another folder with --out (report and compare still read it)"
     )]
-    AnotherCampaign(String, String),
-    /// What was played is not thrown away, and a table of less would hide it.
-    #[error(
-        "E792 {dir} has {has} cases of this campaign, more than --count {count}: ask for \
-         {has} or more, or name another folder with --out"
-    )]
-    FewerThanPlayed {
-        /// The folder.
-        dir: String,
-        /// Cases in it.
-        has: u64,
-        /// What was asked for.
-        count: u64,
-    },
-    /// The file of cases that were played.
-    #[error(
-        "E791 {0} keeps the cases that were played and cannot be used: {1}; take its folder away to begin anew"
-    )]
-    Journal(String, String),
+    Earlier(String),
     /// The chip simulator or its image.
     #[error(transparent)]
     Chip(#[from] ChipError),

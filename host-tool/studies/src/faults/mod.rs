@@ -2,8 +2,9 @@
 //!
 //! Lives here: what is broken how often and when ([`Declaration`], committed before it
 //! was judged), a board and its host that can be forked ([`bench`](self)), one file per
-//! class of faults, the table and the files that come of it. Not here: what is severe
-//! (`hal_sim::trace::judge`, which shares nothing with `firmware`), the command (`cli`).
+//! class of faults, the table and the files that come of it ([`Run`]). Not here: what is
+//! severe (`hal_sim::trace::judge`, which shares nothing with `firmware`), how cases are kept
+//! and go on (`laboratory`), the command (`cli`).
 //! In: a class, a seed, an image. Out: [`Case`]s and what they come to ([`Outcome`]).
 
 mod allowance;
@@ -20,7 +21,6 @@ mod error;
 mod first_use;
 mod flips;
 mod freeze;
-mod journal;
 mod kinds;
 mod link;
 mod measured;
@@ -30,6 +30,7 @@ mod pairs;
 mod played_on;
 mod published;
 mod registers;
+mod run;
 mod script;
 mod sensor;
 mod simulated;
@@ -45,8 +46,8 @@ mod worn;
 pub use case::{Case, Ended, Fate};
 pub use declaration::{Class, Declaration, FILES};
 pub use error::FaultsError;
-pub use journal::{Identity, JOURNAL, Journal};
 pub use outcome::Outcome;
+pub use run::Run;
 pub use table::csv;
 pub use truth::declared_truth;
 
@@ -58,18 +59,11 @@ use flips::Flips;
 use hal_sim::chip::image::Image;
 use link::Link;
 use pairs::Pairs;
-use rayon::prelude::*;
 use registers::Registers;
 use sensor::Sensor;
 use simulated::Native;
 use streams::Streams;
 use supply::Supply;
-
-/// Cases computed between two questions whether to go on, for each core.
-const AT_ONCE: usize = 4;
-
-/// Hears the part done, 0 to 1, and cases in their order; says whether to go on.
-pub type Take<'a> = dyn FnMut(f64, &[Case]) -> Result<bool, FaultsError> + 'a;
 
 /// What draws and plays the cases of a class.
 trait Draws: Sync {
@@ -136,47 +130,8 @@ impl Campaign {
     /// Case `index` alone.
     ///
     /// # Errors
-    /// As [`Self::play`].
+    /// It could not be set up: nothing was broken in it yet.
     pub fn case(&self, index: u64) -> Result<Case, FaultsError> {
         self.draws.case(index)
-    }
-
-    /// The first `count` cases, on all cores; the same ones on any number of them.
-    /// `go_on` hears the part done, 0 to 1, and may say no: then fewer come back.
-    ///
-    /// # Errors
-    /// A case could not be set up: nothing was broken in it yet.
-    pub fn play(
-        &self,
-        count: u64,
-        go_on: &mut dyn FnMut(f64) -> bool,
-    ) -> Result<Vec<Case>, FaultsError> {
-        let mut cases = Vec::new();
-        self.play_from(0, count, &mut |part, some| {
-            cases.extend_from_slice(some);
-            Ok(go_on(part))
-        })?;
-        Ok(cases)
-    }
-
-    /// Cases `from` to `count`, given to `take` in their order, some at once, with the part
-    /// done; `take` may say that it is enough.
-    ///
-    /// # Errors
-    /// As [`Self::play`], and what `take` says.
-    pub fn play_from(&self, from: u64, count: u64, take: &mut Take<'_>) -> Result<(), FaultsError> {
-        let indices: Vec<u64> = (from..count).collect();
-        let mut done = from;
-        if !take(done as f64 / count as f64, &[])? {
-            return Ok(());
-        }
-        for some in indices.chunks(AT_ONCE * rayon::current_num_threads()) {
-            let cases: Result<Vec<_>, _> = some.par_iter().map(|k| self.case(*k)).collect();
-            done += some.len() as u64;
-            if !take(done as f64 / count as f64, &cases?)? {
-                return Ok(());
-            }
-        }
-        Ok(())
     }
 }

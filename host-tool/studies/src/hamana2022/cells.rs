@@ -5,18 +5,26 @@ use super::population::{DECLARED, Population};
 use super::row;
 use super::study::{Cell, Drawn};
 use super::summary::Summary;
-use crate::laboratory::{Declared, Drawing, LaboratoryError, Outcome, Sweep};
+use crate::laboratory::{
+    Declared, Drawing, LaboratoryError, Outcome, Ran, Runnable, Shard, Sweep, merge_drawing,
+    run_drawing,
+};
+use host_core::plot::words::in_columns;
 use host_core::record::sha256;
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 /// The name of the study and of its command.
-const NAME: &str = "two-points";
+pub const TWO_POINTS: &str = "two-points";
 /// What is said of every result.
 pub const SIMULATED: &str =
     "Simulated: drawn forearms of assumed parameters; no evidence about people.";
 const MEANING: &str = "Ours is the median, low and high the 5th and 95th percentile of the \
                        wearers with points and voltages: a range of bodies, no confidence \
                        interval. The paper prints none of these of a population.";
+const COLUMNS: &str = "n: wearers with all numbers; columns: in how many of a hundred each claim \
+                       holds (host-tool/experiments/hamana-population.toml has them in this \
+                       order).";
 const COUNTED: &str = "A draw whose searches find no two points, no coupling or no voltages is \
                        counted as such, in its row of draws.csv and below; a claim is judged in \
                        the others.";
@@ -101,7 +109,7 @@ impl Cells {
     /// What draws it again, but for the seed.
     fn command(&self, draws: u64) -> String {
         let only = self.only.map(|number| format!(" --cell {number}"));
-        format!("{NAME}{} --draws {draws}", only.unwrap_or_default())
+        format!("{TWO_POINTS}{} --draws {draws}", only.unwrap_or_default())
     }
 
     fn notes(&self, summaries: &[Summary]) -> Vec<String> {
@@ -123,7 +131,7 @@ impl Drawing for Cells {
     type Error = TwoPointsError;
 
     fn name(&self) -> &str {
-        NAME
+        TWO_POINTS
     }
 
     fn only(&self) -> Option<String> {
@@ -193,14 +201,14 @@ impl Drawing for Cells {
         let (done, of) = (summaries.len(), self.count());
         let population = &self.population;
         Ok(Outcome {
-            name: NAME.to_owned(),
+            name: TWO_POINTS.to_owned(),
             title: population.title.clone(),
             seed,
             simulated: Some(true),
             cut_short: (done < of)
                 .then(|| format!("Cut short: {done} of {of} cells, the first ones.")),
             declared: Declared {
-                asked: NAME.to_owned(),
+                asked: TWO_POINTS.to_owned(),
                 command: Some(self.command(draws)),
                 device: None,
                 sha256: self.hashes(),
@@ -219,5 +227,57 @@ impl Drawing for Cells {
             sheets: Vec::new(),
             notes: self.notes(&summaries),
         })
+    }
+
+    fn in_words(&self, sweep: &Sweep, done: u64) -> String {
+        format!("{done} of {} draws", self.units(sweep.draws))
+    }
+
+    fn table(&self, sweep: &Sweep, units: &BTreeMap<u64, Drawn>) -> Option<String> {
+        let summaries = self.summaries(sweep.draws, units);
+        let lines = summaries
+            .iter()
+            .map(|it| format!("\n{}\n{}", it.line(), it.below()));
+        let table = Summary::head() + &lines.collect::<String>();
+        Some(format!("{table}\n{}\n{SIMULATED}", in_columns(COLUMNS, 80)))
+    }
+}
+
+/// The study as a command runs it: a row of `draws.csv` for each draw.
+pub struct CellsRun {
+    cells: Cells,
+    seed: u64,
+    draws: u64,
+}
+
+impl CellsRun {
+    /// With this seed and so many wearers in each cell, or the declaration's own.
+    #[must_use]
+    pub fn asked(cells: Cells, (seed, draws): (Option<u64>, Option<u64>)) -> Self {
+        let population = &cells.population;
+        let (seed, draws) = (
+            seed.unwrap_or(population.seed),
+            draws.unwrap_or(population.draws),
+        );
+        Self { cells, seed, draws }
+    }
+}
+
+impl Runnable for CellsRun {
+    fn sweep(&self, shard: Shard) -> Sweep {
+        Sweep::drawing(&self.cells, (self.seed, self.draws), shard)
+    }
+
+    fn run(
+        &self,
+        dir: Option<&Path>,
+        shard: Shard,
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> anyhow::Result<Ran> {
+        Ok(run_drawing(&self.cells, &self.sweep(shard), dir, go_on)?.0)
+    }
+
+    fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<Ran> {
+        Ok(merge_drawing(&self.cells, parts, out)?.0)
     }
 }

@@ -31,7 +31,7 @@ mod trials;
 mod voltages;
 mod wearers;
 
-pub use cells::{Cells, SIMULATED};
+pub use cells::{Cells, CellsRun, TWO_POINTS};
 pub use claims::{Individuations, PHASES_US, Torques, judged};
 pub use compared::compared;
 pub use departure::Departure;

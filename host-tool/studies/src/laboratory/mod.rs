@@ -56,7 +56,7 @@ pub use results::{
     NamedResult, ResultRow, ResultValue, declaration_differences, result_rows, results_body,
     results_text,
 };
-pub use run::{Ran, Runnable, decided_by};
+pub use run::{Ran, Runnable, WithUnits, decided_by, merge_drawing, run_drawing};
 pub use sheet::{Along, Band, Bar, Curve, Grid, Matrix, Plot, Plots, Sheet, Shows};
 pub(crate) use study::line;
 pub use study::{About, Lines, Study};

@@ -4,6 +4,8 @@ use super::error::LaboratoryError;
 use super::result::Outcome;
 use super::study::{Lines, Study};
 use super::sweep::{Drawing, Shard, Sweep, join};
+use host_core::record::Place;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// How far a run came.
@@ -11,27 +13,40 @@ pub struct Ran {
     /// Of a study that is not a shard: what the units there are come to, all or the first
     /// ones.
     pub outcome: Option<Outcome>,
-    /// Why that could not be written.
+    /// What a terminal shows of them, where that is more than the outcome's own tables.
+    pub table: Option<String>,
+    /// Why the outcome could not be written.
     pub failed: Option<anyhow::Error>,
     /// Whether every unit was computed.
     pub is_whole: bool,
     /// How many were, in words.
     pub done: String,
+    /// How many were computed now, not before.
+    pub fresh: u64,
 }
 
-/// A study that a command runs: [`Study`] without its types.
+/// A study that a command runs, without its types.
 pub trait Runnable: Sync {
     /// What decides every byte of it.
     fn sweep(&self, shard: Shard) -> Sweep;
-    /// Computes what `dir` lacks of this shard; `go_on` hears the part done, 0 to 1, and may
-    /// say no. Then writes what the units come to, unless it is but a shard.
+    /// Takes the folder `dir`, absent, empty or this shard begun before, for this program
+    /// alone.
+    ///
+    /// # Errors
+    /// E603: it holds something else, which is left alone; another program writes there.
+    fn place(&self, dir: &Path, shard: Shard) -> Result<Place, LaboratoryError> {
+        self.sweep(shard).place(dir)
+    }
+    /// Computes what `dir` lacks of this shard, or all of it without keeping it anywhere;
+    /// `go_on` hears the part done, 0 to 1, and may say no. Then writes what the units come
+    /// to, unless it is but a shard.
     ///
     /// # Errors
     /// The folder holds something else, or a unit cannot be kept in it; a unit failed, which
     /// ends the run with everything before kept.
     fn run(
         &self,
-        dir: &Path,
+        dir: Option<&Path>,
         shard: Shard,
         go_on: &mut dyn FnMut(f64) -> bool,
     ) -> anyhow::Result<Ran>;
@@ -40,7 +55,65 @@ pub trait Runnable: Sync {
     ///
     /// # Errors
     /// The parts are not all shards of this study, one has a hole, or a file fails.
-    fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<Outcome>;
+    fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<Ran>;
+}
+
+/// What a run came to, with its units by their index.
+pub type WithUnits<U> = (Ran, BTreeMap<u64, U>);
+
+/// Runs a sweep of a drawing, as [`Runnable::run`].
+///
+/// # Errors
+/// As [`Runnable::run`].
+pub fn run_drawing<D: Drawing>(
+    drawing: &D,
+    sweep: &Sweep,
+    dir: Option<&Path>,
+    go_on: &mut dyn FnMut(f64) -> bool,
+) -> Result<WithUnits<D::Unit>, D::Error>
+where
+    D::Error: Into<anyhow::Error>,
+{
+    let computed = sweep.compute(drawing, dir, go_on)?;
+    let units = computed.units;
+    let mut ran = Ran {
+        outcome: None,
+        table: None,
+        failed: None,
+        is_whole: computed.is_whole,
+        done: drawing.in_words(sweep, units.len() as u64),
+        fresh: computed.fresh,
+    };
+    if sweep.shard == Shard::WHOLE {
+        let outcome = drawing.outcome(sweep, &units)?;
+        let written = dir.map(|dir| sweep.publish(drawing, dir, &units, &outcome));
+        ran.failed = written.and_then(Result::err).map(Into::into);
+        ran.table = drawing.table(sweep, &units);
+        ran.outcome = Some(outcome);
+    }
+    Ok((ran, units))
+}
+
+/// Merges the shards of a drawing, as [`Runnable::merge`].
+///
+/// # Errors
+/// As [`Runnable::merge`].
+pub fn merge_drawing<D: Drawing>(
+    drawing: &D,
+    parts: &[PathBuf],
+    out: &Path,
+) -> Result<WithUnits<D::Unit>, D::Error> {
+    let (units, outcome) = join(parts, out, drawing)?;
+    let sweep = Sweep::of(out)?;
+    let ran = Ran {
+        outcome: Some(outcome),
+        table: drawing.table(&sweep, &units),
+        failed: None,
+        is_whole: true,
+        done: drawing.in_words(&sweep, units.len() as u64),
+        fresh: 0,
+    };
+    Ok((ran, units))
 }
 
 impl<S: Study> Runnable for S {
@@ -49,30 +122,21 @@ impl<S: Study> Runnable for S {
         Sweep::drawing(&Lines(self), (about.seed, about.draws), shard)
     }
 
+    fn place(&self, dir: &Path, shard: Shard) -> Result<Place, LaboratoryError> {
+        self.sweep(shard).place_of(&Lines(self), dir)
+    }
+
     fn run(
         &self,
-        dir: &Path,
+        dir: Option<&Path>,
         shard: Shard,
         go_on: &mut dyn FnMut(f64) -> bool,
     ) -> anyhow::Result<Ran> {
-        let (lines, sweep) = (Lines(self), self.sweep(shard));
-        let computed = sweep.compute(&lines, Some(dir), go_on)?;
-        let (mut outcome, mut failed) = (None, None);
-        if shard == Shard::WHOLE {
-            let all = lines.outcome(&sweep, &computed.units)?;
-            let written = sweep.publish(&lines, dir, &computed.units, &all);
-            (outcome, failed) = (Some(all), written.err());
-        }
-        Ok(Ran {
-            outcome,
-            failed,
-            is_whole: computed.is_whole,
-            done: self.in_words(computed.units.len() as u64),
-        })
+        Ok(run_drawing(&Lines(self), &self.sweep(shard), dir, go_on)?.0)
     }
 
-    fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<Outcome> {
-        Ok(join(parts, out, &Lines(self))?.1)
+    fn merge(&self, parts: &[PathBuf], out: &Path) -> anyhow::Result<Ran> {
+        Ok(merge_drawing(&Lines(self), parts, out)?.0)
     }
 }
 

@@ -36,6 +36,16 @@ pub trait Study: Sync {
         let (file, text) = self.about().declaration;
         [(file.to_owned(), sha256(text.as_bytes()))].into()
     }
+    /// The program that computes its units: another one neither goes on with them nor merges
+    /// them.
+    fn version(&self) -> String {
+        env!("CARGO_PKG_VERSION").to_owned()
+    }
+    /// Whether a unit is the same however many are drawn, so that a folder of fewer draws goes
+    /// on to more.
+    fn grows(&self) -> bool {
+        false
+    }
     /// How many units of work there are: one for each draw, if nothing else is.
     fn units(&self) -> u64 {
         self.about().draws
@@ -55,7 +65,8 @@ pub trait Study: Sync {
     /// # Errors
     /// They cannot be analysed.
     fn outcome(&self, units: &[Self::Unit], cut_short: Option<String>) -> anyhow::Result<Outcome>;
-    /// Files beside `result.json`, by name: name and content; `draws.csv` is one of them.
+    /// Files beside `result.json`, by name: name and content; of a study that draws persons
+    /// `draws.csv` is one of them.
     ///
     /// # Errors
     /// As [`Self::outcome`].
@@ -95,6 +106,14 @@ impl<S: Study> Drawing for Lines<'_, S> {
 
     fn only(&self) -> Option<String> {
         Some(self.0.about().arguments).filter(|it| !it.is_empty())
+    }
+
+    fn version(&self) -> String {
+        self.0.version()
+    }
+
+    fn grows(&self) -> bool {
+        self.0.grows()
     }
 
     fn file(&self) -> &'static str {
@@ -179,5 +198,9 @@ impl<S: Study> Drawing for Lines<'_, S> {
         units: &BTreeMap<u64, Self::Unit>,
     ) -> Result<Vec<(String, String)>, Self::Error> {
         self.0.files(&Self::listed(units))
+    }
+
+    fn in_words(&self, _: &Sweep, done: u64) -> String {
+        self.0.in_words(done)
     }
 }

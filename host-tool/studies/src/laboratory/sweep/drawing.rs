@@ -19,6 +19,16 @@ pub trait Drawing: Sync {
     fn only(&self) -> Option<String> {
         None
     }
+    /// The program that computes its units, as `sweep.json` has it: another one neither goes on
+    /// with them nor merges them.
+    fn version(&self) -> String {
+        env!("CARGO_PKG_VERSION").to_owned()
+    }
+    /// Whether a unit is the same however many are drawn, so that a folder of fewer draws goes
+    /// on to more.
+    fn grows(&self) -> bool {
+        false
+    }
     /// The file that keeps what was computed.
     fn file(&self) -> &'static str {
         "draws.csv"
@@ -78,6 +88,16 @@ pub trait Drawing: Sync {
     ) -> Result<Vec<(String, String)>, Self::Error> {
         let _ = (sweep, units);
         Ok(Vec::new())
+    }
+    /// Some units of a sweep's in words: `12 of 40 sessions`.
+    fn in_words(&self, sweep: &Sweep, done: u64) -> String {
+        format!("{done} of {} units", self.units(sweep.draws))
+    }
+    /// What a terminal shows of the units in 80 columns, where that is more than the outcome's
+    /// own tables.
+    fn table(&self, sweep: &Sweep, units: &BTreeMap<u64, Self::Unit>) -> Option<String> {
+        let _ = (sweep, units);
+        None
     }
     /// Trials that the page shows beside.
     fn trials(&self) -> &[Conducted] {

@@ -30,7 +30,7 @@ impl Folder {
         drawing: &D,
     ) -> Result<(Self, Units<D>), LaboratoryError> {
         fs::create_dir_all(dir).map_err(failed(dir))?;
-        refuse_other(dir, sweep)?;
+        refuse_other(dir, sweep, drawing.grows())?;
         let rows = dir.join(drawing.file());
         let (known, text) = match about(dir).exists() && rows.exists() {
             true => whole_rows(&rows, sweep, drawing)?,
@@ -66,8 +66,9 @@ impl Folder {
     }
 }
 
-/// A folder that holds another sweep, or something that is none, is left alone.
-pub(super) fn refuse_other(dir: &Path, sweep: &Sweep) -> Result<(), LaboratoryError> {
+/// A folder that holds another sweep, or something that is none, is left alone; one of fewer
+/// draws, unless `sweep` grows.
+pub(super) fn refuse_other(dir: &Path, sweep: &Sweep, grows: bool) -> Result<(), LaboratoryError> {
     let other = |found: String, wanted: String| {
         let folder = dir.display().to_string();
         Err(LaboratoryError::Other {
@@ -79,7 +80,16 @@ pub(super) fn refuse_other(dir: &Path, sweep: &Sweep) -> Result<(), LaboratoryEr
     if about(dir).exists() {
         let found = about_of(dir)?;
         let (there, here) = (found.in_words(), sweep.in_words());
-        return match found == *sweep {
+        let draws = match grows {
+            true => sweep.draws.max(found.draws),
+            false => found.draws,
+        };
+        let is_begun = *sweep
+            == Sweep {
+                draws,
+                ..found.clone()
+            };
+        return match is_begun {
             true => Ok(()),
             false if there == here => {
                 other(there, format!("the same, but {}", sweep.difference(&found)))

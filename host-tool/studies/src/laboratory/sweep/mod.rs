@@ -99,6 +99,8 @@ pub struct Computed<U> {
     pub units: BTreeMap<u64, U>,
     /// Whether they are all of them.
     pub is_whole: bool,
+    /// How many of them were computed now.
+    pub fresh: u64,
 }
 
 impl Sweep {
@@ -118,7 +120,7 @@ impl Sweep {
             seed,
             draws,
             shard,
-            version: env!("CARGO_PKG_VERSION").to_owned(),
+            version: drawing.version(),
         }
     }
 
@@ -144,9 +146,21 @@ impl Sweep {
     /// # Errors
     /// E603: it holds something else, which is left alone; another program writes there.
     pub fn place(&self, dir: &Path) -> Result<Place, LaboratoryError> {
+        self.take(dir, false)
+    }
+
+    /// [`Self::place`] of this drawing, which may hold fewer of its draws if it grows.
+    ///
+    /// # Errors
+    /// As [`Self::place`].
+    pub fn place_of(&self, drawing: &impl Drawing, dir: &Path) -> Result<Place, LaboratoryError> {
+        self.take(dir, drawing.grows())
+    }
+
+    fn take(&self, dir: &Path, grows: bool) -> Result<Place, LaboratoryError> {
         let made = std::fs::create_dir_all(dir);
         made.map_err(|error| LaboratoryError::File(dir.display().to_string(), error))?;
-        folder::refuse_other(dir, self)?;
+        folder::refuse_other(dir, self, grows)?;
         Ok(Place::existing(dir)?)
     }
 
@@ -240,7 +254,12 @@ impl Sweep {
         if is_whole {
             go_on(1.0);
         }
-        Ok(Computed { units, is_whole })
+        let fresh = (units.len() + left.len() - all.len()) as u64;
+        Ok(Computed {
+            units,
+            is_whole,
+            fresh,
+        })
     }
 
     /// The folder of this part, whose units are `all`, and those that it holds.
@@ -254,7 +273,7 @@ impl Sweep {
         if units.keys().eq(all.iter().take(units.len())) {
             return Ok((folder, units));
         }
-        let file = dir.join("draws.csv").display().to_string();
+        let file = dir.join(drawing.file()).display().to_string();
         let reason =
             "its units are not the first ones of this part, in order: take the file away, \
                       the same command computes them anew"
@@ -318,10 +337,13 @@ impl Sweep {
             ("version", self.version.clone(), other.version.clone()),
         ];
         let differing = pairs.into_iter().find(|(_, this, that)| this != that);
-        differing.map_or_else(
-            || "another declaration".to_owned(),
-            |(what, this, that)| format!("{what} {this}, not {that}"),
-        )
+        if let Some((what, this, that)) = differing {
+            return format!("{what} {this}, not {that}");
+        }
+        let mut files = self.sha256.keys().chain(other.sha256.keys());
+        let file = files.find(|file| self.sha256.get(*file) != other.sha256.get(*file));
+        let file = file.map(|file| format!(" ({file})"));
+        format!("another declaration{}", file.unwrap_or_default())
     }
 }
 

@@ -1,0 +1,151 @@
+//! A campaign as the laboratory's runner runs it: a unit of work is a case.
+
+use super::Campaign;
+use super::case::Case;
+use super::declaration::Declaration;
+use super::error::FaultsError;
+use super::outcome::Outcome;
+use super::table::csv;
+use crate::laboratory::{self, About, Study};
+use hal_sim::chip::image::Image;
+use host_core::record::{Program, sha256};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The file in which an earlier program kept the cases of a campaign.
+const EARLIER: &str = "faults.jsonl";
+
+/// So many cases of a class on a simulator.
+pub struct Run {
+    campaign: Campaign,
+    declaration: Declaration,
+    /// SHA-256 of what is flashed, on the chip.
+    image: Option<String>,
+    seed: u64,
+    count: u64,
+}
+
+impl Run {
+    /// With this seed and so many cases, or the declaration's own; on the chip simulator that
+    /// `image` is flashed in, or natively.
+    ///
+    /// # Errors
+    /// As [`Campaign::on_chip`] and [`Campaign::native`].
+    pub fn asked(
+        declaration: Declaration,
+        image: Option<&Image>,
+        (seed, count): (Option<u64>, Option<u64>),
+    ) -> Result<Self, FaultsError> {
+        let seed = seed.unwrap_or(declaration.seed());
+        let campaign = match image {
+            None => Campaign::native(seed, &declaration)?,
+            Some(image) => Campaign::on_chip(seed, &declaration, image)?,
+        };
+        Ok(Self {
+            campaign,
+            image: image.map(|image| sha256(&image.flash)),
+            seed,
+            count: count.unwrap_or_else(|| declaration.count(image.is_none())),
+            declaration,
+        })
+    }
+
+    /// The cases that it draws.
+    #[must_use]
+    pub const fn campaign(&self) -> &Campaign {
+        &self.campaign
+    }
+
+    /// `chip` or `native`.
+    #[must_use]
+    pub const fn device(&self) -> &'static str {
+        match self.image {
+            Some(_) => "chip",
+            None => "native",
+        }
+    }
+
+    /// What these cases come to: for people, and as `result.json` has it.
+    #[must_use]
+    pub fn analysed(&self, cases: &[Case]) -> (Outcome, laboratory::Outcome) {
+        let outcome = Outcome::of(self.declaration.class, cases);
+        let on = (self.device(), self.seed);
+        let result = outcome.result(&self.declaration, on, &self.campaign.notes());
+        (outcome, result)
+    }
+
+    /// That the folder `dir` does not have what an earlier program began.
+    ///
+    /// # Errors
+    /// E790: it has.
+    pub fn refuse_earlier(dir: &Path) -> Result<(), FaultsError> {
+        match dir.join(EARLIER).exists() {
+            true => Err(FaultsError::Earlier(dir.display().to_string())),
+            false => Ok(()),
+        }
+    }
+}
+
+impl Study for Run {
+    type Unit = Case;
+
+    fn about(&self) -> About<'_> {
+        About {
+            name: "faults",
+            arguments: format!(
+                "--class {} --device {}",
+                self.declaration.class,
+                self.device()
+            ),
+            declaration: self.declaration.file(),
+            seed: self.seed,
+            draws: self.count,
+        }
+    }
+
+    /// Of the declaration, of what stimulates meanwhile, and of what is flashed.
+    fn hashes(&self) -> BTreeMap<String, String> {
+        let image = self.image.clone().map(|hash| ("image".to_owned(), hash));
+        let files = self.declaration.sha256.clone();
+        files.into_iter().chain(image).collect()
+    }
+
+    /// With its commit: the simulators and the judge are the program's own.
+    fn version(&self) -> String {
+        Program::this().words()
+    }
+
+    fn grows(&self) -> bool {
+        true
+    }
+
+    fn compute(
+        &self,
+        index: u64,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> anyhow::Result<Option<Case>> {
+        let case = goes_on().then(|| self.campaign.case(index));
+        Ok(case.transpose()?)
+    }
+
+    fn outcome(
+        &self,
+        cases: &[Case],
+        cut_short: Option<String>,
+    ) -> anyhow::Result<laboratory::Outcome> {
+        let (_, result) = self.analysed(cases);
+        Ok(laboratory::Outcome {
+            cut_short,
+            ..result
+        })
+    }
+
+    fn files(&self, cases: &[Case]) -> anyhow::Result<Vec<(String, String)>> {
+        let rows = csv(self.declaration.class, cases)?;
+        Ok(vec![("faults.csv".to_owned(), String::from_utf8(rows)?)])
+    }
+
+    fn in_words(&self, done: u64) -> String {
+        format!("{done} of {} cases", self.count)
+    }
+}

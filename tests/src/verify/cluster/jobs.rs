@@ -1,0 +1,247 @@
+//! A study as an array of a cluster, held against the same undivided.
+
+use super::daemons::Cluster;
+use super::{Console, FOLDERS, Report, SHOWN, Workspace};
+use anyhow::{Context, ensure};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// Tasks of an array.
+const TASKS: usize = 8;
+/// The longest that an array may take.
+const PATIENCE: Duration = Duration::from_secs(900);
+/// Between two looks at what tasks do.
+const LOOK: Duration = Duration::from_millis(100);
+/// What keeps the units of a study, a line for each.
+const KEPT: &str = "units.jsonl";
+/// Units that a task has kept when it is requeued, at least.
+const BEGUN: usize = 3;
+
+/// A study that an array computes.
+pub(super) struct Array {
+    name: &'static str,
+    /// The command that computes it undivided, without `--out`.
+    draws: &'static str,
+    /// The command that merges it.
+    merges: &'static str,
+    script: String,
+}
+
+/// The document's script for another study: what its folders are called, and what draws it.
+pub(super) fn script_of([name, draws, _]: [&str; 3], script: &str) -> String {
+    script.replace(SHOWN, draws).replace(FOLDERS, name)
+}
+
+impl Array {
+    /// Of a study: what its folders are called, what draws it, what merges it.
+    pub fn of(kind: [&'static str; 3], script: &str) -> Self {
+        let [name, draws, merges] = kind;
+        Self {
+            name,
+            draws,
+            merges,
+            script: script_of(kind, script),
+        }
+    }
+
+    /// One check: the merged array is the undivided run, byte for byte.
+    ///
+    /// # Errors
+    /// A program ends with an error, or not in time.
+    pub fn is_whole(
+        &self,
+        at: &Workspace,
+        console: &mut Console,
+        cluster: &Cluster,
+    ) -> anyhow::Result<Report> {
+        let begin = Instant::now();
+        let job = self.submit(at, console, cluster)?;
+        while self.runs(at, console, cluster, &job)? {
+            ensure!(begin.elapsed() < PATIENCE, "{}: not in time", self.name);
+            sleep(LOOK);
+        }
+        self.compare(at, console, cluster, String::new())
+    }
+
+    /// One check: so is one of which the first task was requeued on its way, and which went on
+    /// from what it had.
+    ///
+    /// # Errors
+    /// As [`Self::is_whole`].
+    pub fn is_requeued(
+        &self,
+        at: &Workspace,
+        console: &mut Console,
+        cluster: &Cluster,
+    ) -> anyhow::Result<Report> {
+        let begin = Instant::now();
+        let job = self.submit(at, console, cluster)?;
+        let first = format!("{job}_1");
+        let kept = cluster.folder().join(format!("{}-1", self.name)).join(KEPT);
+        while lines(&kept) < BEGUN {
+            ensure!(begin.elapsed() < PATIENCE, "{first} keeps no units");
+            sleep(LOOK);
+        }
+        let asked = cluster.run(at, console, "scontrol", &["requeue", &first])?;
+        ensure!(
+            asked.success,
+            "scontrol requeue: {}",
+            asked.lines.join("; ")
+        );
+        // It ends in order, and waits for its turn.
+        let waits = format!("{first} PENDING");
+        while !self.states(at, console, cluster, &job)?.contains(&waits) {
+            ensure!(begin.elapsed() < PATIENCE, "{first} does not end");
+            sleep(LOOK);
+        }
+        let ended_with = lines(&kept);
+        let mut least = ended_with;
+        while self.runs(at, console, cluster, &job)? {
+            ensure!(begin.elapsed() < PATIENCE, "{}: not in time", self.name);
+            least = least.min(lines(&kept));
+            sleep(LOOK);
+        }
+        let of = lines(&kept);
+        ensure!(
+            ended_with < of,
+            "{first} had all of its {of} units when it was requeued: nothing was shown"
+        );
+        ensure!(
+            least == ended_with,
+            "{first} began anew: of {ended_with} units it kept {least}"
+        );
+        let asked = cluster.run(at, console, "scontrol", &["show", "job", &first])?;
+        let restarts = asked.lines.iter().any(|line| line.contains("Restarts=1"));
+        ensure!(restarts, "{first} was not started again");
+        let also =
+            format!("; task 1, requeued after {ended_with} of {of} units, went on from there");
+        self.compare(at, console, cluster, also)
+    }
+
+    /// Submits the array; its job's number.
+    fn submit(
+        &self,
+        at: &Workspace,
+        console: &mut Console,
+        cluster: &Cluster,
+    ) -> anyhow::Result<String> {
+        let script = cluster.folder().join(format!("{}.sh", self.name));
+        fs::write(&script, &self.script)
+            .with_context(|| format!("{} cannot be written", script.display()))?;
+        let (array, within) = (
+            format!("--array=1-{TASKS}"),
+            format!("--chdir={}", cluster.folder().display()),
+        );
+        let script = script.display().to_string();
+        let words = ["--parsable", &array, &within, &script];
+        let asked = cluster.run(at, console, "sbatch", &words)?;
+        let last = asked.lines.last().filter(|_| asked.success);
+        let job = last.and_then(|line| line.split(';').next());
+        let job = job.with_context(|| format!("sbatch: {}", asked.lines.join("; ")))?;
+        Ok(job.to_owned())
+    }
+
+    /// The tasks of a job that have not ended, with their states.
+    fn states(
+        &self,
+        at: &Workspace,
+        console: &mut Console,
+        cluster: &Cluster,
+        job: &str,
+    ) -> anyhow::Result<Vec<String>> {
+        let words = ["-h", "-j", job, "-o", "%i %T"];
+        let asked = cluster.run(at, console, "squeue", &words)?;
+        let lines = asked.lines.join("; ");
+        ensure!(asked.success, "{}: squeue: {lines}", self.name);
+        console.now(&format!("{}: {lines}", self.name));
+        Ok(asked.lines)
+    }
+
+    fn runs(
+        &self,
+        at: &Workspace,
+        console: &mut Console,
+        cluster: &Cluster,
+        job: &str,
+    ) -> anyhow::Result<bool> {
+        Ok(!self.states(at, console, cluster, job)?.is_empty())
+    }
+
+    /// Merges the array as the document does, runs the study undivided, and compares both.
+    fn compare(
+        &self,
+        at: &Workspace,
+        console: &mut Console,
+        cluster: &Cluster,
+        also: String,
+    ) -> anyhow::Result<Report> {
+        let (name, draws, merges) = (self.name, self.draws, self.merges);
+        let folder = cluster.folder();
+        for words in [
+            format!("{merges} --merge {name}-* --out {name}"),
+            format!("{draws} --out whole-{name}"),
+        ] {
+            let line = format!("cd {} && flexor {words}", folder.display());
+            let done = cluster.run(at, console, "sh", &["-c", &line])?;
+            let said = done.lines.join("\n");
+            ensure!(
+                done.success,
+                "flexor {words}: {said}\n{}",
+                self.logs(folder)
+            );
+        }
+        let merged = files(&folder.join(name))?;
+        let whole = files(&folder.join(format!("whole-{name}")))?;
+        let names: Vec<&String> = whole.keys().collect();
+        ensure!(
+            merged.keys().eq(whole.keys()) && names.len() > 3,
+            "{name}: merged {:?}, undivided {names:?}",
+            merged.keys()
+        );
+        let differ = whole
+            .iter()
+            .find(|(file, bytes)| merged.get(*file) != Some(bytes));
+        if let Some((file, _)) = differ {
+            let why = format!("{name}: {file} is another than of the undivided run");
+            return Ok(Report::fail(vec![why]));
+        }
+        let mut report = Report::pass();
+        report.lines.push(format!(
+            "{name}: {TASKS} tasks merged, {} files equal to the undivided run's{also}",
+            names.len()
+        ));
+        Ok(report)
+    }
+
+    /// What the tasks said.
+    fn logs(&self, folder: &Path) -> String {
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        let logs = entries.map(|entry| entry.path());
+        let is_log = |path: &PathBuf| path.extension().is_some_and(|end| end == "out");
+        let texts = logs.filter(is_log).map(|path| fs::read_to_string(path));
+        texts.map(Result::unwrap_or_default).collect()
+    }
+}
+
+/// Whole lines of a file; none of one that is not there.
+fn lines(path: &Path) -> usize {
+    let text = fs::read(path).unwrap_or_default();
+    text.iter().filter(|byte| **byte == b'\n').count()
+}
+
+/// The files of a folder with their bytes, but for the lock.
+fn files(folder: &Path) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
+    let unread = || format!("{} cannot be read", folder.display());
+    let mut all = BTreeMap::new();
+    for entry in fs::read_dir(folder).with_context(unread)? {
+        let path = entry.with_context(unread)?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if name != ".lock" {
+            all.insert(name.into_owned(), fs::read(&path).with_context(unread)?);
+        }
+    }
+    Ok(all)
+}

@@ -1,0 +1,125 @@
+//! `cargo verify cluster`: studies as job arrays of a Slurm of this machine alone.
+//!
+//! Not of an ordinary run: it installs a cluster's programs and needs to be root. The script is
+//! the one that docs/laboratory.md shows.
+
+mod daemons;
+mod jobs;
+
+use super::Workspace;
+use super::command::{Finished, execute, execute_with};
+use super::console::Console;
+use super::report::Report;
+use super::setup;
+use anyhow::Context;
+use daemons::Cluster;
+use jobs::Array;
+use std::fs;
+use std::path::Path;
+
+/// The document with the script of an array.
+const DOCUMENT: &str = "docs/laboratory.md";
+/// What its script runs, which is replaced by each of [`KINDS`].
+const SHOWN: &str = "sweep harris-wall --draws 10000";
+/// What its folders are called.
+const FOLDERS: &str = "walls";
+
+/// What is needed: name, package, what it is.
+const PROGRAMS: [[&str; 3]; 2] = [
+    ["slurmctld", "slurm-wlm", "Slurm, a cluster's job scheduler"],
+    [
+        "munged",
+        "munge",
+        "by which Slurm's programs know each other",
+    ],
+];
+
+/// A declaration, a study of cells and a campaign of faults: what its folders are called, what
+/// draws it, what merges it.
+const KINDS: [[&str; 3]; 3] = [
+    ["walls", "sweep harris-wall --draws 24", "sweep harris-wall"],
+    [
+        "points",
+        "two-points --cell 15 --seed 1001 --draws 16",
+        "two-points",
+    ],
+    [
+        "faults",
+        "faults --class link --device native --seed 1000 --count 200",
+        "faults --class link --device native",
+    ],
+];
+
+/// A study that draws its persons, of which a task is requeued on its way: each computes 41
+/// sessions, in some seconds.
+const REQUEUED: [&str; 3] = ["lee", "sweep lee --draws 1", "sweep lee"];
+
+/// Every kind as an array, and one with a task that is requeued.
+pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
+    let user = execute(at, console, "id", &["-u"])?;
+    if user.lines != ["0"] {
+        let why = "a node of Slurm starts tasks as their users, so it runs as root: run `cargo \
+                   verify cluster` as root, in a container if need be";
+        return Ok(Report::fail(vec![why.to_owned()]));
+    }
+    let mut report = Report::default();
+    for program in PROGRAMS {
+        report.add(setup::installed(at, console, program, "-V")?);
+    }
+    let build = ["build", "-p", "host-tool", "--bin", "flexor"];
+    let built = execute(at, console, "cargo", &build)?;
+    report.add(built.report("cargo build"));
+    let script = script(&at.root.join(DOCUMENT))?;
+    if report.failed > 0 {
+        return Ok(report);
+    }
+    let cluster = Cluster::start(at, console)?;
+    for kind in KINDS {
+        let array = Array::of(kind, &script);
+        let came = array.is_whole(at, console, &cluster);
+        report.add(came.unwrap_or_else(Report::from_error));
+    }
+    let array = Array::of(REQUEUED, &script);
+    let came = array.is_requeued(at, console, &cluster);
+    report.add(came.unwrap_or_else(Report::from_error));
+    if report.failed > 0 {
+        report.lines.extend(cluster.complaints());
+    }
+    Ok(report)
+}
+
+/// The array script of the document: from `#!/bin/sh` to its end.
+fn script(document: &Path) -> anyhow::Result<String> {
+    let text = fs::read_to_string(document)
+        .with_context(|| format!("{} cannot be read", document.display()))?;
+    let shown = || format!("{} shows no array script", document.display());
+    let (_, text) = text.split_once("    #!/bin/sh\n").with_context(shown)?;
+    let (script, _) = text.split_once("\n\n").with_context(shown)?;
+    let lines = script
+        .lines()
+        .map(|line| line.trim_start().to_owned() + "\n");
+    let script: String = lines.collect();
+    let is_known = script.contains(SHOWN) && script.contains(FOLDERS) && script.contains("#SBATCH");
+    anyhow::ensure!(is_known, "{DOCUMENT}: the array script runs no `{SHOWN}`");
+    Ok(format!("#!/bin/sh\n{script}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_document_shows_the_script_of_an_array() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+        let script = script(&root.join(DOCUMENT)).unwrap();
+        assert!(
+            script.ends_with("--out walls-$SLURM_ARRAY_TASK_ID\n"),
+            "{script}"
+        );
+        let [name, draws, _] = KINDS[2];
+        let own = jobs::script_of([name, draws, ""], &script);
+        assert!(own.contains("flexor faults --class link"), "{own}");
+        assert!(own.contains("--out faults-$SLURM_ARRAY_TASK_ID"), "{own}");
+        assert!(!own.contains("harris") && !own.contains("walls"), "{own}");
+    }
+}
