@@ -221,7 +221,7 @@ impl Array {
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
         let logs = entries.map(|entry| entry.path());
         let is_log = |path: &PathBuf| path.extension().is_some_and(|end| end == "out");
-        let texts = logs.filter(is_log).map(|path| fs::read_to_string(path));
+        let texts = logs.filter(is_log).map(fs::read_to_string);
         texts.map(Result::unwrap_or_default).collect()
     }
 }
