@@ -1,10 +1,10 @@
 //! What pages count: claims of the paper, by the intervals of their parts.
 
-use serde_json::json;
+use serde_json::{Value, json};
 use studies::buatier2024;
 use studies::experiments::named;
 use studies::laboratory::{
-    Outcome, Reach, Share, Standing, Verdict, headline, paper_claims, publish,
+    Outcome, Reach, Share, Standing, Verdict, comparison, headline, paper_claims, publish,
 };
 
 /// A result of these shares: id, words, what the paper says, holds, of.
@@ -155,6 +155,48 @@ fn the_least_share_is_judged_by_the_interval() {
     assert_eq!(of(79, 100), Some(Reach::Missed));
     assert_eq!(of(98, 100), Some(Reach::Met));
     assert_eq!(of(0, 0), None);
+}
+
+/// Rows of two points and of one under two control laws, with the paper's numbers.
+fn finger() -> Outcome {
+    let mut outcome = result("hamana-4", &[]);
+    let (mut rows, mut conditions) = (Vec::new(), Vec::new());
+    for (points, paper, ours) in [
+        ("one point, A", 17.6, [41.68, 41.83]),
+        ("one point, B", 17.6, [9.55, 15.23]),
+        ("two points", 10.68, [5.92, 13.13]),
+    ] {
+        for (law, ours) in ["recommended law", "paper's law"].into_iter().zip(ours) {
+            conditions.push(json!({ "levels": [points, law], "trial": null }));
+            rows.push(json!({
+                "id": format!("{points}, {law}/rmse_deg"), "quantity": "RMSE", "unit": "°",
+                "paper": paper, "ours": ours, "low": ours, "high": ours, "n": 1,
+            }));
+        }
+    }
+    outcome.rows = serde_json::from_value(Value::from(rows)).unwrap();
+    outcome.conditions = serde_json::from_value(Value::from(conditions)).unwrap();
+    outcome
+}
+
+#[test]
+fn the_finger_s_page_begins_with_two_points_against_the_better_one() {
+    let mut outcome = finger();
+    let of_wearers = headline(&outcome);
+    assert!(of_wearers.starts_with("Median RMSE of 16 wearers drawn, with two points against"));
+    outcome.declared.draws = 0;
+    let said = headline(&outcome);
+    assert!(
+        said.starts_with(
+            "RMSE with two points against the better point alone: 5.92° against 9.55° \
+             (recommended law), 13.1° against 15.2° (paper's law); the paper's: 10.7° against 17.6°."
+        ),
+        "{said}"
+    );
+    let columns = comparison(&outcome).unwrap().in_columns();
+    assert!(columns.starts_with("RMSE, °"), "{columns}");
+    assert!(columns.contains("9.55 (one point, B)"), "{columns}");
+    assert!(columns.lines().all(|line| line.chars().count() <= 80));
 }
 
 /// A page has the claim, its parts, the rule, units, and no t of thousands.

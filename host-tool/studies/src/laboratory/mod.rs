@@ -8,6 +8,7 @@
 
 mod check;
 mod claims;
+mod comparison;
 mod condition;
 mod conduct;
 mod decides;
@@ -39,6 +40,7 @@ mod written;
 
 pub use check::MOST_DRAWS;
 pub use claims::{Case, Reach, Share, Verdict, shares};
+pub use comparison::{Comparison, comparison};
 pub use condition::{Condition, Texts};
 pub use conduct::{Conducted, Course, Ended, Operator};
 pub use decides::{Decided, Field};

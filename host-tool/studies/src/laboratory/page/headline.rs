@@ -2,13 +2,20 @@
 
 use super::grid::is_large;
 use crate::laboratory::claims::Verdict;
+use crate::laboratory::comparison::comparison;
 use crate::laboratory::paper_claims::{PaperClaim, Standing, paper_claims};
 use crate::laboratory::result::Outcome;
 
-/// How many of the paper's claims come out in most cases, and which do not; with a grid, at
-/// every one of its points.
+/// The comparison it is about, if it has one; then how many of the paper's claims come out in
+/// most cases, and which do not; with a grid, at every one of its points.
 #[must_use]
 pub fn headline(outcome: &Outcome) -> String {
+    let compared = comparison(outcome).map(|it| it.sentence() + " ");
+    compared.unwrap_or_default() + &counted(outcome)
+}
+
+/// How many of the paper's claims come out.
+fn counted(outcome: &Outcome) -> String {
     let (claims, _) = paper_claims(outcome);
     let total = claims.len();
     if claims.is_empty() {
