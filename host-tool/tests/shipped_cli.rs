@@ -43,6 +43,10 @@ fn every_shipped_file_is_listed_and_found_by_its_name() {
     for name in &declared {
         told(&dir, &format!("new {name}.toml --from {name}"));
     }
+    let document = std::fs::read_to_string(package.join("../docs/laboratory.md")).unwrap();
+    for name in listed(&all, "studies") {
+        assert!(document.contains(&format!("`{name}`")), "{name}");
+    }
     let names: Vec<String> = listed(&all, "sessions").into_iter().collect();
     let checked = told(&dir, &format!("check {}", names.join(" ")));
     assert_eq!(checked["sessions"].as_array().unwrap().len(), names.len());

@@ -3,6 +3,7 @@
 use super::{Output, interrupt, wrong};
 use host_core::plot::words::in_columns;
 use host_core::run::Stopwatch;
+use host_core::statistics::mean;
 use serde_json::{Value, json};
 use std::time::Duration;
 use studies::hamana2022::{
@@ -146,8 +147,10 @@ impl Cost {
     /// Mean and most of the draws, s.
     fn draw_s(&self, of: impl Fn(&Spent) -> Duration) -> [f64; 2] {
         let all: Vec<f64> = self.draws.iter().map(|it| of(it).as_secs_f64()).collect();
-        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
-        [mean, all.iter().copied().fold(0.0, f64::max)]
+        [
+            mean(&all).unwrap_or(f64::NAN),
+            all.iter().copied().fold(0.0, f64::max),
+        ]
     }
 
     /// Searches, trials, experiment 3, all.

@@ -19,7 +19,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use studies::catalog::{Asked, Entry};
-use studies::experiments::named;
+use studies::experiments::{self, named};
 use studies::laboratory::{
     Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, comparison,
     publish,
@@ -28,10 +28,7 @@ use studies::laboratory::{
 /// Run a paper's protocol on a device; then, simulated, with wearers drawn at random
 #[derive(Args, Debug)]
 pub struct ExperimentArgs {
-    /// hamana-1 to hamana-4, hamana-posture, hamana-hold, open-trains, lee, sierotowicz,
-    /// distributed, electrode-choice, buatier, harris-ramps, harris-wall or one of its sequels
-    /// (-decides, -gentle, -why, -yields),
-    /// or the file of a declaration
+    #[arg(help = studies_in_words())]
     name: String,
     /// A wearer file (docs/wearers.md): of the Hamana experiments, on a forearm that is a
     /// mechanism, also P, Q, R, S or all (docs/two_points.md)
@@ -54,6 +51,14 @@ pub struct ExperimentArgs {
     out: OutArgs,
     #[arg(skip)]
     again: Option<Again>,
+}
+
+/// The names of all studies, as the help has them.
+fn studies_in_words() -> String {
+    format!(
+        "{}, or the file of a declaration",
+        experiments::every().join(", ")
+    )
 }
 
 /// The record that is repeated.

@@ -14,7 +14,7 @@ use tests::mutants::{Mutant, Proof, proofs, shuffled};
 /// Files whose mutants are listed; tests among them have none.
 const FILES: [&str; 3] = [
     "firmware/src/safety/**/*.rs",
-    "firmware/src/device/pulser.rs",
+    "firmware/src/device/pulser/mod.rs",
     "firmware/src/device/pulser/**/*.rs",
 ];
 

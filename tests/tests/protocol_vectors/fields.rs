@@ -36,7 +36,7 @@ fn named() -> BTreeSet<String> {
         sources(&root.join(room), &mut texts);
     }
     // What `flexor serve` refuses in a device's stead.
-    let serving = root.join("../../host-tool/src/cli/serve.rs");
+    let serving = root.join("../../host-tool/src/cli/serve/mod.rs");
     texts.push(std::fs::read_to_string(serving).expect("text"));
     let mut fields = BTreeSet::new();
     for text in &texts {

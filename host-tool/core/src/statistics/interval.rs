@@ -1,5 +1,6 @@
 //! Intervals: of a share, and of any statistic by resampling.
 
+use super::descriptive::quantile_of_sorted;
 use super::distribution::{normal_below, normal_quantile};
 use super::sample::{StatisticsError, enough, finite, largest, mean, varies};
 use hal_sim::random::Random;
@@ -150,7 +151,7 @@ pub fn bootstrap_bca<T: Clone>(
     let end = |z: f64| {
         let moved = bias + z;
         let part = normal_below(bias + moved / (1.0 - acceleration * moved));
-        quantile_of(&drawn, part)
+        quantile_of_sorted(&drawn, part)
     };
     Ok(Interval {
         value,
@@ -181,19 +182,6 @@ fn acceleration<T: Clone>(
         values.len(),
     )?;
     Ok(power(3) / (6.0 * squares.powf(1.5)))
-}
-
-/// The value that `part` (0…1) of all do not exceed, linear between neighbours of
-/// `sorted`, which rises; 0 of nothing.
-#[must_use]
-pub fn quantile_of(sorted: &[f64], part: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else {
-        return 0.0;
-    };
-    let place = part.clamp(0.0, 1.0) * last as f64;
-    let below = place as usize;
-    let above = (below + 1).min(last);
-    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use super::replication::Replication;
 use super::tests::PAIRS;
 use super::whole::whole;
 use crate::laboratory::{Row, Share};
+use host_core::statistics;
 
 /// A side of a comparison for one person.
 #[must_use]
@@ -29,10 +30,8 @@ fn people(all: &[Replication]) -> impl Iterator<Item = &Participant> {
 }
 
 fn mean(study: &Study, own: &Replication, metric: Metric, side: &Side) -> f64 {
-    let each: Vec<f64> = (own.people.iter())
-        .filter_map(|it| value(study, it, metric, side))
-        .collect();
-    each.iter().sum::<f64>() / each.len() as f64
+    let each = (own.people.iter()).filter_map(|it| value(study, it, metric, side));
+    statistics::mean(each).unwrap_or(f64::NAN)
 }
 
 /// p, times three, of a claim's two conditions in a study; none of what is not between
@@ -112,7 +111,7 @@ pub(super) fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
                 at.replace(", ", "/")
             );
             let quantity = format!("{}: {quantity}{at}", condition.name());
-            rows.push(Row::of(id, quantity, unit, printed, values.collect()));
+            rows.push(Row::of(id, quantity, unit, printed, values));
         }
     }
     rows.extend(changes(study, all));
@@ -138,7 +137,7 @@ fn changes(study: &Study, all: &[Replication]) -> [Row; 5] {
         own.map_or(f64::NAN, |it| it.mean)
     };
     let row = |id: &str, quantity: &str, paper: f64, of: &dyn Fn(&Replication) -> f64| {
-        let values = all.iter().map(of).collect();
+        let values = all.iter().map(of);
         Row::of(id.to_owned(), quantity.to_owned(), "%", Some(paper), values)
     };
     let change = |from, to, over| {
@@ -191,7 +190,7 @@ fn about_the_proxy(study: &Study, all: &[Replication]) -> Vec<Row> {
         let part =
             |own: &Replication| 100.0 * mean(study, own, Metric::Power, &side) / printed.mean;
         let quantity = format!("{}: proxy over equation 5 as printed", condition.name());
-        let values = all.iter().map(part).collect();
+        let values = all.iter().map(part);
         Some(Row::of(
             format!("{}/proxy-part", condition.name()),
             quantity,
@@ -255,7 +254,7 @@ fn of_stimulation(all: &[Replication]) -> Vec<Row> {
         "steps without drives for what is wanted".to_owned(),
         "%",
         None,
-        weak.collect(),
+        weak,
     ));
     rows
 }

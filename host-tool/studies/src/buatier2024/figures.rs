@@ -12,7 +12,7 @@ use super::tests::{PAIRS, Tested, mean_and_error};
 use super::trial::{Trace, Worker};
 use super::way::{RATE_HZ, places};
 use crate::laboratory::{Along, Bar, Curve, Grid, Plot, Plots, Sheet};
-use host_core::statistics::quantile_of;
+use host_core::statistics::{Spread, mean};
 
 /// Names of the stimulated muscles.
 const MUSCLES: [&str; 4] = [
@@ -216,7 +216,7 @@ fn quartics(found: &Curves) -> Sheet {
 /// Bars of figure 4: means over all persons, with the 5th to 95th percentile of the studies'.
 pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
     let values = |condition: Condition, metric: Metric, height: Option<usize>| {
-        let mut means: Vec<f64> = all
+        let means: Vec<f64> = all
             .iter()
             .map(|own| {
                 let each: Vec<f64> = (own.people.iter())
@@ -225,26 +225,23 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
                 mean_and_error(&each)[0]
             })
             .collect();
-        means.sort_by(f64::total_cmp);
-        let middle = means.iter().sum::<f64>() / means.len().max(1) as f64;
-        (
-            middle,
-            [quantile_of(&means, 0.05), quantile_of(&means, 0.95)],
-        )
+        let spread = Spread::of(&means)?;
+        Some((mean(&means)?, spread.range()))
     };
     let plot = |metric: Metric, heights: Vec<Option<usize>>, ends: [f64; 2]| {
         let (mut bars, mut paper) = (Vec::new(), Vec::new());
         for (place, height) in heights.iter().enumerate() {
             for (series, condition) in Condition::ALL.into_iter().enumerate() {
                 let left = place as f64 - 0.4 + 0.27 * series as f64;
-                let (value, range) = values(condition, metric, *height);
                 let name = height.map(|it| &study.way.heights[it].name);
-                bars.push(Bar {
-                    series,
-                    x: [left, left + 0.24],
-                    value,
-                    range: Some(range),
-                });
+                bars.extend(
+                    values(condition, metric, *height).map(|(value, range)| Bar {
+                        series,
+                        x: [left, left + 0.24],
+                        value,
+                        range: Some(range),
+                    }),
+                );
                 let printed = study.printed.iter().find(|it| {
                     (it.metric, it.condition, it.height.as_ref()) == (metric, condition, name)
                 });

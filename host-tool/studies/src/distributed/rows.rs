@@ -24,13 +24,7 @@ impl Study {
         ] {
             let ratios = all.iter().filter_map(|it| ratio(it, id));
             let says = format!("endurance by one's, {id}");
-            rows.push(Row::of(
-                format!("ratio/{id}"),
-                says,
-                "",
-                paper,
-                ratios.collect(),
-            ));
+            rows.push(Row::of(format!("ratio/{id}"), says, "", paper, ratios));
         }
         rows
     }
@@ -47,7 +41,7 @@ pub(super) fn ratio(found: &Found, id: &str) -> Option<f64> {
 fn of_condition(condition: &Condition, all: &[Found]) -> Vec<Row> {
     let own: Vec<&Measured> = all.iter().filter_map(|it| it.of(&condition.id)).collect();
     let row = |what: &str, says: &str, unit: &str, paper, of: &dyn Fn(&Measured) -> Option<f64>| {
-        let numbers = own.iter().filter_map(|it| of(it)).collect();
+        let numbers = own.iter().filter_map(|it| of(it));
         let id = format!("{}/{what}", condition.id);
         Row::of(
             id,

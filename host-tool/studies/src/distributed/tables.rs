@@ -22,7 +22,7 @@ impl Study {
             let own: Vec<&Measured> = all.iter().filter_map(|it| it.of(&condition.id)).collect();
             let count = |is: &dyn Fn(&&&Measured) -> bool| own.iter().filter(is).count();
             let seconds = own.iter().map(|it| it.endurance.seconds);
-            let row = Row::of(String::new(), String::new(), "s", None, seconds.collect());
+            let row = Row::of(String::new(), String::new(), "s", None, seconds);
             let whole =
                 |it: Option<f64>| it.map_or_else(|| "-".to_owned(), |it| format!("{it:.0}"));
             vec![

@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// File name and text of every declaration.
 #[rustfmt::skip]
-pub const DECLARATIONS: [(&str, &str); 7] = [
+pub const DECLARATIONS: [(&str, &str); 8] = [
     ("hamana-4.toml", include_str!("../../../experiments/hamana-4.toml")),
     ("harris-wall.toml", include_str!("../../../experiments/harris-wall.toml")),
     ("harris-wall-decides.toml", include_str!("../../../experiments/harris-wall-decides.toml")),
@@ -20,6 +20,7 @@ pub const DECLARATIONS: [(&str, &str); 7] = [
     ("harris-wall-why.toml", include_str!("../../../experiments/harris-wall-why.toml")),
     ("harris-wall-yields.toml", include_str!("../../../experiments/harris-wall-yields.toml")),
     ("open-trains.toml", include_str!("../../../experiments/open-trains.toml")),
+    ("setpoint-rate.toml", include_str!("../../../experiments/setpoint-rate.toml")),
 ];
 
 macro_rules! sessions {
@@ -33,6 +34,7 @@ const SESSIONS: &[(&str, &str)] = sessions![
     "hamana_exp4_one_point_a.toml"
     "hamana_exp4_one_point_b.toml"
     "hamana_exp4_two_point.toml"
+    "hamana_exp4_two_point_finger.toml"
     "harris_wall/3_pre_wall_co_contraction.toml"
     "open_finger.toml"
 ];
@@ -42,6 +44,15 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     DECLARATIONS
         .iter()
         .filter_map(|(file, _)| file.strip_suffix(".toml"))
+}
+
+/// The names of all studies that a command takes, declarations or not, sorted.
+#[must_use]
+pub fn every() -> Vec<&'static str> {
+    let mut names: Vec<_> = names().chain(catalog::names()).collect();
+    names.sort_unstable();
+    names.dedup();
+    names
 }
 
 /// The experiment of this name: one of the program, or a declaration's file, whose
@@ -55,10 +66,7 @@ pub fn named(name: &str) -> Result<Experiment, LaboratoryError> {
         return Ok(Experiment::new(file, text, &of_program)?.called(name));
     }
     if Path::new(name).extension().is_none_or(|it| it != "toml") {
-        let mut names: Vec<_> = names().chain(catalog::names()).collect();
-        names.sort_unstable();
-        names.dedup();
-        let (name, known) = (name.to_owned(), names.join(", "));
+        let (name, known) = (name.to_owned(), every().join(", "));
         return Err(LaboratoryError::Unknown { name, known });
     }
     from_file(Path::new(name))

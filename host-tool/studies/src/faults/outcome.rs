@@ -3,7 +3,7 @@
 use super::case::{Case, Fate};
 use super::declaration::Class;
 use super::simulated::TWO_WINDOWS_US;
-use host_core::statistics::{quantile_of, share_at_most};
+use host_core::statistics::{median, share_at_most};
 use std::collections::BTreeMap;
 
 /// Of the upper bounds.
@@ -108,7 +108,7 @@ impl Outcome {
             to_find: count(&|fate| fate.must_find),
             found: found().count() as u64,
             soon: found().filter(|fate| is_soon(fate)).count() as u64,
-            median_us: (!as_numbers.is_empty()).then(|| quantile_of(&as_numbers, 0.5)),
+            median_us: median(as_numbers),
             latest_us: isolated.last().copied(),
             slowest_us: slow.max(),
             severe: count(&|fate| !fate.severe.is_empty()),

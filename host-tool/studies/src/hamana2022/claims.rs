@@ -3,6 +3,7 @@
 use super::pattern::Points;
 use super::trials::{Outcome, Postures};
 use super::voltages::{SELECTIVE, Voltages};
+use host_core::statistics::mean;
 
 /// By how much one torque exceeds another that it is said to exceed.
 const MORE: f64 = 1.05;
@@ -33,8 +34,7 @@ impl Torques {
                 it.pattern.isolated == isolated
                     && it.pattern.after_us().is_some_and(|after| after >= LONG_US)
             });
-            let torques: Vec<f64> = of.map(|it| it.torque_nm).collect();
-            torques.iter().sum::<f64>() / torques.len().max(1) as f64
+            mean(of.map(|it| it.torque_nm)).unwrap_or_default()
         };
         let alone = |isolated: bool| {
             let of = outcomes.iter().filter(|it| {
@@ -72,8 +72,7 @@ fn individuation(outcomes: &[Outcome], after_us: u32) -> Option<f64> {
     let of = outcomes
         .iter()
         .filter(|it| !it.pattern.isolated && it.pattern.after_us() == Some(after_us));
-    let of: Vec<f64> = of.filter_map(|it| it.individuation).collect();
-    (!of.is_empty()).then(|| of.iter().sum::<f64>() / of.len() as f64)
+    mean(of.filter_map(|it| it.individuation))
 }
 
 /// Whether each claim of `population.toml` holds, in its order; `None` where it cannot be

@@ -4,7 +4,7 @@
 use super::experiments::{Condition, Experiment, Stimulated};
 use super::pattern::Points;
 use hal_sim::body::hand::spec::{A, B};
-use host_core::statistics::{friedman, paired_t};
+use host_core::statistics::{friedman, mean, paired_t};
 
 /// Patterns of figure 5.
 pub const PATTERNS: usize = 14;
@@ -45,13 +45,6 @@ pub struct Replication {
     pub table_5: [Test; PATTERNS],
     /// Participants.
     pub n: usize,
-}
-
-fn mean(all: impl IntoIterator<Item = f64>) -> Option<f64> {
-    let (sum, count) = all
-        .into_iter()
-        .fold((0.0, 0), |(sum, count), it| (sum + it, count + 1));
-    (count > 0).then(|| sum / f64::from(count))
 }
 
 impl Averages {

@@ -2,7 +2,7 @@
 
 use super::experiments::{Condition, Stimulated};
 use crate::laboratory::{Row, Share};
-use host_core::statistics::quantile_of;
+use host_core::statistics;
 use serde::{Deserialize, Serialize};
 
 /// One participant's session of one draw.
@@ -26,20 +26,9 @@ pub(super) fn row(
     quantity: String,
     unit: &str,
     paper: Option<f64>,
-    mut all: Vec<f64>,
+    all: Vec<f64>,
 ) -> Row {
-    all.sort_unstable_by(f64::total_cmp);
-    let at = |part| (!all.is_empty()).then(|| quantile_of(&all, part));
-    Row {
-        id: id.to_owned(),
-        quantity,
-        unit: unit.to_owned(),
-        paper,
-        ours: at(0.5),
-        low: at(0.05),
-        high: at(0.95),
-        n: all.len(),
-    }
+    Row::of(id.to_owned(), quantity, unit, paper, all)
 }
 
 /// In how many of `all` that could be judged it holds.
@@ -65,8 +54,7 @@ pub(super) fn mean(
 ) -> Option<f64> {
     let all = session.stimulated.iter();
     let own = all.filter(|it| is(&session.conditions[it.condition]));
-    let (sum, count) = own.fold((0.0, 0), |(sum, count), it| (sum + of(it), count + 1));
-    (count > 0).then(|| sum / f64::from(count))
+    statistics::mean(own.map(of))
 }
 
 /// Whoever took part, in the order of the sessions.

@@ -5,7 +5,7 @@ use super::claims::{LATE, TOGETHER};
 use super::population::Population;
 use super::study::{Cell, Drawn, Numbers};
 use crate::laboratory::{Row, Share};
-use host_core::statistics::quantile_of;
+use host_core::statistics;
 
 /// A cell and its wearers, in their order.
 #[derive(Clone, Debug)]
@@ -122,12 +122,9 @@ impl Summary {
     #[must_use]
     pub fn below(&self) -> String {
         let median = |id: &str| {
-            let all = MEASURES.iter().find(|it| it.0 == id);
-            let all = all.map(|(_, _, of)| self.sorted(*of)).unwrap_or_default();
-            match all.is_empty() {
-                true => "-".to_owned(),
-                false => format!("{:.2}", quantile_of(&all, 0.5)),
-            }
+            let measure = MEASURES.iter().find(|it| it.0 == id);
+            let middle = measure.and_then(|(_, _, of)| statistics::median(self.sorted(*of)));
+            middle.map_or_else(|| "-".to_owned(), |it| format!("{it:.2}"))
         };
         format!(
             "  {}; medians: two/one {}, C/I {}, one C/I {}",

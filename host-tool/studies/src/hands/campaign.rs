@@ -4,8 +4,9 @@ use super::HandsError;
 use super::contender::{Contender, Outcome};
 use super::drawn::Drawn;
 use crate::hamana2022::{Participants, Population};
-use crate::tracking::statistics::{Interval, mean, paired, percentile};
+use crate::tracking::statistics::{Interval, paired};
 use crate::tracking::wearer::Points;
+use host_core::statistics::{mean, quantile};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -170,7 +171,7 @@ impl Hands {
     pub fn best_pid(&self, points: Points) -> usize {
         let of = |n: &usize| {
             let tracked = self.tracked(points, *n);
-            mean(&tracked.iter().map(|it| it.1).collect::<Vec<_>>())
+            mean(tracked.iter().map(|it| it.1)).unwrap_or(f64::NAN)
         };
         let pids = (0..self.contenders.len()).filter(|n| self.contenders[*n].is_pid());
         pids.min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
@@ -180,7 +181,7 @@ impl Hands {
     pub fn held(&self, points: Points) -> [f64; 3] {
         let held = self.cases.iter().map(|case| case.held_deg[place(points)]);
         let held: Vec<f64> = held.collect();
-        [0.05, 0.5, 0.95].map(|part| percentile(&held, part))
+        [0.05, 0.5, 0.95].map(|part| quantile(&held, part).unwrap_or(f64::NAN))
     }
 
     /// Names under which a contender refused, each with how often.
@@ -213,14 +214,14 @@ impl Hands {
             low: f64::NAN,
             high: f64::NAN,
         };
-        let of = |number: f64| if all.is_empty() { f64::NAN } else { number };
+        let of = |number: Option<f64>| number.unwrap_or(f64::NAN);
         Score {
             refused: self.cases.len() - tracked.len(),
             no_better: tracked.iter().filter(is_no_better).count(),
             mean_deg: of(mean(&all)),
-            p95_deg: of(percentile(&all, 0.95)),
+            p95_deg: of(quantile(&all, 0.95)),
             mean_part: of(mean(&parts)),
-            p95_part: of(percentile(&parts, 0.95)),
+            p95_part: of(quantile(&parts, 0.95)),
             over_pid: match ours.is_empty() {
                 true => nothing,
                 false => paired(&ours, &theirs),

@@ -6,6 +6,7 @@ use super::found::{Found, Measured};
 use super::person::is_triceps;
 use super::test::Stimulation;
 use crate::laboratory::{Decided, Judged, Share};
+use host_core::statistics;
 
 /// Co-contraction as the paper has it, parts of the triceps' torque (section 3.4).
 const CO_CONTRACTION: [f64; 2] = [0.25, 0.5];
@@ -48,8 +49,7 @@ pub fn holds(declared: &Declared, found: &Found, id: &str) -> Result<Option<bool
 
 /// Mean of R², where there is one.
 fn mean<'m>(all: impl Iterator<Item = &'m Measured>) -> Option<f64> {
-    let all: Vec<f64> = all.filter_map(|it| it.linearity).collect();
-    (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
+    statistics::mean(all.filter_map(|it| it.linearity))
 }
 
 /// Whether 35 µs has a higher mean R² than both other widths.

@@ -5,7 +5,7 @@ use super::claims::{Case, Units, held};
 use super::declaration::Claim;
 use super::draw::Unit;
 use super::experiment::Experiment;
-use host_core::statistics::{holm, mann_whitney, quantile_of};
+use host_core::statistics::{holm, mann_whitney, median};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use toml::Value;
@@ -119,16 +119,14 @@ pub(super) fn compared(fields: &[(&str, Vec<f64>)], holds: &[bool]) -> Vec<Field
     let one = |(name, numbers): &(&str, Vec<f64>)| {
         let group = |wanted: bool| -> Vec<f64> {
             let own = numbers.iter().zip(holds).filter(|(_, is)| **is == wanted);
-            let mut own: Vec<f64> = own.map(|(number, _)| *number).collect();
-            own.sort_by(f64::total_cmp);
-            own
+            own.map(|(number, _)| *number).collect()
         };
         let (with, without) = (group(true), group(false));
         let test = mann_whitney(&with, &without).ok()?;
         Some(Field {
             field: (*name).to_owned(),
-            holds: quantile_of(&with, 0.5),
-            fails: quantile_of(&without, 0.5),
+            holds: median(&with)?,
+            fails: median(&without)?,
             superiority: test.u / (with.len() * without.len()) as f64,
             p: test.p,
             p_holm: 1.0,

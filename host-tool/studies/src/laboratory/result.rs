@@ -9,7 +9,7 @@ use super::draw::{point_in_words, points};
 use super::experiment::{Experiment, Measured};
 use super::quoted::quoted;
 use super::sheet::Sheet;
-use host_core::statistics::quantile_of;
+use host_core::statistics::Spread;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -128,19 +128,18 @@ impl Row {
         quantity: String,
         unit: &str,
         paper: Option<f64>,
-        mut numbers: Vec<f64>,
+        numbers: impl IntoIterator<Item = f64>,
     ) -> Self {
-        numbers.retain(|it| it.is_finite());
-        numbers.sort_unstable_by(f64::total_cmp);
+        let spread = Spread::of(numbers.into_iter().filter(|it| it.is_finite()));
         Self {
             id,
             quantity,
             unit: unit.to_owned(),
             paper,
-            ours: quantile(&numbers, 0.5),
-            low: quantile(&numbers, 0.05),
-            high: quantile(&numbers, 0.95),
-            n: numbers.len(),
+            ours: spread.map(|it| it.median),
+            low: spread.map(|it| it.low),
+            high: spread.map(|it| it.high),
+            n: spread.map_or(0, |it| it.n),
         }
     }
 }
@@ -313,19 +312,14 @@ fn rows(experiment: &Experiment, draws: u64, units: &Units) -> Vec<Row> {
         for (c, condition) in experiment.conditions.iter().enumerate() {
             for (m, measure) in experiment.measures().enumerate() {
                 let numbers = own.iter().filter_map(|unit| *unit.get(c)?.get(m)?);
-                let mut numbers: Vec<f64> = numbers.collect();
-                numbers.sort_by(f64::total_cmp);
                 let name = condition.name();
-                rows.push(Row {
-                    id: format!("{place}{name}/{}", measure.id),
-                    quantity: format!("{}: {place}{name}", measure.quantity),
-                    unit: measure.unit.to_owned(),
-                    paper: printed(declaration, &condition.levels, measure.id),
-                    ours: quantile(&numbers, 0.5),
-                    low: quantile(&numbers, 0.05),
-                    high: quantile(&numbers, 0.95),
-                    n: numbers.len(),
-                });
+                rows.push(Row::of(
+                    format!("{place}{name}/{}", measure.id),
+                    format!("{}: {place}{name}", measure.quantity),
+                    measure.unit,
+                    printed(declaration, &condition.levels, measure.id),
+                    numbers,
+                ));
             }
         }
     }
@@ -362,23 +356,4 @@ fn absent(experiment: &Experiment, units: &Units) -> Vec<String> {
 fn printed(declaration: &Declaration, levels: &[String], measure: &str) -> Option<f64> {
     let mut all = declaration.printed_of(levels);
     all.find(|it| it.measure == measure)?.mean()
-}
-
-/// Nothing of nothing.
-fn quantile(sorted: &[f64], part: f64) -> Option<f64> {
-    (!sorted.is_empty()).then(|| quantile_of(sorted, part))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::quantile;
-
-    #[test]
-    fn quantiles_lie_between_neighbours() {
-        let numbers = [1.0, 2.0, 4.0];
-        assert_eq!(quantile(&numbers, 0.5), Some(2.0));
-        assert_eq!(quantile(&numbers, 0.75), Some(3.0));
-        assert_eq!(quantile(&numbers, 1.0), Some(4.0));
-        assert_eq!(quantile(&[], 0.5), None);
-    }
 }

@@ -1,29 +1,21 @@
 //! Numbers of many draws: means, medians, and rows of them.
 
 use crate::laboratory::Row;
-use host_core::statistics::quantile_of;
+use host_core::statistics::{mean, quantile, standard_deviation};
 
-/// Mean and standard deviation; nothing of nothing.
+/// Mean and standard deviation.
 pub(super) fn mean_sd(all: &[f64]) -> Option<(f64, f64)> {
-    let n = all.len() as f64;
-    if all.is_empty() {
-        return None;
-    }
-    let mean = all.iter().sum::<f64>() / n;
-    let square = all.iter().map(|it| (it - mean).powi(2)).sum::<f64>();
-    Some((mean, (square / (n - 1.0).max(1.0)).sqrt()))
+    Some((mean(all)?, standard_deviation(all)?))
 }
 
-/// Median; nothing of nothing.
+/// Median of the finite values.
 pub(super) fn median(all: impl IntoIterator<Item = f64>) -> Option<f64> {
     at(all, 0.5)
 }
 
-/// This part of them lies below; nothing of nothing.
+/// Quantile of the finite values.
 pub(super) fn at(all: impl IntoIterator<Item = f64>, part: f64) -> Option<f64> {
-    let mut all: Vec<f64> = all.into_iter().filter(|it| it.is_finite()).collect();
-    all.sort_unstable_by(f64::total_cmp);
-    (!all.is_empty()).then(|| quantile_of(&all, part))
+    quantile(all.into_iter().filter(|it| it.is_finite()), part)
 }
 
 /// Median, 5th and 95th percentile beside what the paper printed.

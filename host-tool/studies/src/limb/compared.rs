@@ -140,5 +140,5 @@ fn rms_percent(squares: &[f64]) -> f64 {
 #[must_use]
 pub fn spread(arms: &[Judged], method: usize, of: impl Fn(&Scored) -> f64) -> Spread {
     let all = arms.iter().filter_map(|arm| arm.get(method));
-    Spread::of(all.map(of).collect())
+    Spread::of(&all.map(of).collect::<Vec<_>>())
 }

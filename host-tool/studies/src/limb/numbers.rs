@@ -7,7 +7,7 @@ use super::method::{Arm, choices, chosen};
 use firmware::bench::limb::nominal;
 use firmware::limb::{Limb, Number, Posture, Vector};
 use host_core::limb::{Forces, Single, ToDouble, Trouble};
-use host_core::statistics::quantile_of;
+use host_core::statistics::Sorted;
 use serde::Serialize;
 
 /// Of one kind of numbers, over all postures.
@@ -36,10 +36,10 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of numbers in any order.
-    pub(super) fn of(mut all: Vec<f64>) -> Self {
-        all.sort_by(f64::total_cmp);
-        let at = |part| quantile_of(&all, part);
+    /// Of numbers in any order; NaN of none.
+    pub(super) fn of(all: &[f64]) -> Self {
+        let sorted = Sorted::of(all);
+        let at = |part| sorted.as_ref().map_or(f64::NAN, |it| it.quantile(part));
         Self {
             median: at(0.5),
             p95: at(0.95),
@@ -99,7 +99,7 @@ pub fn numbers(declared: &Declared) -> Result<Numbers, Trouble> {
         n: missed.len() as u64,
         device: device.error(),
         rounding: rounding.error(),
-        recruitment_percent: Spread::of(missed),
+        recruitment_percent: Spread::of(&missed),
     })
 }
 
@@ -172,9 +172,9 @@ impl Tally {
 
     fn error(self) -> Error {
         Error {
-            hand_mm: Spread::of(self.hand_mm),
-            force_percent: Spread::of(self.force_percent),
-            share_percent: Spread::of(self.share_percent),
+            hand_mm: Spread::of(&self.hand_mm),
+            force_percent: Spread::of(&self.force_percent),
+            share_percent: Spread::of(&self.share_percent),
             other_choices: self.other_choices,
         }
     }

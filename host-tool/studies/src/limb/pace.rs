@@ -6,6 +6,7 @@ use super::declared::Declared;
 use firmware::bench::limb::{before_the_trunk, nominal};
 use firmware::limb::Limb;
 use host_core::limb::{Exact, LeastSquares, Posed, Trouble, Weights, amplitudes, force};
+use host_core::statistics;
 use serde::Serialize;
 use std::hint::black_box;
 use std::time::Instant;
@@ -54,7 +55,7 @@ pub fn pace() -> Result<Pace, LimbError> {
         with_posture.push(begin.elapsed().as_secs_f64() * 1e6);
     }
     let n = alone.len();
-    let median = |all| super::Spread::of(all).median;
+    let median = |all: Vec<f64>| statistics::median(all).unwrap_or(f64::NAN);
     Ok(Pace {
         least_squares_us: median(alone),
         with_posture_us: median(with_posture),

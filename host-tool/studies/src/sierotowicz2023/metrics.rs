@@ -1,7 +1,7 @@
 //! From wanted and measured forces to numbers: alignment, correlations, errors.
 
 use super::error::EndpointError;
-use crate::tracking::statistics::percentile;
+use host_core::statistics;
 use host_core::statistics::{StatisticsError, student_t_p};
 use serde::{Deserialize, Serialize};
 
@@ -173,8 +173,8 @@ impl Measures {
     }
 }
 
-/// The middle value, 0 of none.
+/// The middle value, NaN of none: what [`host_core::statistics::bootstrap_bca`] resamples.
 #[must_use]
 pub fn median(all: &[f64]) -> f64 {
-    percentile(all, 0.5)
+    statistics::median(all).unwrap_or(f64::NAN)
 }

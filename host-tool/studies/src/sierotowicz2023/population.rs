@@ -10,7 +10,7 @@ use super::replication::{CONDITIONS, Person, Replication, people, wearers};
 use super::sheets::{figure_7, forces, table_1};
 use crate::laboratory::{Declared, Outcome, Reach, Row, Share};
 use host_core::record::sha256;
-use host_core::statistics::{bootstrap_bca, cohens_d_pooled, mann_whitney, wilcoxon};
+use host_core::statistics::{bootstrap_bca, cohens_d_pooled, mann_whitney, mean, wilcoxon};
 
 /// What is said of every result.
 const SIMULATED: &str =
@@ -268,12 +268,10 @@ fn interval(study: &Study, all: &[Replication], less: &str) -> Option<String> {
         .iter()
         .map(|it| {
             let wearers = it.people.iter().skip(1);
-            let part: Vec<f64> = wearers
-                .map(|it| 100.0 * (median_of(it, less) / median_of(it, "C2") - 1.0))
-                .collect();
-            part.iter().sum::<f64>() / part.len().max(1) as f64
+            let part = wearers.map(|it| 100.0 * (median_of(it, less) / median_of(it, "C2") - 1.0));
+            mean(part)
         })
-        .collect();
+        .collect::<Option<_>>()?;
     let level = study.claims.level;
     let found = bootstrap_bca(&each, median, RESAMPLES, level, 1).ok()?;
     Some(format!(

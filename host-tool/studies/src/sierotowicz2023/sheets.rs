@@ -7,6 +7,7 @@ use super::participant::DIRECTION_NAMES;
 use super::regression::Score;
 use super::replication::{CONDITIONS, Replication, people};
 use crate::laboratory::{Grid, Sheet};
+use host_core::statistics::mean;
 
 /// Table 1: means over participants and C2 to C4.
 pub(super) fn table_1(study: &Study, all: &[Replication]) -> Sheet {
@@ -17,7 +18,7 @@ pub(super) fn table_1(study: &Study, all: &[Replication]) -> Sheet {
             .filter_map(|it| it.table_1.get(place))
             .map(|it| of(&it[way]))
             .collect();
-        each.iter().sum::<f64>() / each.len().max(1) as f64
+        mean(&each).unwrap_or(f64::NAN)
     };
     let line = |(place, name): (usize, &str)| {
         let mut cells = vec![name.to_owned()];
@@ -65,8 +66,7 @@ pub(super) fn figure_7(all: &[Replication]) -> Sheet {
                 let each: Vec<f64> = each
                     .map(|it| it.measures.correlations[wanted][measured].r)
                     .collect();
-                let mean = each.iter().sum::<f64>() / each.len().max(1) as f64;
-                cells.push(format!("{mean:.3}"));
+                cells.push(format!("{:.3}", mean(&each).unwrap_or(f64::NAN)));
             }
             rows.push(cells);
         }

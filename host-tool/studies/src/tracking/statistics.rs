@@ -1,23 +1,20 @@
 //! Means, percentiles and confidence intervals of paired differences.
 
 use hal_sim::body::random_finger::Draws;
-use host_core::statistics::quantile_of;
+use host_core::statistics;
 
 /// Resamples of a bootstrap.
 const RESAMPLES: usize = 4000;
 
-/// Arithmetic mean; 0 of nothing.
+/// [`statistics::mean`] as a column of a chart has it: NaN of an empty sample, which is
+/// printed as such and comes last in any order.
 pub fn mean(values: &[f64]) -> f64 {
-    // An empty sum is minus nothing.
-    (0.0 + values.iter().sum::<f64>()) / values.len().max(1) as f64
+    statistics::mean(values).unwrap_or(f64::NAN)
 }
 
-/// The value that `part` (0…1) of all values do not exceed, linear between
-/// neighbours; 0 of nothing.
+/// [`statistics::quantile`], NaN of an empty sample.
 pub fn percentile(values: &[f64], part: f64) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    quantile_of(&sorted, part)
+    statistics::quantile(values, part).unwrap_or(f64::NAN)
 }
 
 /// A mean with its 95 % interval.

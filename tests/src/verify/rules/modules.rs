@@ -1,5 +1,6 @@
 //! Which module a file is, and whether another file names it: one that nobody
-//! names is not compiled, and its tests are lost without a word.
+//! names is not compiled, and its tests are lost without a word. A module with files of its
+//! own is a folder with a `mod.rs`, never a file beside its folder.
 
 use super::Findings;
 use super::source::Source;
@@ -11,12 +12,12 @@ pub(super) fn lost(sources: &[Source]) -> Findings {
         let Some((folder, name)) = module(&source.path) else {
             continue;
         };
-        let parents = ["/lib", "/main", "/suite", "/mod", ""];
+        let parents = ["/lib", "/main", "/suite", "/mod"];
         let parents = parents.map(|file| format!("{folder}{file}.rs"));
         let names = |parent: &Source| parents.contains(&parent.path) && declares(parent, name);
         if !sources.iter().any(names) {
             let file = &source.path;
-            found.push(format!("{file}: no `mod {name};` beside or above it"));
+            found.push(format!("{file}: no `mod {name};` in {folder}/mod.rs"));
         }
     }
     found
@@ -81,16 +82,21 @@ mod tests {
     #[test]
     fn a_source_file_belongs_to_the_room_above_it() {
         let files = [
-            ("a/src/lib.rs", "pub mod b;\n#[cfg(test)]\nmod tests;"),
+            (
+                "a/src/lib.rs",
+                "pub mod b;\nmod e;\n#[cfg(test)]\nmod tests;",
+            ),
             ("a/src/main.rs", ""),
             ("a/src/bin/tool.rs", ""),
             ("a/src/tests.rs", ""),
-            ("a/src/b.rs", "pub(crate) mod c;\nmod submod d;"),
+            ("a/src/b/mod.rs", "pub(crate) mod c;\nmod submod d;"),
             ("a/src/b/c.rs", ""),
             ("a/src/b/main.rs", ""),
+            ("a/src/e.rs", "mod f;"),
+            ("a/src/e/f.rs", ""),
             ("a/build.rs", ""),
             ("tests/fuzz/fuzz_targets/x.rs", ""),
         ];
-        assert_eq!(lost_of(&files), ["a/src/b/main.rs"]);
+        assert_eq!(lost_of(&files), ["a/src/b/main.rs", "a/src/e/f.rs"]);
     }
 }

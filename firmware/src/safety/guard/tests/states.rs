@@ -225,7 +225,7 @@ fn page() -> String {
 const HEAD: &str = "\
 # Every state × everything that can happen
 
-Made by a test from the guard itself (`firmware/src/safety/guard.rs`), which is the same
+Made by a test from the guard itself (`firmware/src/safety/guard/mod.rs`), which is the same
 on board and simulators; the test fails if this page is not what the code does:
 
     FLEXOR_OVERWRITE=1 cargo test -p firmware --lib states     # renews it: read the diff

@@ -2,13 +2,14 @@
 
 use super::anova::{self, SOURCES, published, replications};
 use super::printed::{TABLE_8, TABLE_9};
-use super::spread::{Spread, cell, cells};
+use super::spread::{cell, cells};
 use super::tracking::mean;
 use super::{Part, Study, own};
 use crate::hamana2022::participant::Participant;
 use crate::hamana2022::sessions::{claim, row};
 use crate::hamana2022::tracked::LAWS;
 use crate::laboratory::{Grid, Row, Share, Sheet};
+use host_core::statistics::Spread;
 
 /// "paper's law".
 pub(super) fn in_words(law: &str) -> &'static str {

@@ -1,29 +1,6 @@
-//! Median and range of what draws came to.
+//! Medians and ranges of draws as cells of tables.
 
-use host_core::statistics::quantile_of;
-
-/// Of the draws that have a number.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Spread {
-    pub median: f64,
-    /// 5th and 95th percentile.
-    pub range: [f64; 2],
-    pub n: usize,
-}
-
-impl Spread {
-    /// `None` of nothing.
-    pub fn of(all: impl IntoIterator<Item = f64>) -> Option<Self> {
-        let mut all: Vec<f64> = all.into_iter().collect();
-        all.sort_unstable_by(f64::total_cmp);
-        let at = |part| quantile_of(&all, part);
-        (!all.is_empty()).then(|| Self {
-            median: at(0.5),
-            range: [at(0.05), at(0.95)],
-            n: all.len(),
-        })
-    }
-}
+use host_core::statistics::Spread;
 
 /// "24.0", or a dash.
 pub(super) fn cell(value: Option<f64>, places: usize) -> String {
@@ -35,7 +12,7 @@ pub(super) fn cells(spread: Option<Spread>, places: usize) -> [String; 3] {
     let range = spread.map_or_else(
         || "-".to_owned(),
         |it| {
-            let [low, high] = it.range;
+            let Spread { low, high, .. } = it;
             format!("{low:.places$} to {high:.places$}")
         },
     );

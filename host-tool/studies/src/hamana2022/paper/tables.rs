@@ -1,7 +1,7 @@
 //! Tables 4 to 6 of experiments 2 and 3.
 
 use super::outcome::sessions;
-use super::spread::{Spread, cell};
+use super::spread::cell;
 use super::{Part, Study};
 use crate::hamana2022::experiments::Experiment;
 use crate::hamana2022::paper::printed::TABLE_5_P;
@@ -9,6 +9,7 @@ use crate::hamana2022::pattern::{Pattern, Points};
 use crate::hamana2022::replication::{Averages, PATTERNS, Replication};
 use crate::hamana2022::sessions::{Session, people};
 use crate::laboratory::{Grid, Sheet};
+use host_core::statistics::Spread;
 use std::collections::BTreeMap;
 
 /// Each draw's participants.
@@ -123,8 +124,8 @@ type Line = (&'static str, fn(Spread) -> f64);
 /// What of a spread stands in which line.
 const LINES: [Line; 3] = [
     ("median", |it| it.median),
-    ("5 %", |it| it.range[0]),
-    ("95 %", |it| it.range[1]),
+    ("5 %", |it| it.low),
+    ("95 %", |it| it.high),
 ];
 
 /// The nine intensities, V. `None` where nobody took part.

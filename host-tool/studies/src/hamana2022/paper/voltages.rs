@@ -1,12 +1,13 @@
 //! Thresholds and greatest voltages of drawn participants beside tables 2, 3 and 7.
 
 use super::printed::{TABLE_2, TABLE_3, TABLE_7_BOTH_V, of};
-use super::spread::{Spread, cell};
+use super::spread::cell;
 use super::{Came, Kind, Part, Study, own};
 use crate::hamana2022::experiments::Experiment;
 use crate::hamana2022::participant::Participant;
 use crate::hamana2022::sessions::row;
 use crate::laboratory::{Grid, Row, Sheet};
+use host_core::statistics::Spread;
 
 /// Columns of table 7: of A, B and the extensor's point (E).
 const TABLE_7: [&str; 9] = [
@@ -95,8 +96,8 @@ impl Study {
             let spreads: [Option<Spread>; 9] = std::array::from_fn(of);
             let lines = [
                 ("median", spreads.map(|it| it.map(|it| it.median))),
-                ("5 %", spreads.map(|it| it.map(|it| it.range[0]))),
-                ("95 %", spreads.map(|it| it.map(|it| it.range[1]))),
+                ("5 %", spreads.map(|it| it.map(|it| it.low))),
+                ("95 %", spreads.map(|it| it.map(|it| it.high))),
                 ("paper", printed(participant)),
             ];
             for (what, numbers) in lines {
@@ -130,11 +131,7 @@ impl Study {
             for point in 0..2 {
                 let spread = Spread::of(own(parts, name).map(|it| it.voltages.most_v[point]));
                 let at = |of: fn(Spread) -> f64| cell(spread.map(of), 1);
-                row.extend([
-                    at(|it| it.median),
-                    at(|it| it.range[0]),
-                    at(|it| it.range[1]),
-                ]);
+                row.extend([at(|it| it.median), at(|it| it.low), at(|it| it.high)]);
                 row.push(cell(printed.map(|it| it[point]), 0));
             }
             row

@@ -6,6 +6,7 @@ use super::wearer::{DIRECTION_NAMES, MUSCLES, NAMES};
 use crate::laboratory::{Declared, Grid, Matrix, Outcome, Row, Share, Sheet};
 use crate::sierotowicz2023::median;
 use host_core::record::sha256;
+use host_core::statistics::mean;
 
 /// The command's name.
 pub const NAME: &str = "electrode-choice";
@@ -116,15 +117,15 @@ fn cost(it: &Missed, method: usize, electrode: usize) -> Vec<f64> {
         .collect()
 }
 
-fn mean(all: &[f64]) -> f64 {
-    all.iter().sum::<f64>() / all.len().max(1) as f64
-}
-
 /// What it costs in the mean to leave each out, and in whom it is the one missed most.
 fn electrode_rows(all: &[Missed], method: usize) -> Vec<Row> {
     let name = METHODS[method];
     let costs: Vec<Vec<f64>> = (0..MUSCLES.len())
-        .map(|at| all.iter().map(|it| mean(&cost(it, method, at))).collect())
+        .map(|at| {
+            all.iter()
+                .filter_map(|it| mean(cost(it, method, at)))
+                .collect()
+        })
         .collect();
     let rows = NAMES.iter().zip(costs).map(|(muscle, values)| {
         let what = format!("{name}: without {muscle}, missed more");
@@ -182,7 +183,7 @@ fn matrix(
     let line = |electrode: usize| {
         let cells = (first..forces).map(|force| {
             let each: Vec<f64> = all.iter().map(|it| cell(it, electrode, force)).collect();
-            (10.0 * mean(&each)).round() / 10.0
+            (10.0 * mean(&each).unwrap_or(f64::NAN)).round() / 10.0
         });
         (NAMES[electrode].to_owned(), cells.collect())
     };

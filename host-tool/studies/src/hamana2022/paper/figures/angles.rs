@@ -1,7 +1,7 @@
 //! Figures 25 to 28 and 30 to 32: the index finger's angle.
 
 use super::super::outcome::sessions;
-use super::super::spread::{Spread, of_draws};
+use super::super::spread::of_draws;
 use super::super::tracking::Course;
 use super::super::{Part, Study};
 use super::in_words;
@@ -12,6 +12,7 @@ use crate::hamana2022::pattern::Pattern;
 use crate::hamana2022::sessions::people;
 use crate::laboratory::{Along, Bar, Curve, Plot, Plots, Sheet};
 use hal_sim::body::hand::spec::{A, B};
+use host_core::statistics::Spread;
 
 /// Rows of a hold, s.
 const ROW_S: f64 = 0.02;
@@ -153,7 +154,7 @@ impl Study {
                         series: method,
                         x: [left, left + 0.36],
                         value: it.median,
-                        range: Some(it.range),
+                        range: Some(it.range()),
                     }));
                 }
             }

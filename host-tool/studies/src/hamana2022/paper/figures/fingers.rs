@@ -1,7 +1,6 @@
 //! Figures 8 to 11 and 21: all five fingers.
 
 use super::super::outcome::sessions;
-use super::super::spread::Spread;
 use super::super::{Part, Study};
 use super::DIGITS;
 use crate::hamana2022::error::TwoPointsError;
@@ -12,6 +11,7 @@ use crate::hamana2022::voltages::{SELECTIVE, searched};
 use crate::laboratory::{Along, Bar, Curve, Plot, Plots, Sheet};
 use hal_sim::body::hand::digits::REST_DEG;
 use hal_sim::body::hand::spec::{A, B};
+use host_core::statistics::Spread;
 
 /// How long a pattern lasts (III-A3), µs; rows of a course, s.
 const LASTS_US: u64 = 2_000_000;
@@ -172,7 +172,7 @@ fn intensity(name: &str, sessions: &[&Session]) -> Plot {
             series: 0,
             x: [at - 0.35, at + 0.35],
             value: spread.median,
-            range: Some(spread.range),
+            range: Some(spread.range()),
         })
     };
     Plot {

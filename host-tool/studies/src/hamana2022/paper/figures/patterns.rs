@@ -1,7 +1,7 @@
 //! Figures 12 to 15 and 17 to 20: individuation and torque by pattern.
 
 use super::super::outcome::sessions;
-use super::super::spread::{Spread, of_draws};
+use super::super::spread::of_draws;
 use super::super::tables::averages;
 use super::super::{Part, Study};
 use crate::hamana2022::experiments::Experiment;
@@ -9,6 +9,7 @@ use crate::hamana2022::pattern::Pattern;
 use crate::hamana2022::replication::{Averages, CONDUCTED, PATTERNS, Replication};
 use crate::hamana2022::sessions::{Session, people};
 use crate::laboratory::{Along, Band, Bar, Curve, Plot, Plots, Sheet};
+use host_core::statistics::Spread;
 
 /// Series.
 const STATES: [&str; 3] = ["conducted", "isolated", "one point, conducted"];
@@ -139,7 +140,7 @@ impl<'s> Of<'s> {
                 series,
                 x: [at - 0.38, at + 0.38],
                 value: it.median,
-                range: Some(it.range),
+                range: Some(it.range()),
             }
         };
         let bars = (0..PATTERNS).filter_map(|at| Some(bar(at, state(at), of(at)?)));
@@ -195,9 +196,9 @@ impl<'s> Of<'s> {
         let mut plot = self.plot("", &|at| self.mean_of(at), given);
         let band = alone.filter(|_| one.is_some()).map(|it| Band {
             series: ONE,
-            low: it.range[0],
+            low: it.low,
             middle: it.median,
-            high: it.range[1],
+            high: it.high,
         });
         plot.bands.extend(band);
         Plots {
@@ -227,7 +228,7 @@ impl<'s> Of<'s> {
             ticks.push((at, after_us.to_string()));
             if let Some(it) = self.mean_of(number) {
                 curve.points.push([at, it.median]);
-                curve.ranges.push(it.range);
+                curve.ranges.push(it.range());
             }
         }
         let x = Along {
@@ -260,7 +261,7 @@ impl<'s> Of<'s> {
                     series: isolated,
                     x: [left, left + 0.36],
                     value: it.median,
-                    range: Some(it.range),
+                    range: Some(it.range()),
                 }));
             }
         }

@@ -180,7 +180,7 @@ fn outcome(state: &str, event: &str, let_go: u8) -> &'static str {
 
 #[test]
 fn the_chart_is_what_the_guard_does() {
-    let rows: Vec<Vec<&str>> = include_str!("../guard.rs")
+    let rows: Vec<Vec<&str>> = include_str!("../mod.rs")
         .lines()
         .filter_map(|line| line.strip_prefix("//! | "))
         .map(|row| row.trim_end_matches(" |").split(" | ").collect())

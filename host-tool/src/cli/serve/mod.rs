@@ -119,7 +119,7 @@ pub fn main(args: &Serve, output: Output) -> anyhow::Result<()> {
             "--seconds is {seconds}: a time above 0, or leave it out"
         ));
     }
-    let text = include_str!("../../sessions/hamana_exp4_two_point_finger.toml");
+    let text = include_str!("../../../sessions/hamana_exp4_two_point_finger.toml");
     let session = match &args.body {
         Some(path) => SessionFile::load(path)?,
         None => SessionFile::parse("hamana_exp4_two_point_finger.toml", text)?,

@@ -1,0 +1,130 @@
+//! Mean, standard deviation and quantiles of a sample. An empty one has none of them: `None`.
+
+use std::borrow::Borrow;
+
+/// Arithmetic mean Σx/n.
+#[must_use]
+pub fn mean(values: impl IntoIterator<Item = impl Borrow<f64>>) -> Option<f64> {
+    let add = |(sum, count): (f64, u64), value: f64| (sum + value, count + 1);
+    let values = values.into_iter().map(|value| *value.borrow());
+    let (sum, count) = values.fold((0.0, 0), add);
+    (count > 0).then(|| sum / count as f64)
+}
+
+/// Standard deviation of the population that the sample is of, √(Σ(x − x̄)²/(n − 1)); 0 of
+/// one value.
+#[must_use]
+pub fn standard_deviation(values: &[f64]) -> Option<f64> {
+    let mean = mean(values)?;
+    let square = values.iter().map(|value| (value - mean).powi(2));
+    Some((square.sum::<f64>() / (values.len() as f64 - 1.0).max(1.0)).sqrt())
+}
+
+/// The value that `part` (0…1) of all do not exceed, linear between neighbours (Hyndman and
+/// Fan 1996, definition 7).
+#[must_use]
+pub fn quantile(values: impl IntoIterator<Item = impl Borrow<f64>>, part: f64) -> Option<f64> {
+    let sorted = Sorted::of(values)?;
+    Some(sorted.quantile(part))
+}
+
+/// The middle value.
+#[must_use]
+pub fn median(values: impl IntoIterator<Item = impl Borrow<f64>>) -> Option<f64> {
+    quantile(values, 0.5)
+}
+
+/// A sample of at least one value, in rising order.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Sorted(Vec<f64>);
+
+impl Sorted {
+    /// The values in rising order, NaN last.
+    #[must_use]
+    pub fn of(values: impl IntoIterator<Item = impl Borrow<f64>>) -> Option<Self> {
+        let values = values.into_iter().map(|value| *value.borrow());
+        let mut sorted: Vec<f64> = values.collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        (!sorted.is_empty()).then_some(Self(sorted))
+    }
+
+    /// As [`quantile`].
+    #[must_use]
+    pub fn quantile(&self, part: f64) -> f64 {
+        quantile_of_sorted(&self.0, part)
+    }
+}
+
+/// [`quantile`] of at least one value, in rising order.
+pub(super) fn quantile_of_sorted(sorted: &[f64], part: f64) -> f64 {
+    let last = sorted.len() - 1;
+    let place = part.clamp(0.0, 1.0) * last as f64;
+    let below = place as usize;
+    let above = (below + 1).min(last);
+    sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
+}
+
+/// Median and the range from the 5th to the 95th percentile.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Spread {
+    /// The middle value.
+    pub median: f64,
+    /// 5th percentile.
+    pub low: f64,
+    /// 95th percentile.
+    pub high: f64,
+    /// How many values there are.
+    pub n: usize,
+}
+
+impl Spread {
+    /// Of values in any order.
+    #[must_use]
+    pub fn of(values: impl IntoIterator<Item = impl Borrow<f64>>) -> Option<Self> {
+        let sorted = Sorted::of(values)?;
+        Some(Self {
+            median: sorted.quantile(0.5),
+            low: sorted.quantile(0.05),
+            high: sorted.quantile(0.95),
+            n: sorted.0.len(),
+        })
+    }
+
+    /// 5th and 95th percentile.
+    #[must_use]
+    pub const fn range(&self) -> [f64; 2] {
+        [self.low, self.high]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_empty_sample_has_no_statistics() {
+        let none: [f64; 0] = [];
+        assert_eq!(mean(none), None);
+        assert_eq!(standard_deviation(&none), None);
+        assert_eq!(median(none), None);
+        assert_eq!(Spread::of(none), None);
+    }
+
+    #[test]
+    fn quantiles_lie_between_neighbours() {
+        let values = [4.0, 1.0, 2.0];
+        assert_eq!(median(values), Some(2.0));
+        assert_eq!(quantile(values, 0.75), Some(3.0));
+        assert_eq!(quantile(values, 1.0), Some(4.0));
+        assert_eq!(quantile([7.0], 0.3), Some(7.0));
+        let spread = Spread::of((0..=100).map(f64::from)).unwrap();
+        assert_eq!([spread.low, spread.median, spread.high], [5.0, 50.0, 95.0]);
+    }
+
+    #[test]
+    fn mean_and_standard_deviation_are_of_the_sample() {
+        assert_eq!(mean([1.0, 3.0]), Some(2.0));
+        assert_eq!(standard_deviation(&[1.0, 3.0]), Some(2.0_f64.sqrt()));
+        assert_eq!(standard_deviation(&[5.0]), Some(0.0));
+    }
+}
