@@ -4,7 +4,7 @@ use super::course::Condition;
 use super::metrics::{Target, force, median, size};
 use super::replication::{Replication, people};
 use crate::laboratory::{Along, Bar, Grid, Plot, Plots, Sheet};
-use host_core::statistics::{mann_whitney, quantile_of};
+use host_core::statistics::{Spread, mann_whitney, mean};
 
 /// Axes of a force, then its whole size.
 const AXES: [&str; 4] = ["x", "y", "z", "norm"];
@@ -58,9 +58,7 @@ pub(super) fn figure(all: &[Replication]) -> Sheet {
 fn plot(all: &[Replication], axis: usize) -> Plot {
     let of = |name: &str, pick: fn(&Condition) -> [f64; 4]| {
         let each = people(all).filter_map(|it| it.condition(name));
-        let mut each: Vec<f64> = each.map(|it| pick(it)[axis]).collect();
-        each.sort_by(f64::total_cmp);
-        each
+        each.map(|it| pick(it)[axis]).collect::<Vec<f64>>()
     };
     let (mut bars, mut most) = (Vec::new(), 0.0_f64);
     for (place, name) in SHOWN.into_iter().enumerate() {
@@ -68,17 +66,16 @@ fn plot(all: &[Replication], axis: usize) -> Plot {
             [|it| it.measures.rmse_n, |it| it.measures.range_n];
         for (series, pick) in picks.into_iter().enumerate() {
             let each = of(name, pick);
-            if each.is_empty() {
+            let Some((value, spread)) = mean(&each).zip(Spread::of(&each)) else {
                 continue;
-            }
+            };
             let left = place as f64 - 0.38 + 0.39 * series as f64;
-            let range = [0.05, 0.95].map(|part| quantile_of(&each, part));
-            most = most.max(range[1]);
+            most = most.max(spread.high);
             bars.push(Bar {
                 series,
                 x: [left, left + 0.36],
-                value: each.iter().sum::<f64>() / each.len() as f64,
-                range: Some(range),
+                value,
+                range: Some([spread.low, spread.high]),
             });
         }
     }
