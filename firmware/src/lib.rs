@@ -3,7 +3,8 @@
 //! Bytes, samples and time come in; port words, DAC codes and bytes go out.
 //! The rooms, top of the data's way first: `link` → `device` → `haptics` →
 //! `control`, `muscle` → `safety` → `pulse`; `limb` stands beside `control`;
-//! `units`, `range` and `arithmetic` serve all. `board` exists only on a target and holds registers, nothing else.
+//! `units`, `range` and `arithmetic` serve all. `board` holds registers, on a target only, and
+//! `board::wiring`, data that everything may use.
 //! `lockstep` runs the device in virtual time, for simulators. `bench` runs each
 //! algorithm for its cycles and results.
 #![no_std]
@@ -11,7 +12,6 @@
 
 pub mod arithmetic;
 pub mod bench;
-#[cfg(target_os = "none")]
 pub mod board;
 pub mod control;
 mod crc;

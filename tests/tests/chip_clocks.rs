@@ -3,6 +3,7 @@
 
 use crate::chip_faults::{Bench, TWO_WINDOWS_US};
 use firmware::safety::Fault;
+use hal_sim::chip::board::wiring::CORE_HZ;
 use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::trace::Levels;
 
@@ -115,7 +116,10 @@ fn a_pll_that_runs_at_another_speed_isolates_within_two_windows() {
     let (bench, at) = Bench::in_a_pulse();
     for thousandths in [500, 501, 550, 667, 750, 990, 997, 1003, 1050, 1125, 1250] {
         let mut bench = bench.clone();
-        bench.board.pll_runs_at(168_000 * thousandths).unwrap();
+        bench
+            .board
+            .pll_runs_at(CORE_HZ / 1_000 * thousandths)
+            .unwrap();
         bench.run_us(10_000);
         let (since, last) = *bench.record.trace.levels.last().unwrap();
         let late = since.saturating_sub(at);

@@ -9,7 +9,7 @@ use firmware::lockstep::Sensors;
 use firmware::pulse::TrainSpec;
 use firmware::safety::{ChannelSpec, Fault, StopCause};
 use firmware::units::{Amplitude, Micros};
-use hal_sim::chip::board::Board;
+use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::soc::Pace;
 use hal_sim::lockstep::Device;
@@ -351,9 +351,10 @@ fn a_falling_supply_is_remembered_through_the_reset() {
 #[test]
 fn a_supply_that_is_low_from_the_start_starts_nothing() {
     let (image, stages) = (desk::flashed(), desk::stages(24.0));
+    const MS: u64 = 1_000 * CYCLES_PER_US;
     let mut board = Board::power_on(image, stages, Pace::Lazy, ()).unwrap();
     // Enough for the chip, too little for the detector: 2.93 V, 3.03 V rising.
-    for (mv, cycle) in [(2_900, 500 * 168_000), (3_000, 1_000 * 168_000)] {
+    for (mv, cycle) in [(2_900, 500 * MS), (3_000, 1_000 * MS)] {
         board.around.soc.supply(mv);
         board.run_to(cycle).unwrap();
         // Stream 5 of DMA2 plays the tape: it stands.

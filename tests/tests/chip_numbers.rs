@@ -3,6 +3,7 @@
 
 use hal_sim::chip::profile::{Owner, exception};
 use hal_sim::chip::soc::flash::Prefetched;
+use host_core::clock::ProcessorClock;
 use host_core::run::{Profiled, SessionFile, profile};
 use host_core::wearer::shipped;
 use serde::Deserialize;
@@ -70,7 +71,15 @@ fn measured(prefetched: Prefetched) -> Profiled {
 
 fn measured_of(mut file: SessionFile, prefetched: Prefetched) -> Profiled {
     file.session.duration_us = (SECONDS * 1e6) as u64;
-    profile(&file, &flashed(), prefetched, 1, |_| ()).unwrap()
+    profile(
+        &file,
+        &flashed(),
+        prefetched,
+        1,
+        &ProcessorClock::start(),
+        |_| (),
+    )
+    .unwrap()
 }
 
 #[test]
@@ -181,7 +190,15 @@ fn ten_bursts_in_one_window_leave_time() {
         channel.spec.train.offset_us = 20 * place;
     }
     for prefetched in [Prefetched::default(), Prefetched::NotCached] {
-        let found = profile(&file, &flashed(), prefetched, 1, |_| ()).unwrap();
+        let found = profile(
+            &file,
+            &flashed(),
+            prefetched,
+            1,
+            &ProcessorClock::start(),
+            |_| (),
+        )
+        .unwrap();
         let margin = found.summary.margins.worst.unwrap();
         println!("ten bursts in one window, {prefetched:?}: {margin} cycles");
         assert!(margin >= budgets().refill_margin_together_cycles);

@@ -2,12 +2,12 @@
 //! chip simulator.
 
 use firmware::lockstep::Sensors;
-use hal_sim::chip::board::Board;
+use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::soc::Pace;
 use tests::desk;
 
 /// Cycles of a millisecond.
-const MS: u64 = 168_000;
+const MS: u64 = 1_000 * CYCLES_PER_US;
 
 /// A board whose first enumeration is left at moments of its first milliseconds, some of them
 /// within a request: each time the port opens, whatever the board waited for.

@@ -1,7 +1,8 @@
 //! Rendering and painting of windows, ten channels at 100 Hz.
 
 use super::{Bench, Checksum, Clock};
-use crate::pulse::tape::{ISOLATED_B, ISOLATED_C, SLOTS, Window, paint};
+use crate::board::wiring::BoardPins;
+use crate::pulse::tape::{SLOTS, Window, isolated, paint};
 use crate::pulse::{
     Burst, BurstTime, CHANNELS, Scheduler, Supply, Train, TrainSpec, WINDOW_US, WindowPlan,
 };
@@ -116,14 +117,19 @@ pub(super) fn rows<C: Clock>(bench: &mut Bench<'_, C>) -> Option<()> {
         "paint_window",
         300,
         (Trains::new(|n| n * 3), [0; SLOTS], [0; SLOTS]),
-        |(trains, b, c), _| {
+        |(trains, first, second), _| {
             trains.skip_quiet(|phase| phase >= 750);
             trains.render();
             trains.plan.pump = true;
-            (*b, *c) = ([ISOLATED_B; SLOTS], [ISOLATED_C; SLOTS]);
+            let [on_first, on_second] = isolated::<BoardPins>();
+            (*first, *second) = ([on_first; SLOTS], [on_second; SLOTS]);
         },
-        |(trains, b, c), ()| paint(&trains.plan, &mut Window { b, c }),
-        |(_, b, c), (), sum| b.iter().chain(c).for_each(|&word| sum.word(word)),
+        |(trains, first, second), ()| {
+            paint::<BoardPins>(&trains.plan, &mut Window { first, second });
+        },
+        |(_, first, second), (), sum| {
+            first.iter().chain(second).for_each(|&word| sum.word(word));
+        },
     );
     Some(())
 }

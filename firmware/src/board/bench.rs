@@ -1,8 +1,9 @@
 //! What a benchmark needs of an STM32F405 and nothing more: the cycle counter,
-//! and flash as fast as on the 168 MHz board. There is no PLL: a cycle is a
+//! and flash as fast as on the board. There is no PLL: a cycle is a
 //! cycle at 16 MHz too. Speaks over semihosting, so it runs in the chip
 //! simulator, in QEMU (whose counter reads 0) and under a debugger.
 
+use super::wiring::BOARD;
 use crate::bench::Clock;
 use core::fmt::{Display, Write};
 use cortex_m::Peripherals;
@@ -11,9 +12,8 @@ use cortex_m_semihosting::{debug, hio};
 
 /// FLASH_ACR (RM0090, section 3.9.1).
 const FLASH_ACR: *mut u32 = 0x4002_3C00 as *mut u32;
-/// Five wait states, as at 168 MHz and 3.3 V (table 10), with prefetch and
-/// both caches: what the stimulator's board room sets.
-const FIVE_WAIT_STATES_ALL_CACHES: u32 = 5 | 1 << 8 | 1 << 9 | 1 << 10;
+/// The board's wait states, with prefetch and both caches: what the stimulator sets.
+const WAIT_STATES_ALL_CACHES: u32 = BOARD.clocks.wait_states() | 1 << 8 | 1 << 9 | 1 << 10;
 
 /// DWT CYCCNT.
 pub struct CycleCounter(());
@@ -26,7 +26,7 @@ impl CycleCounter {
         // SAFETY: runs once, before anything else uses a peripheral; FLASH_ACR
         // is this chip's, and more wait states than needed are always allowed.
         let mut core = unsafe {
-            FLASH_ACR.write_volatile(FIVE_WAIT_STATES_ALL_CACHES);
+            FLASH_ACR.write_volatile(WAIT_STATES_ALL_CACHES);
             Peripherals::steal()
         };
         core.DCB.enable_trace();

@@ -5,12 +5,15 @@
 //! permission to pulse — `safety` supplies both through [`Supply`].
 //! In: trains, an epoch, triggers. Out: a [`WindowPlan`] per 250 µs.
 
+use crate::board::wiring::BOARD;
+
 mod group;
 mod plan;
 mod scheduler;
 pub mod tape;
 mod train;
 
+pub use crate::board::wiring::{BANKS, CHANNELS};
 pub(crate) use group::gcd;
 pub use group::{Group, GroupError, GroupSpec, MAX_GROUPS, Partner, check_members};
 pub use plan::{Change, Levels, MAX_PULSES, PulseStart, Sample, State, WindowPlan};
@@ -18,19 +21,12 @@ pub(crate) use scheduler::bits;
 pub use scheduler::{Burst, BurstTime, Middle, RenderError, Scheduler, Supply};
 pub use train::{Shape, Train, TrainError, TrainSpec, Trigger};
 
-/// Stimulation channels of the board.
-pub const CHANNELS: usize = 10;
-
-/// Banks of one or two output stages, each with a level of its comparators.
-pub const BANKS: usize = 6;
-
 /// One window of the tape: what a refill renders, in µs and in slots.
 pub const WINDOW_US: u32 = 250;
 
-/// Isolation between anodic and cathodic drive of one channel, in µs. A board
-/// constant: it covers the turn-off of the reference output stage's switches
-/// (docs/hardware.md).
-pub const DEAD_TIME_US: u16 = 5;
+/// Isolation between anodic and cathodic drive of one channel, in µs: what the board's output
+/// stages need.
+pub const DEAD_TIME_US: u16 = BOARD.stages.dead_time_us;
 
 /// From a captured trigger edge to the epoch of triggered trains, in µs. Two
 /// windows are rendered ahead, so anything above 500 µs can be kept exactly.

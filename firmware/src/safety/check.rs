@@ -2,11 +2,14 @@
 //! reading of the current says of an electrode.
 
 use super::{Setup, Stage};
+use crate::board::wiring::BOARD;
 use crate::pulse::{CHANNELS, Train, TrainSpec, WINDOW_US};
 use crate::units::{Amplitude, DacCode, MicroAmps};
 
-/// Current sense at 4095 counts, µA (docs/hardware.md, current sense).
-const SENSE_FULL_SCALE_UA: u32 = 120_000;
+/// Current sense at 4095 counts, µA.
+const SENSE_FULL_SCALE_UA: u32 = BOARD.stages.sense_full_scale_ua;
+// So that twelve bits of it fit into a word.
+const _: () = assert!(SENSE_FULL_SCALE_UA < 1 << 20);
 /// Largest conversion.
 const SENSE_FULL_SCALE: u16 = 4095;
 

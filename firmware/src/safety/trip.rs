@@ -2,20 +2,20 @@
 //! arming how much these channels may have (docs/hardware.md, The banks' comparators).
 
 use super::Setup;
-use crate::pulse::BANKS;
+use crate::board::wiring::BOARD;
+use crate::pulse::{BANKS, CHANNELS, gcd};
 use crate::units::DacCode;
 
-/// The limit at a level of code 65 535, µA: comparators trip at 1.25 times the limit,
-/// 125 mA.
-const FULL_SCALE_UA: u32 = 100_000;
+/// The limit at a level of code 65 535, µA: comparators trip at 1.25 times the limit.
+const FULL_SCALE_UA: u32 = BOARD.stages.trip_full_scale_ua;
 
 /// Limits below this, and banks without a channel, get its level, 1 mA, µA: at less a
 /// comparator may trip by its own offset.
 const LEAST_UA: u32 = 800;
 
-/// Of the five stages of a DAC two share a bank, and two; the last has its own.
+/// The bank of `channel`, below [`CHANNELS`].
 const fn bank(channel: usize) -> usize {
-    channel / 5 * 3 + channel % 5 / 2
+    BOARD.stages.banks[channel % CHANNELS] as usize
 }
 
 /// The code of each bank's level: that of the greater limit among its channels.
@@ -33,23 +33,20 @@ pub fn trips(setup: &Setup) -> [DacCode; BANKS] {
 /// The code for `limit_ua`, rounded up.
 const fn code(limit_ua: u32) -> DacCode {
     // 65 535 / 100 000 = 13 107 / 20 000: at most 1.4e9, and a quotient of 65 535.
+    const SHARED: u32 = gcd(65_535, FULL_SCALE_UA);
+    const CODES: u32 = 65_535 / SHARED;
+    const _: () = assert!(FULL_SCALE_UA.checked_mul(CODES).is_some());
     let limit_ua = if limit_ua < FULL_SCALE_UA {
         limit_ua
     } else {
         FULL_SCALE_UA
     };
-    DacCode::new((limit_ua * 13_107).div_ceil(20_000) as u16)
+    DacCode::new((limit_ua * CODES).div_ceil(FULL_SCALE_UA / SHARED) as u16)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn banks_are_pairs_of_a_dacs_stages() {
-        let banks: [usize; 10] = core::array::from_fn(bank);
-        assert_eq!(banks, [0, 0, 1, 1, 2, 3, 3, 4, 4, 5]);
-    }
 
     /// Codes times 125 mA / 65 535 are 1.25 times the limit, less than a code above.
     #[test]

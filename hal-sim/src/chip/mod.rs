@@ -12,10 +12,12 @@ pub mod alone;
 pub mod bare;
 pub mod board;
 pub mod cpu;
+#[cfg(feature = "gdb")]
 pub mod gdb;
 pub mod image;
 pub mod names;
 pub mod profile;
+#[cfg(feature = "rtt")]
 pub mod rtt;
 pub mod soc;
 pub mod time;

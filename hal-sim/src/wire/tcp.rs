@@ -4,7 +4,8 @@ use std::io::{self, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
 
-use super::{ByteStream, WRITE_PATIENCE, keepalive, write_patiently};
+use super::byte_stream::write_patiently;
+use super::{ByteStream, WRITE_PATIENCE, keepalive};
 
 /// How long a refused host may take to hang up after it was told.
 const FAREWELL: Duration = Duration::from_secs(1);

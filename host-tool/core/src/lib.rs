@@ -6,19 +6,25 @@
 //! limits and muscles, from a file, which `calibration` finds with an operator; `fields`
 //! holds such files and sessions against what they may say, `disk` replaces files as a
 //! whole. `statistics` is what analyses of experiments share, `identify` makes a muscle's
-//! numbers of measured force, `limb` finds muscles for a force at the hand.
+//! numbers of measured force, `limb` finds muscles for a force at the hand, `clock` has the time.
+//!
+//! Without its features (docs/architecture.md, Features) the package reads no clock, opens no
+//! socket and starts no process, and builds for `wasm32-unknown-unknown`.
 
 pub mod analysis;
 pub mod calibration;
 pub mod choice;
+pub mod clock;
 pub mod disk;
 pub mod fields;
 pub mod identify;
 pub mod limb;
 pub mod link;
 mod number;
+#[cfg(feature = "report")]
 pub mod plot;
 pub mod record;
+#[cfg(feature = "report")]
 pub mod report;
 pub mod run;
 pub mod session;

@@ -1,8 +1,8 @@
 //! `flexor two-points --timing`: what a drawn forearm costs this computer.
 
 use super::{Output, interrupt, wrong};
+use host_core::clock::{Clock, ProcessorClock};
 use host_core::plot::words::in_columns;
-use host_core::run::Stopwatch;
 use host_core::statistics::mean;
 use serde_json::{Value, json};
 use std::time::Duration;
@@ -232,8 +232,8 @@ impl Cost {
 
 /// Adds what `work` takes.
 fn timed<T>(spent: &mut Duration, work: impl FnOnce() -> T) -> T {
-    let watch = Stopwatch::start();
+    let clock = ProcessorClock::start();
     let done = work();
-    *spent += watch.elapsed();
+    *spent += clock.now();
     done
 }

@@ -3,7 +3,7 @@
 use super::operator::Beside;
 use super::out::OutArgs;
 use super::outcome::claims;
-use super::{Output, Told, WrongUse, drawn, interrupt, wrong};
+use super::{Output, Told, WrongUse, drawn, interrupt, moment, wrong};
 use anyhow::Context;
 use clap::Args;
 use hal_sim::input;
@@ -329,7 +329,7 @@ impl Order<'_> {
             ..Plan::of(&self.command, &device)
         };
         let title = &self.experiment.declaration.title;
-        let mut record = Run::begin(title, &device, Some(seed), plan);
+        let mut record = Run::begin(title, &device, Some(seed), plan, moment::now());
         record.host.rerun_of = self.again.map(|it| it.dir.display().to_string());
         record
     }

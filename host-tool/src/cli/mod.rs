@@ -17,6 +17,7 @@ mod faults;
 mod interrupt;
 mod keep_alives;
 mod list;
+mod moment;
 mod monitor;
 mod muscle;
 mod new;

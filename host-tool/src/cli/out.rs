@@ -1,5 +1,6 @@
 //! Options of commands that write a record.
 
+use super::moment;
 use clap::{ArgGroup, Args};
 use host_core::record::{Place, RecordError, may_write};
 use std::path::{Path, PathBuf};
@@ -86,7 +87,7 @@ impl OutArgs {
     pub fn place(&self, name: &str) -> Result<Place, RecordError> {
         match &self.out {
             Some(dir) => Place::given(dir, self.overwrite),
-            None => Place::fresh(Path::new(BASE), name),
+            None => Place::fresh(Path::new(BASE), name, moment::now()),
         }
     }
 }

@@ -3,7 +3,9 @@
 use super::chip::Prefetched;
 use super::{Output, interrupt, within};
 use clap::Args;
+use hal_sim::chip::board::CYCLES_PER_US;
 use hal_sim::chip::profile::{Owner, exception};
+use host_core::clock::ProcessorClock;
 use host_core::run::{Profiled, SessionFile, chip_image, interruptible, profile};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -45,7 +47,9 @@ pub fn main(args: &ProfileArgs, output: Output) -> anyhow::Result<()> {
     let bar = output.bar(&file.session.title);
     let interruption = interrupt::heed()?;
     let watch = interruptible(&interruption, |part| bar.set(part));
-    let profiled = profile(&file, &image, args.prefetched.into(), args.seed, watch);
+    let clock = ProcessorClock::start();
+    let prefetched = args.prefetched.into();
+    let profiled = profile(&file, &image, prefetched, args.seed, &clock, watch);
     bar.finish();
     let profiled = profiled?;
     let title = &file.session.title;
@@ -94,7 +98,7 @@ fn table(title: &str, found: &Profiled, args: &ProfileArgs) -> String {
     if let Some(worst) = summary.margins.worst {
         out.push_str(&format!(
             "refill margin: {worst} cycles ({:.1} µs) at the worst of {} windows\n",
-            worst as f64 / 168.0,
+            worst as f64 / CYCLES_PER_US as f64,
             summary.margins.windows
         ));
     }
@@ -146,7 +150,9 @@ fn write_lines(out: &mut String, found: &Profiled) {
             exception::name(line.latency.behind)
         ));
     }
-    out.push_str("(in cycles of 1/168 µs; what pre-empts a run is left out of it)\n\n");
+    out.push_str(&format!(
+        "(in cycles of 1/{CYCLES_PER_US} µs; what pre-empts a run is left out of it)\n\n"
+    ));
 }
 
 fn write_edges(out: &mut String, found: &Profiled) {

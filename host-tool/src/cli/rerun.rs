@@ -5,7 +5,7 @@ use super::demo::{self, Demo};
 use super::experiment::{self, ExperimentArgs};
 use super::out::OutArgs;
 use super::perform::{Controls, Order, Performed, perform};
-use super::{Incomplete, Output, Told};
+use super::{Incomplete, Output, Told, moment};
 use anyhow::Context;
 use clap::Args;
 use host_core::choice;
@@ -159,7 +159,8 @@ fn session_again(
     let device = device.ok_or(unknown("which device ran it"))?;
     let chip = ChipArgs::with_image(plan.image.then(|| dir.join("image.elf")));
     record.seed.ok_or(unknown("which seed it had"))?;
-    let mut again = Run::begin(&record.title, &record.device, record.seed, plan.clone());
+    let (ordered, now) = (plan.clone(), moment::now());
+    let mut again = Run::begin(&record.title, &record.device, record.seed, ordered, now);
     again.study = record.study.clone();
     again.host.rerun_of = Some(dir.display().to_string());
     let vcd = out.dir().filter(|_| plan.vcd);
@@ -231,6 +232,6 @@ fn beside(dir: &Path) -> Result<PathBuf, RecordError> {
     let dir = dir.canonicalize().map_err(RecordError::io(dir))?;
     let name = dir.file_name().unwrap_or_default().to_string_lossy();
     let base = dir.parent().unwrap_or(Path::new("."));
-    let place = Place::fresh(base, &format!("{name}-rerun"))?;
+    let place = Place::fresh(base, &format!("{name}-rerun"), moment::now())?;
     Ok(place.dir().to_owned())
 }

@@ -4,7 +4,7 @@ use super::chip::ChipArgs;
 use super::out::OutArgs;
 use super::perform::{Controls, Order, SEED, perform};
 use super::study::StudyArgs;
-use super::{Output, watch, wrong};
+use super::{Output, moment, watch, wrong};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use host_core::record::{Plan, Run};
@@ -87,7 +87,8 @@ pub fn main(args: &RunArgs, output: Output) -> anyhow::Result<()> {
         image: args.chip.image().is_some(),
         ..Plan::of("run", &args.device.to_string())
     };
-    let mut record = Run::begin(&session.session.title, &args.device.to_string(), seed, plan);
+    let (title, device) = (&session.session.title, args.device.to_string());
+    let mut record = Run::begin(title, &device, seed, plan, moment::now());
     record.study = study;
     let order = Order {
         session: &session,

@@ -1,5 +1,6 @@
 //! How late keep-alives from a thread of their own are on this computer.
 
+use host_core::clock::SystemClock;
 use host_core::link::{Keeper, Lateness};
 use std::io;
 use std::sync::Arc;
@@ -65,7 +66,7 @@ pub fn keep_alives(
     mut progress: impl FnMut(f64),
 ) -> io::Result<KeepAlives> {
     let busy = Busy::start(busy)?;
-    let keeper = Keeper::start(period, || Ok(()))?;
+    let keeper = Keeper::start(period, Box::new(SystemClock::start()), || Ok(()))?;
     let begin = Instant::now();
     let mut late_us = Vec::new();
     while begin.elapsed() < length {

@@ -9,7 +9,7 @@ use firmware::lockstep::Sensors;
 use firmware::pulse::TrainSpec;
 use firmware::safety::State;
 use firmware::units::{Amplitude, Micros};
-use hal_sim::chip::board::Board;
+use hal_sim::chip::board::{Board, CYCLES_PER_US};
 use hal_sim::chip::soc::Pace;
 use hal_sim::chip::usb::Failure;
 use hal_sim::lockstep::Device;
@@ -159,7 +159,7 @@ fn stimulating() -> Board<()> {
     board
 }
 
-const MS: u64 = 168_000;
+const MS: u64 = 1_000 * CYCLES_PER_US;
 
 /// Bytes to the board, and what it does in `ms`.
 fn say(board: &mut Board<()>, bytes: &[u8], ms: u64) -> Record {

@@ -5,6 +5,7 @@ use std::time::Duration;
 /// How it is called.
 pub(super) const USAGE: &str = "\
 usage: cargo verify [STEP...]         everything, or only these steps
+       cargo verify quick             rules, format, lints, unit tests of changed packages
        cargo verify stalled           tests over real ports beside eight busy loops
        cargo verify --soak MINUTES    property tests on fresh seeds, 1 to 10080 minutes
        cargo verify --soak-seed SEED  one round of them on this seed";

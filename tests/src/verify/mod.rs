@@ -10,10 +10,12 @@
 
 mod arguments;
 mod budget;
+mod changed;
 mod command;
 mod console;
 mod fresh;
 mod image;
+mod portable;
 mod report;
 mod rules;
 mod setup;
@@ -45,6 +47,7 @@ const STEPS: &[(&str, Run)] = &[
     ("format", format),
     ("lints", lints),
     ("windows", windows::run),
+    ("portable", portable::run),
     ("image-lints", image::lint),
     ("images", image::build),
     ("budgets", |at, _| budget::run(at)),
@@ -54,7 +57,10 @@ const STEPS: &[(&str, Run)] = &[
 ];
 
 /// Steps that run only by name.
-const BY_NAME: &[(&str, Run)] = &[("stalled", stalled::run)];
+const BY_NAME: &[(&str, Run)] = &[("changed", changed::run), ("stalled", stalled::run)];
+
+/// What `quick` stands for: what is known two minutes after a change.
+const QUICK: (&str, &[&str]) = ("quick", &["rules", "format", "lints", "changed"]);
 
 /// Where things are.
 #[derive(Debug)]
@@ -81,7 +87,7 @@ impl Workspace {
 #[must_use]
 pub fn main(words: &[String]) -> ExitCode {
     let steps = STEPS.iter().chain(BY_NAME);
-    let names: Vec<_> = steps.map(|(name, _)| *name).collect();
+    let names: Vec<_> = steps.map(|(name, _)| *name).chain([QUICK.0]).collect();
     let wanted = match arguments::parse(words, &names) {
         Ok(wanted) => wanted,
         Err(problem) => {
@@ -116,8 +122,11 @@ fn verify(workspace: &Workspace, wanted: &[String]) -> ExitCode {
         true => STEPS.iter().collect(),
         false => {
             let all = STEPS.iter().chain(BY_NAME);
-            all.filter(|(name, _)| wanted.iter().any(|w| w == name))
-                .collect()
+            let is_quick = wanted.iter().any(|word| word == QUICK.0);
+            all.filter(|(name, _)| {
+                is_quick && QUICK.1.contains(name) || wanted.iter().any(|word| word == name)
+            })
+            .collect()
         }
     };
     for (index, (name, run)) in steps.iter().enumerate() {

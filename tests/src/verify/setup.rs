@@ -49,6 +49,19 @@ pub(super) fn has_target(
     Ok(answer.success && folder.is_some_and(Path::is_dir))
 }
 
+/// Whether the compiler has the library for `target`, or has it now from rustup.
+pub(super) fn obtain_target(
+    at: &Workspace,
+    console: &mut Console,
+    target: &str,
+) -> anyhow::Result<bool> {
+    if has_target(at, console, target)? {
+        return Ok(true);
+    }
+    let added = execute(at, console, "rustup", &["target", "add", target]);
+    Ok(added.is_ok_and(|done| done.success))
+}
+
 fn target(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
     if has_target(at, console, TARGET)? {
         return Ok(Report::pass());

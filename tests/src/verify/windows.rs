@@ -1,10 +1,10 @@
 //! The program for Windows, checked without linking it.
 
 use super::Workspace;
-use super::command::{cargo, execute};
+use super::command::cargo;
 use super::console::Console;
 use super::report::Report;
-use super::setup::has_target;
+use super::setup::obtain_target;
 
 /// Windows, with the GNU tools.
 pub(super) const TARGET: &str = "x86_64-pc-windows-gnu";
@@ -12,12 +12,8 @@ pub(super) const TARGET: &str = "x86_64-pc-windows-gnu";
 /// Checks what a `flexor.exe` is made of; says that it was skipped where the compiler has
 /// no library for [`TARGET`] and rustup cannot fetch it.
 pub(super) fn run(at: &Workspace, console: &mut Console) -> anyhow::Result<Report> {
-    if !has_target(at, console, TARGET)? {
-        let add = ["target", "add", TARGET];
-        let added = execute(at, console, "rustup", &add).is_ok_and(|done| done.success);
-        if !added {
-            return Ok(skipped());
-        }
+    if !obtain_target(at, console, TARGET)? {
+        return Ok(skipped());
     }
     cargo(
         at,

@@ -1,12 +1,14 @@
 //! ADC1, injected group only, no DMA: at one exact microsecond of each window
-//! TIM2's TRGO samples the current (PA1), then the joint angle (PA0).
+//! TIM2's TRGO samples the current, then the joint angle.
 
 use super::pac::adc::vals;
 use super::pac::adccommon::vals::Adcpre;
 use super::pac::{ADC1, ADC123_COMMON, RCC};
+use crate::board::wiring::BOARD;
 
-const ANGLE: usize = 0;
-const CURRENT: usize = 1;
+const ANGLE: usize = BOARD.inputs.angle.channel as usize;
+const CURRENT: usize = BOARD.inputs.current.channel as usize;
+
 /// JEXTSEL: TIM2_TRGO (RM0090 ADC_CR2).
 const TIM2_TRGO: u8 = 0b0011;
 

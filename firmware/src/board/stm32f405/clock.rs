@@ -1,6 +1,7 @@
 //! Clocks, flash acceleration, supply watch, and what a debugger may not stop.
 
 use super::pac::{DBGMCU, EXTI, FLASH, PWR, RCC};
+use crate::board::wiring::{BOARD, Clocks};
 use cortex_m::peripheral::{DCB, DWT};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, LsConfig, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv,
@@ -8,36 +9,43 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::time::Hertz;
 
+const CLOCKS: Clocks = BOARD.clocks;
+
 /// EXTI line of the supply watch (RM0090 section 12.2.5).
 pub const SUPPLY_LINE: usize = 16;
 /// PVD threshold 6: 2.93 V typical, falling (DS8626, reset and power control;
 /// from memory, to be measured by docs/hil.md).
-/// At 168 MHz the flash needs 5 wait states and at least 2.7 V (RM0090
-/// section 3.5.1).
+/// The flash's wait states are those from 2.7 V on (RM0090 section 3.5.1)
+/// ([`Clocks::wait_states`]).
 const SUPPLY_THRESHOLD: u8 = 6;
 /// REV_ID of silicon whose prefetch disturbs the ADC (ES0182, revision A).
 const REVISION_A: u16 = 0x1000;
 
-/// HSE 8 MHz / 4 × 168 = 336 MHz; / 2 = 168 MHz core, / 7 = 48 MHz USB. APB1
-/// 42 MHz (timers 84), APB2 84 MHz (timers 168). No RTC clock: choosing one
+/// The crystal through the PLL, as the board's clock tree has it. No RTC clock: choosing one
 /// could reset the backup domain, which keeps the last fault.
 #[must_use]
 pub fn config() -> embassy_stm32::Config {
     let mut config = embassy_stm32::Config::default();
     config.rcc.hse = Some(Hse {
-        freq: Hertz(8_000_000),
+        freq: Hertz(CLOCKS.crystal_hz),
         mode: HseMode::Oscillator,
     });
     config.rcc.pll_src = PllSource::HSE;
     config.rcc.pll = Some(Pll {
-        prediv: PllPreDiv::DIV4,
-        mul: PllMul::MUL168,
-        divp: Some(PllPDiv::DIV2),
-        divq: Some(PllQDiv::DIV7),
+        prediv: PllPreDiv::from_bits(CLOCKS.divider as u8),
+        mul: PllMul::from_bits(CLOCKS.multiplier as u16),
+        divp: Some(match CLOCKS.core_divider {
+            2 => PllPDiv::DIV2,
+            4 => PllPDiv::DIV4,
+            6 => PllPDiv::DIV6,
+            _ => PllPDiv::DIV8,
+        }),
+        divq: Some(PllQDiv::from_bits(CLOCKS.usb_divider as u8)),
         divr: None,
     });
     config.rcc.sys = Sysclk::PLL1_P;
     config.rcc.ahb_pre = AHBPrescaler::DIV1;
+    const { assert!(Clocks::APB1_DIVIDER == 4 && Clocks::APB2_DIVIDER == 2) };
     config.rcc.apb1_pre = APBPrescaler::DIV4;
     config.rcc.apb2_pre = APBPrescaler::DIV2;
     config.rcc.ls = LsConfig::off();

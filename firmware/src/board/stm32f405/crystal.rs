@@ -2,19 +2,21 @@
 //! that lost its lock, or multiplies by another factor, makes every phase shorter or
 //! longer, and nothing that counts its clock could tell.
 //!
-//! TIM11 counts the core's clock in laps of 64 periods of the crystal, and captures every
-//! 64th of these periods (HSE_RTC; RM0090 chapter 19, TIM11_OR): at one and the same count
-//! for ever, as long as the PLL multiplies by 21. If it does not, a capture is elsewhere.
+//! TIM11 counts the core's clock in laps of eight microseconds, and captures every eighth of
+//! the crystal's microseconds (HSE_RTC; RM0090 chapter 19, TIM11_OR): at one and the same
+//! count for ever, as long as the PLL multiplies by what it is set to. If it does not, a
+//! capture is elsewhere.
 
 use super::pac::timer::vals;
 use super::pac::{RCC, TIM11};
+use crate::board::wiring::BOARD;
 
-/// RCC_CFGR.RTCPRE: 8 MHz / 8 is the 1 MHz that section 7.3.3 asks for.
-const RTCPRE: u8 = 8;
+/// RCC_CFGR.RTCPRE divides the crystal to the 1 MHz that section 7.3.3 asks for.
+const RTCPRE: u8 = BOARD.clocks.crystal_mhz() as u8;
 /// Every eighth edge of that is captured.
 const IC1PSC: u8 = 0b11;
-/// Core cycles from one capture to the next: 64 periods of 8 MHz at 168 MHz.
-pub const LAP: u16 = 64 * 21;
+/// Core cycles from one capture to the next.
+pub const LAP: u16 = 8 * BOARD.clocks.cycles_per_us() as u16;
 /// Counts that synchroniser and jitter may move a capture, each way: from memory, to be
 /// measured by docs/hil.md. A clock that is 0.3 % wrong moves each by as much.
 const TOLERANCE: u16 = 4;

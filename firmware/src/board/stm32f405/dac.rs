@@ -4,11 +4,13 @@
 use super::pac::spi::vals;
 use super::pac::{RCC, SPI3};
 use super::pins::{self, Dac};
+use crate::board::wiring::{BOARD, DacOutput};
 use crate::pulse::{BANKS, CHANNELS};
 use crate::units::DacCode;
 
-/// Channels of the first DAC; the rest are on the second.
-const ON_DAC_1: u8 = 5;
+/// What each channel's amplitude, and each bank's level, is set by.
+const OUTPUTS: [DacOutput; CHANNELS] = BOARD.dacs.channels;
+const TRIPS: [DacOutput; BANKS] = BOARD.dacs.trips;
 /// AD5668 data sheet, command definitions: write to and update channel n.
 const WRITE_AND_UPDATE: u32 = 0b0011;
 /// The same: reset to power-on state, zero scale.
@@ -46,28 +48,20 @@ pub fn init() {
 /// Writes `code` to the output of `channel` (below [`CHANNELS`], others are
 /// ignored), effective at the end of the write.
 pub fn write(channel: u8, code: DacCode) {
-    if usize::from(channel) >= CHANNELS {
-        return;
-    }
-    if channel < ON_DAC_1 {
-        put(Dac::One, channel, code);
-    } else {
-        put(Dac::Two, channel - ON_DAC_1, code); // >= 0: the branch
+    if let Some(&output) = OUTPUTS.get(usize::from(channel)) {
+        put(output, code);
     }
 }
 
-/// Writes the level of a bank's comparators to an output that no stage uses: three on
-/// each DAC, F to H.
+/// Writes the level of each bank's comparators.
 pub fn write_trips(codes: &[DacCode; BANKS]) {
-    let (on_1, on_2) = codes.split_at(BANKS / 2);
-    for (dac, codes) in [(Dac::One, on_1), (Dac::Two, on_2)] {
-        for (output, &code) in (ON_DAC_1..).zip(codes) {
-            put(dac, output, code);
-        }
+    for (output, &code) in TRIPS.into_iter().zip(codes) {
+        put(output, code);
     }
 }
 
-fn put(dac: Dac, output: u8, code: DacCode) {
+fn put(DacOutput { dac, output }: DacOutput, code: DacCode) {
+    let dac = if dac == 0 { Dac::One } else { Dac::Two };
     // 4 bits unused, 4 command, 4 address, 16 data, 4 unused.
     send(
         dac,

@@ -1,4 +1,5 @@
-//! The stimulator board: an STM32F405RG at 168 MHz, registers only.
+//! Stimulator boards with an STM32F405, registers only; pins, clocks and streams are those of
+//! [`super::wiring::BOARD`].
 //!
 //! `refill`, `control` and `session` are the contexts of the three owners;
 //! `tape` and `timebase` play pulses, `overdue` watches that they do, `crystal` and `usb_clock`

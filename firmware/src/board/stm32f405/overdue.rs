@@ -3,12 +3,13 @@
 //! else would show before the watchdog bites, 4 to 12 ms later, and a phase that is
 //! driven lasts that long.
 
+use crate::board::wiring::BOARD;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 
-/// From a refill to when the next is overdue, core cycles: 300 µs at 168 MHz. One comes
+/// From a refill to when the next is overdue, core cycles: 300 µs. One comes
 /// every 250 µs, late by what masks interrupts, a few µs.
-const CYCLES: u32 = 300 * 168;
+const CYCLES: u32 = 300 * BOARD.clocks.cycles_per_us();
 
 /// Starts it.
 pub fn start(clock: &mut SYST) {

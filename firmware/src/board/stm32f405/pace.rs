@@ -3,11 +3,13 @@
 
 use super::pac::TIM1;
 use super::pac::timer::vals as timer;
+use super::timebase::CYCLES_PER_US;
+use crate::pulse::WINDOW_US;
 use crate::safety::Fault;
 use cortex_m::peripheral::DWT;
 
-/// 168 MHz / 168 = 1 MHz.
-const TICKS: u16 = 168;
+/// The core's clock by this is 1 MHz.
+const TICKS: u16 = CYCLES_PER_US as u16;
 /// Counts at which CH1, CH2, CH3 match.
 const MATCHES: [u16; 3] = [8, 20, 32];
 
@@ -33,7 +35,7 @@ pub fn await_start(target: u32) -> Result<(), Fault> {
 }
 
 /// Polls of at least 4 cycles: more than the window that is waited for takes.
-const PATIENCE: u32 = 42_000 / 4;
+const PATIENCE: u32 = WINDOW_US * CYCLES_PER_US / 4;
 /// Cycles before the start at which the wait ends: more than the wait's last
 /// poll takes, and fewer than leave the matches' counts behind.
 const LEAD: i32 = 100;

@@ -1,59 +1,82 @@
-//! The pin map (LQFP64), docs/hardware.md. Channel lines, sync and pump are
-//! defined by `pulse::tape`, which also makes their port words.
+//! Makes the pins what the board's wiring says ([`crate::board::wiring`]; docs/hardware.md).
 //!
-//! | pins | use | mode |
-//! |---|---|---|
-//! | PC0–9, PB0,1,5–9,12–14 | channels 1–5, 6–10 | output, pull-down |
-//! | PB15, PB10 | sync out, pump | output, pull-down |
-//! | PC10, PC12 | SPI3 SCK, MOSI | AF6, pull-down |
-//! | PC11, PD2 | /SYNC of DAC 1 (channels 1–5), DAC 2 (6–10) | output, pull-up |
-//! | PA0, PA1 | joint angle, current sense | analogue |
-//! | PA4, PA5 | analogue, spare | analogue |
-//! | PA6 | arm input: high = closed | input, pull-down |
-//! | PA7 | over-current: low = latched, or cable off | input, pull-down |
-//! | PA8 | hand-held stop: high = closed, may stimulate | input, pull-down |
-//! | PA15 | trigger in, TIM2_CH1 | AF1, pull-down |
-//! | PA2, PA3 | USART2, unused by this image | reset state |
-//! | PA9, PA11, PA12 | USB VBUS, DM, DP | by the USB driver |
+//! | use | mode |
+//! |---|---|
+//! | channels' lines, sync out, pump | output, pull-down |
+//! | SPI3 clock and data | alternate function, pull-down |
+//! | /SYNC of the DACs | output, pull-up |
+//! | joint angle, current sense, spare | analogue |
+//! | arm input, over-current, hand-held stop | input, pull-down |
+//! | trigger in | alternate function, pull-down |
+//! | USB | by the USB driver |
+//! | all others | reset state |
 //!
 //! Every safety input reads its safe side when its cable is off: the healthy
 //! side drives the line high through at most 10 kΩ against the internal
 //! pull-down of 30–50 kΩ (DS8626, I/O static characteristics), at least 0.75 VDD > VIH 0.7 VDD.
 
 use super::pac::gpio::{Gpio, vals};
-use super::pac::{GPIOA, GPIOB, GPIOC, GPIOD, RCC};
-use crate::pulse::tape::{ISOLATED_B, ISOLATED_C};
+use super::pac::{GPIOA, GPIOB, GPIOC, GPIOD, GPIOE, RCC};
+use crate::board::wiring::{self, BOARD, BoardPins, Inputs, Pin, Port};
+use crate::pulse::tape::{isolated, pump_low};
 
-/// GPIOB_BSRR bit that clears the pump line, PB10.
-const PUMP_LOW: u32 = 1 << (10 + 16);
-/// The bits a port-isolating word resets are the outputs of that port.
-const OUTPUTS_B: u32 = (ISOLATED_B | PUMP_LOW) >> 16;
-const OUTPUTS_C: u32 = ISOLATED_C >> 16;
+const INPUTS: Inputs = BOARD.inputs;
+/// /SYNC of each DAC.
+const SELECT: [Pin; 2] = BOARD.dacs.select;
+/// The bits of each tape port's BSRR that isolate its lines and drop the pump.
+const SAFE: [u32; wiring::TAPE_PORTS] = {
+    let (isolated, pump_low) = (isolated::<BoardPins>(), pump_low::<BoardPins>());
+    [isolated[0] | pump_low[0], isolated[1] | pump_low[1]]
+};
+/// The ports in use, as RCC_AHB1ENR has them.
+const CLOCKED: u32 = BOARD.ports();
+/// What is locked of each of them.
+const LOCKED: [(Port, u32); CLOCKED.count_ones() as usize] = {
+    let mut locked = [(Port::A, 0); CLOCKED.count_ones() as usize];
+    let (mut n, mut used) = (0, 0);
+    while n < Port::ALL.len() {
+        if CLOCKED & 1 << n != 0 {
+            locked[used] = (Port::ALL[n], BOARD.locked(Port::ALL[n]));
+            used += 1;
+        }
+        n += 1;
+    }
+    locked
+};
 
-const ARM: usize = 6;
-const OVER_CURRENT: usize = 7;
-const HAND_STOP: usize = 8;
-const TRIGGER: usize = 15;
-const SCK: usize = 10;
-const MOSI: usize = 12;
-const SYNC_1: usize = 11;
-const SYNC_2: usize = 2;
+/// EXTI line of the over-current input (RM0090 section 12.2.5), and its port there.
+pub const OVER_CURRENT_LINE: usize = INPUTS.over_current.number as usize;
+/// See [`OVER_CURRENT_LINE`].
+pub const OVER_CURRENT_PORT: u8 = INPUTS.over_current.port.index() as u8;
 
-/// EXTI line of the over-current input: PA7 (RM0090 section 12.2.5).
-pub const OVER_CURRENT_LINE: usize = OVER_CURRENT;
+/// The ports that the tape plays.
+pub const TAPE_PORTS: [Gpio; wiring::TAPE_PORTS] =
+    [gpio(BOARD.outputs.ports[0]), gpio(BOARD.outputs.ports[1])];
+
+/// Registers of `port`.
+const fn gpio(port: Port) -> Gpio {
+    match port {
+        Port::A => GPIOA,
+        Port::B => GPIOB,
+        Port::C => GPIOC,
+        Port::D => GPIOD,
+        Port::E => GPIOE,
+    }
+}
+
+/// Registers of the pin's port, and its number there.
+const fn place(pin: Pin) -> (Gpio, usize) {
+    (gpio(pin.port), pin.number as usize)
+}
 
 /// Writes isolated to both ports by the CPU and drops the pump, clocked or not before.
 /// Holds only while no play stream runs.
 pub fn isolate() {
-    RCC.ahb1enr().modify(|w| {
-        w.set_gpioaen(true);
-        w.set_gpioben(true);
-        w.set_gpiocen(true);
-        w.set_gpioden(true);
-    });
+    RCC.ahb1enr().modify(|w| w.0 |= CLOCKED);
     let _ = RCC.ahb1enr().read(); // ES0182: delay after clock enabling
-    GPIOB.bsrr().write(|w| w.0 = ISOLATED_B | PUMP_LOW);
-    GPIOC.bsrr().write(|w| w.0 = ISOLATED_C);
+    for (port, word) in TAPE_PORTS.into_iter().zip(SAFE) {
+        port.bsrr().write(|w| w.0 = word);
+    }
 }
 
 /// Makes every pin what the table says. First thing after reset: outputs get
@@ -62,32 +85,49 @@ pub fn init() {
     isolate();
     select_dac(None);
     for pin in 0..16 {
-        if OUTPUTS_B & 1 << pin != 0 {
-            output(GPIOB, pin, vals::Pupdr::PULL_DOWN);
+        // What isolates a port resets its outputs.
+        if SAFE[0] >> 16 & 1 << pin != 0 {
+            output(TAPE_PORTS[0], pin, vals::Pupdr::PULL_DOWN);
         }
-        if OUTPUTS_C & 1 << pin != 0 {
-            output(GPIOC, pin, vals::Pupdr::PULL_DOWN);
+        if SAFE[1] >> 16 & 1 << pin != 0 {
+            output(TAPE_PORTS[1], pin, vals::Pupdr::PULL_DOWN);
         }
     }
-    output(GPIOC, SYNC_1, vals::Pupdr::PULL_UP);
-    output(GPIOD, SYNC_2, vals::Pupdr::PULL_UP);
-    alternate(GPIOC, SCK, 6);
-    alternate(GPIOC, MOSI, 6);
-    alternate(GPIOA, TRIGGER, 1);
-    for pin in [0, 1, 4, 5] {
-        GPIOA
-            .pupdr()
+    let [first, second] = const { [place(SELECT[0]), place(SELECT[1])] };
+    output(first.0, first.1, vals::Pupdr::PULL_UP);
+    output(second.0, second.1, vals::Pupdr::PULL_UP);
+    alternate(
+        const { place(BOARD.dacs.clock.pin) },
+        BOARD.dacs.clock.function,
+    );
+    alternate(
+        const { place(BOARD.dacs.data.pin) },
+        BOARD.dacs.data.function,
+    );
+    alternate(const { place(INPUTS.trigger.pin) }, INPUTS.trigger.function);
+    for (port, pin) in const {
+        [
+            place(INPUTS.angle.pin),
+            place(INPUTS.current.pin),
+            place(INPUTS.spare[0]),
+            place(INPUTS.spare[1]),
+        ]
+    } {
+        port.pupdr()
             .modify(|w| w.set_pupdr(pin, vals::Pupdr::FLOATING));
-        GPIOA
-            .moder()
+        port.moder()
             .modify(|w| w.set_moder(pin, vals::Moder::ANALOG));
     }
-    for pin in [ARM, OVER_CURRENT, HAND_STOP] {
-        GPIOA
-            .pupdr()
+    for (port, pin) in const {
+        [
+            place(INPUTS.arm),
+            place(INPUTS.over_current),
+            place(INPUTS.hand_stop),
+        ]
+    } {
+        port.pupdr()
             .modify(|w| w.set_pupdr(pin, vals::Pupdr::PULL_DOWN));
-        GPIOA
-            .moder()
+        port.moder()
             .modify(|w| w.set_moder(pin, vals::Moder::INPUT));
     }
 }
@@ -96,16 +136,8 @@ pub fn init() {
 /// RM0090 section 8.4.8; says whether it holds.
 #[must_use]
 pub fn lock() -> bool {
-    let inputs = [0, 1, ARM, OVER_CURRENT, HAND_STOP, TRIGGER];
-    let inputs = inputs.iter().fold(0, |mask, pin| mask | 1 << pin);
-    let on_c = OUTPUTS_C | 1 << SYNC_1 | 1 << SCK | 1 << MOSI;
-    let ports = [
-        (GPIOA, inputs),
-        (GPIOB, OUTPUTS_B),
-        (GPIOC, on_c),
-        (GPIOD, 1 << SYNC_2),
-    ];
-    ports.into_iter().all(|(port, pins)| {
+    LOCKED.into_iter().all(|(port, pins)| {
+        let port = gpio(port);
         const KEY: u32 = 1 << 16;
         for word in [pins | KEY, pins, pins | KEY] {
             port.lckr().write(|w| w.0 = word);
@@ -125,7 +157,7 @@ fn output(port: Gpio, pin: usize, pull: vals::Pupdr) {
         .modify(|w| w.set_moder(pin, vals::Moder::OUTPUT));
 }
 
-fn alternate(port: Gpio, pin: usize, function: u8) {
+fn alternate((port, pin): (Gpio, usize), function: u8) {
     port.ospeedr()
         .modify(|w| w.set_ospeedr(pin, vals::Ospeedr::HIGH_SPEED));
     port.pupdr()
@@ -138,21 +170,22 @@ fn alternate(port: Gpio, pin: usize, function: u8) {
 /// Which DAC listens.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Dac {
-    /// Channels 1–5, /SYNC on PC11.
+    /// The lower channels.
     One,
-    /// Channels 6–10, /SYNC on PD2.
+    /// The upper channels.
     Two,
 }
 
 /// Pulls one /SYNC low, or lets both go. BSRR writes touch no channel line.
 pub fn select_dac(dac: Option<Dac>) {
-    let level = |line: usize, low: bool| 1u32 << if low { line + 16 } else { line };
-    GPIOC
+    let [first, second] = SELECT;
+    let level = |pin: Pin, low: bool| if low { pin.bit() << 16 } else { pin.bit() };
+    gpio(first.port)
         .bsrr()
-        .write(|w| w.0 = level(SYNC_1, dac == Some(Dac::One)));
-    GPIOD
+        .write(|w| w.0 = level(first, dac == Some(Dac::One)));
+    gpio(second.port)
         .bsrr()
-        .write(|w| w.0 = level(SYNC_2, dac == Some(Dac::Two)));
+        .write(|w| w.0 = level(second, dac == Some(Dac::Two)));
 }
 
 /// What people, comparators and the trigger input say, all of one instant.
@@ -170,12 +203,12 @@ pub struct SafetyInputs {
 /// Reads the port once.
 #[must_use]
 pub fn safety_inputs() -> SafetyInputs {
-    let port = GPIOA.idr().read();
-    let high = |pin| port.idr(pin) == vals::Idr::HIGH;
+    let port = gpio(INPUTS.arm.port).idr().read();
+    let high = |pin: Pin| port.0 & pin.bit() != 0;
     SafetyInputs {
-        arm: high(ARM),
-        hand_stop: high(HAND_STOP),
-        over_current: !high(OVER_CURRENT),
-        held: high(TRIGGER),
+        arm: high(INPUTS.arm),
+        hand_stop: high(INPUTS.hand_stop),
+        over_current: !high(INPUTS.over_current),
+        held: high(INPUTS.trigger.pin),
     }
 }

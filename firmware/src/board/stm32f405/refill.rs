@@ -110,10 +110,12 @@ pub unsafe fn start(
     Ok(())
 }
 
-/// Falling edge of PA7; EXTICR 0 is port A.
+/// A falling edge.
 fn watch_over_current() {
-    let line = pins::OVER_CURRENT_LINE;
-    SYSCFG.exticr(line / 4).modify(|w| w.set_exti(line % 4, 0));
+    let (line, port) = (pins::OVER_CURRENT_LINE, pins::OVER_CURRENT_PORT);
+    SYSCFG
+        .exticr(line / 4)
+        .modify(|w| w.set_exti(line % 4, port));
     EXTI.ftsr(0).modify(|w| w.set_line(line, true));
     EXTI.pr(0).write(|w| w.set_line(line, true));
     EXTI.imr(0).modify(|w| w.set_line(line, true));

@@ -5,6 +5,7 @@
 use super::pac::timer::vals;
 use super::pac::{CRC, RCC, TIM5};
 use super::record;
+use super::timebase::CYCLES_PER_US;
 use crate::safety::{Fault, FaultRecord};
 use crate::units::Micros;
 use cortex_m::peripheral::DWT;
@@ -60,7 +61,7 @@ const LSI_HZ: (u32, u32) = (17_000, 47_000);
 const CAPTURES: u32 = 8;
 const PERIODS: u32 = 8 * CAPTURES;
 /// For one capture, core cycles: 2 ms, two and a half times what 10 kHz take.
-const PATIENCE: u32 = 2 * 168_000;
+const PATIENCE: u32 = 2_000 * CYCLES_PER_US;
 
 /// Counts of TIM5 in [`PERIODS`] of the LSI must lie within its range, one count more or
 /// less; the detail is their number, 0 if there are none.

@@ -4,21 +4,22 @@
 //!
 //! | TIM1 count | event | DMA2 stream | moves |
 //! |---|---|---|---|
-//! | 0 | update | 5 | tape B → GPIOB_BSRR |
-//! | 8 | CH1 | 1 | tape C → GPIOC_BSRR, 48 ns after port B |
-//! | 20 | CH2 | 2 | isolated word → tape B, the slot just played |
-//! | 32 | CH3 | 6 | isolated word → tape C |
+//! | 0 | update | `play[0]` | first tape → BSRR of the first port |
+//! | 8 | CH1 | `play[1]` | second tape → BSRR of the second port, 48 ns after the first |
+//! | 20 | CH2 | `erase[0]` | isolated word → first tape, the slot just played |
+//! | 32 | CH3 | `erase[1]` | isolated word → second tape |
 //!
-//! All on channel 6 (RM0090 table 43), 32 bits, direct mode, circular over two
-//! windows. A play stream fetches its next word as soon as the last is out, so
-//! a slot must be painted before the slot ahead of it begins.
+//! Ports and streams are the board's ([`crate::board::wiring`]). All streams move 32 bits, in
+//! direct mode, circular over two windows. A play stream fetches its next word as soon as the
+//! last is out, so a slot must be painted before the slot ahead of it begins.
 
 use super::pac::dma::{St, vals};
-use super::pac::{DMA2, GPIOB, GPIOC, RCC, TIM1};
+use super::pac::{DMA2, RCC, TIM1};
 use super::timebase::Instant;
 use super::{crystal, memory, pace, pins, timebase};
+use crate::board::wiring::{BOARD, BoardPins, TAPE_PORTS};
 use crate::pulse::WindowPlan;
-use crate::pulse::tape::{ISOLATED_B, ISOLATED_C, SLOTS, Window, paint};
+use crate::pulse::tape::{SLOTS, Window, isolated, paint};
 use crate::safety::Fault;
 use crate::units::Micros;
 use core::cell::UnsafeCell;
@@ -28,18 +29,19 @@ use core::sync::atomic::{Ordering, compiler_fence};
 const LENGTH: usize = 2 * SLOTS;
 const LENGTH_16: u16 = LENGTH as u16; // 500
 
-const PLAY_B: usize = 5;
-const PLAY_C: usize = 1;
-const ERASE_B: usize = 2;
-const ERASE_C: usize = 6;
-const STREAMS: [usize; 4] = [PLAY_B, PLAY_C, ERASE_B, ERASE_C];
-/// DMA2's request channel of TIM1_UP, CH1, CH2 and CH3 on those streams.
-const CHANNEL: u8 = 6;
+const PLAY_FIRST: usize = BOARD.streams.play[0] as usize;
+const PLAY_SECOND: usize = BOARD.streams.play[1] as usize;
+const ERASE_FIRST: usize = BOARD.streams.erase[0] as usize;
+const ERASE_SECOND: usize = BOARD.streams.erase[1] as usize;
+const STREAMS: [usize; 4] = [PLAY_FIRST, PLAY_SECOND, ERASE_FIRST, ERASE_SECOND];
+/// Of each port, the word that isolates it.
+const ISOLATED: [u32; TAPE_PORTS] = isolated::<BoardPins>();
 
 /// All four transfers of a microsecond are over from here on: the last request
 /// comes at 32, and four transfers of two bus accesses each take less than 40
 /// cycles. Reading the positions takes about 60.
 const QUIET: core::ops::Range<u16> = 72..100;
+const _: () = assert!(QUIET.end as u32 + 60 < timebase::CYCLES_PER_US);
 /// Time to wait for a stream to finish its transfer or for the quiet part of
 /// a microsecond, in polls of at least 5 cycles: at least 20 µs.
 const PATIENCE: usize = 700;
@@ -50,10 +52,9 @@ const LAST_SLOT: u32 = SLOTS as u32 - 3;
 
 #[repr(C)]
 struct Memory {
-    b: [u32; LENGTH],
-    c: [u32; LENGTH],
-    isolated_b: u32,
-    isolated_c: u32,
+    /// The words of each port.
+    words: [[u32; LENGTH]; TAPE_PORTS],
+    isolated: [u32; TAPE_PORTS],
 }
 
 struct Shared(UnsafeCell<Memory>);
@@ -66,10 +67,8 @@ unsafe impl Sync for Shared {}
 /// is not loaded: `Tape::start` writes every word before a stream reads one.
 #[unsafe(link_section = ".tape")]
 static MEMORY: Shared = Shared(UnsafeCell::new(Memory {
-    b: [0; LENGTH],
-    c: [0; LENGTH],
-    isolated_b: 0,
-    isolated_c: 0,
+    words: [[0; LENGTH]; TAPE_PORTS],
+    isolated: [0; TAPE_PORTS],
 }));
 
 /// The half of the tape that a window occupies.
@@ -145,23 +144,25 @@ impl Tape {
         unsafe { tape.paint(plan, Half::First) };
         let memory = MEMORY.0.get();
         // SAFETY: `memory` points to a static; only addresses are taken.
-        let (b, c, isolated_b, isolated_c) = unsafe {
+        let (first, second, isolated_first, isolated_second) = unsafe {
             (
-                &raw mut (*memory).b,
-                &raw mut (*memory).c,
-                &raw mut (*memory).isolated_b,
-                &raw mut (*memory).isolated_c,
+                &raw mut (*memory).words[0],
+                &raw mut (*memory).words[1],
+                &raw mut (*memory).isolated[0],
+                &raw mut (*memory).isolated[1],
             )
         };
-        play(PLAY_B, GPIOB.bsrr().as_ptr() as u32, b as u32);
-        play(PLAY_C, GPIOC.bsrr().as_ptr() as u32, c as u32);
-        erase(ERASE_B, isolated_b as u32, b as u32);
-        erase(ERASE_C, isolated_c as u32, c as u32);
+        let [first_port, second_port] = pins::TAPE_PORTS.map(|port| port.bsrr().as_ptr() as u32);
+        play(PLAY_FIRST, first_port, first as u32);
+        play(PLAY_SECOND, second_port, second as u32);
+        erase(ERASE_FIRST, isolated_first as u32, first as u32);
+        erase(ERASE_SECOND, isolated_second as u32, second as u32);
         cortex_m::asm::delay(64); // the play streams fetch slot 0
         tape.origins = STREAMS.map(|s| DMA2.st(s).ndtr().read().ndt());
-        let [play_b, play_c, erase_b, erase_c] = tape.origins;
-        let fetched = [play_b, play_c].map(|o| LENGTH_16.wrapping_sub(o));
-        if fetched.iter().any(|&n| n > 1) || erase_b != LENGTH_16 || erase_c != LENGTH_16 {
+        let [play_first, play_second, erase_first, erase_second] = tape.origins;
+        let fetched = [play_first, play_second].map(|o| LENGTH_16.wrapping_sub(o));
+        let erased = [erase_first, erase_second];
+        if fetched.iter().any(|&n| n > 1) || erased != [LENGTH_16; TAPE_PORTS] {
             return Err(Fault::TapeSlip);
         }
         // Enabling a stream may leave its FIFO flag set; from here on, none may.
@@ -241,15 +242,15 @@ impl Tape {
         // erased and none of it fetched. `&mut self` keeps it to one window, and
         // nothing preempts the refill.
         let (_writable, mut window) = unsafe {
-            let b = (&raw mut (*memory).b).cast::<u32>().add(first);
-            let c = (&raw mut (*memory).c).cast::<u32>().add(first);
+            let at_first = (&raw mut (*memory).words[0]).cast::<u32>().add(first);
+            let at_second = (&raw mut (*memory).words[1]).cast::<u32>().add(first);
             let window = Window {
-                b: &mut *b.cast(),
-                c: &mut *c.cast(),
+                first: &mut *at_first.cast(),
+                second: &mut *at_second.cast(),
             };
             (memory::writable_tape(), window)
         };
-        paint(plan, &mut window);
+        paint::<BoardPins>(plan, &mut window);
         publish();
     }
 }
@@ -274,9 +275,9 @@ fn publish() {
 /// isolates by the CPU and stops the pump. Callable from anywhere, at any
 /// time, more than once. The erase streams and the clock go on.
 pub fn stop() {
-    let off_b = switch_off(PLAY_B);
-    let off_c = switch_off(PLAY_C);
-    if !(off_b && off_c) {
+    let is_first_off = switch_off(PLAY_FIRST);
+    let is_second_off = switch_off(PLAY_SECOND);
+    if !(is_first_off && is_second_off) {
         TIM1.dier().modify(|w| {
             w.set_ude(false);
             w.set_ccde(0, false);
@@ -311,10 +312,10 @@ fn erase_all() {
     // touches the memory. Every word is written: none is read before.
     unsafe {
         let _writable = memory::writable_tape();
-        (*memory).b.fill(ISOLATED_B);
-        (*memory).c.fill(ISOLATED_C);
-        (&raw mut (*memory).isolated_b).write_volatile(ISOLATED_B);
-        (&raw mut (*memory).isolated_c).write_volatile(ISOLATED_C);
+        (*memory).words[0].fill(ISOLATED[0]);
+        (*memory).words[1].fill(ISOLATED[1]);
+        (&raw mut (*memory).isolated[0]).write_volatile(ISOLATED[0]);
+        (&raw mut (*memory).isolated[1]).write_volatile(ISOLATED[1]);
     }
     publish();
 }
@@ -323,8 +324,8 @@ fn isolated_words_intact() -> bool {
     let memory = MEMORY.0.get();
     // SAFETY: two words that only `erase_all` writes, and DMA2 reads.
     unsafe {
-        (&raw const (*memory).isolated_b).read_volatile() == ISOLATED_B
-            && (&raw const (*memory).isolated_c).read_volatile() == ISOLATED_C
+        (&raw const (*memory).isolated[0]).read_volatile() == ISOLATED[0]
+            && (&raw const (*memory).isolated[1]).read_volatile() == ISOLATED[1]
     }
 }
 
@@ -346,7 +347,7 @@ fn configure(stream: usize, direction: vals::Dir, peripheral: u32, tape: u32) {
     st.ndtr().write(|w| w.set_ndt(LENGTH_16));
     st.fcr().write(|w| w.set_dmdis(vals::Dmdis::ENABLED)); // direct mode
     st.cr().write(|w| {
-        w.set_chsel(CHANNEL);
+        w.set_chsel(BOARD.streams.channel);
         w.set_pl(vals::Pl::VERY_HIGH);
         w.set_msize(vals::Size::BITS32);
         w.set_psize(vals::Size::BITS32);
@@ -400,7 +401,7 @@ fn observe() -> Option<(Micros, [u16; 4], u16)> {
         }
         let now = timebase::now();
         let positions = STREAMS.map(|s| DMA2.st(s).ndtr().read().ndt());
-        // Below a lap: 7 · 168 + 99.
+        // Below a lap: 7 µs, and less than one.
         let since = (now.get() % LAP_US * timebase::CYCLES_PER_US) as u16 + before;
         let offset = lap.checked_sub(since);
         let offset = offset.unwrap_or_else(|| lap + (crystal::LAP - since));

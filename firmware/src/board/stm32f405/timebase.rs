@@ -6,6 +6,7 @@
 
 use super::pac::timer::vals;
 use super::pac::{RCC, TIM1, TIM2};
+use crate::board::wiring::BOARD;
 use crate::device::REFILL_OFFSET_US;
 use crate::units::{Micros, us};
 use cortex_m::peripheral::DWT;
@@ -87,8 +88,8 @@ impl Instant {
     }
 }
 
-/// TIM1 counts the core's own clock: 168 a microsecond.
-pub const CYCLES_PER_US: u32 = 168;
+/// TIM1 counts the core's own clock.
+pub const CYCLES_PER_US: u32 = BOARD.clocks.cycles_per_us();
 
 /// Sets the next refill and clears the request of the last.
 pub fn refill_at(at: Micros) {

@@ -1,6 +1,7 @@
 //! Small images of others, hand-assembled, run to their end.
 
 use super::*;
+use crate::chip::board::wiring::CORE_HZ;
 use crate::chip::image::tests::{CODE, program};
 
 /// MOVW and MOVT: `value` in R`d`.
@@ -84,7 +85,7 @@ fn a_pin_moves_after_a_clock_that_was_set_up_through_an_alias() {
     .concat();
     let mut bare = running(&code);
     assert_eq!(bare.run_to(5 * MS), Ok(()));
-    assert_eq!(bare.wires.soc.hz(), 168_000_000);
+    assert_eq!(bare.wires.soc.hz(), CORE_HZ);
     let edges: Vec<_> = bare
         .wires
         .edges()

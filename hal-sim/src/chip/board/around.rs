@@ -160,7 +160,7 @@ impl Around {
     }
 
     /// The cycle at which the image's microsecond counter was, or would have
-    /// been, 0: TIM1 counts 168 cycles per count of TIM2.
+    /// been, 0: TIM1 counts the cycles of a microsecond per count of TIM2.
     pub(super) fn find_origin(&self, at: Cycle) -> Option<Cycle> {
         let mut copy = self.soc.clone();
         let mut count = |timer, at| {
@@ -172,7 +172,7 @@ impl Around {
         // TIM2 follows TIM1's overflow by some cycles: look in mid-microsecond.
         let (ticks, done) = count(1, at)?;
         let begin = done - Cycle::from(ticks);
-        let (us, _) = count(2, begin + 84 + super::CYCLES_PER_US)?;
+        let (us, _) = count(2, begin + super::CYCLES_PER_US / 2 + super::CYCLES_PER_US)?;
         (ticks > 0 || us > 0)
             .then(|| begin + super::CYCLES_PER_US - Cycle::from(us) * super::CYCLES_PER_US)
     }
@@ -269,7 +269,8 @@ impl Around {
         let driven = (0..CHANNELS).filter(|&n| levels.state(n as u8).is_driven());
         driven
             .filter_map(|n| {
-                let code = self.dacs[n / 5].output(n % 5);
+                let (dac, output) = wiring::AMPLITUDES[n];
+                let code = self.dacs[dac].output(output);
                 Some(current_ma(
                     self.stages[n]?.full_scale,
                     code,

@@ -60,7 +60,7 @@ mod tests {
         assert_eq!(margins, Margins::default(), "not the tape");
         margins.wrote(0x2001_C000, 1_000);
         margins.wrote(0x2001_C004, 2_000);
-        let expected = (1, Some(249 * 168 - 2_000));
+        let expected = (1, Some(249 * CYCLES_PER_US.cast_signed() - 2_000));
         assert_eq!((margins.windows, margins.worst), expected);
         margins.wrote(0x2001_C008, 42_000 + 10_000);
         assert_eq!((margins.windows, margins.worst_window), (2, 1));

@@ -18,6 +18,7 @@ pub use around::Around;
 pub use loss::{Half, Loss};
 pub use margin::Margins;
 pub use outputs::Phases;
+pub use wiring::CYCLES_PER_US;
 
 use super::Cycle;
 use super::cpu::{Cpu, Stop, run::Observer};
@@ -34,7 +35,7 @@ use std::sync::Arc;
 /// Longest time from power-on or the last reset to an open port, s.
 const BOOT_LIMIT_S: u64 = 3;
 /// The same in cycles of the fastest clock.
-pub(super) const BOOT_LIMIT: Cycle = BOOT_LIMIT_S * 168_000_000;
+pub(super) const BOOT_LIMIT: Cycle = BOOT_LIMIT_S * wiring::CORE_HZ as Cycle;
 
 /// Why there is no running board.
 #[derive(Debug, thiserror::Error)]
@@ -129,7 +130,7 @@ impl<O: Observer> Board<O> {
                 let why = failure.map_or_else(String::new, |f| format!(": {f}"));
                 return Err(BoardError::NoPort { why });
             }
-            self.run_to(self.cpu.cycle + 168_000)?;
+            self.run_to(self.cpu.cycle + 1_000 * CYCLES_PER_US)?;
             return Ok(false);
         }
         let origin = self.around.find_origin(self.cpu.cycle);
@@ -196,6 +197,7 @@ impl<O: Observer> Board<O> {
     }
 
     /// One instruction or exception, through a reset.
+    #[cfg(feature = "gdb")]
     pub(super) fn step(&mut self) -> Result<(), BoardError> {
         match self.cpu.step(&mut self.around) {
             Err(Stop::Reset { .. }) => self.reset(),
@@ -204,6 +206,7 @@ impl<O: Observer> Board<O> {
     }
 
     /// Address of the next instruction.
+    #[cfg(feature = "gdb")]
     pub(super) const fn pc(&self) -> u32 {
         self.cpu.registers.r[15]
     }
@@ -336,12 +339,9 @@ impl<O: Observer> Board<O> {
     }
 }
 
-/// Cycles for which the core's clock is taken as it is, 20 µs at 168 MHz: one that becomes
+/// Cycles for which the core's clock is taken as it is, 20 µs: one that becomes
 /// ten times slower within them makes the board run on by 0.2 ms at most.
-const SAME_CLOCK: Cycle = 3_360;
-
-/// Core cycles per microsecond of device time: the board's clock is 168 MHz.
-pub const CYCLES_PER_US: u64 = 168;
+const SAME_CLOCK: Cycle = 20 * CYCLES_PER_US;
 
 impl<O: Observer + Clone + Send + 'static> Device for Board<O> {
     fn fork(&self) -> Option<Box<dyn Device>> {

@@ -1,7 +1,6 @@
 //! What the board put out, from cycles to microseconds.
 
-use super::CYCLES_PER_US;
-use super::wiring::{self, Outputs as Pins, Port};
+use super::wiring::{self, CORE_HZ, CYCLES_PER_US, Outputs as Pins, Port};
 use crate::chip::Cycle;
 use crate::chip::ad5668::Change;
 use crate::chip::soc::gpio::Edge;
@@ -12,17 +11,13 @@ use firmware::lockstep::Sink;
 use firmware::units::{DacCode, Micros};
 use std::collections::VecDeque;
 
-/// Stages on one DAC, and banks: the rest of its outputs.
-const PER_DAC: usize = 5;
-const BANKS_PER_DAC: usize = 3;
-
 /// How many edges of pins that the tape plays came at which cycle of their microsecond, by port: the
-/// analytic cycle of port B's is TIM1's update, of port C's 8 cycles later.
+/// analytic cycle of the first port's is TIM1's update, of the second's 8 cycles later.
 #[derive(Clone, Debug)]
 pub struct Phases {
-    /// Port B.
+    /// Port B, the first.
     pub b: [u64; CYCLES_PER_US as usize],
-    /// Port C.
+    /// Port C, the second.
     pub c: [u64; CYCLES_PER_US as usize],
     /// Over port, cycle and levels of these edges in their order (FNV-1a): two
     /// runs with the same digest had the same edges.
@@ -34,10 +29,10 @@ const FNV: (u64, u64) = (0xCBF2_9CE4_8422_2325, 0x100_0000_01B3);
 
 impl Phases {
     /// `edge` of `port`, its cycle counted from `origin`.
-    fn record(&mut self, port: Port, edge: &Edge, origin: Cycle) {
+    fn record(&mut self, port: usize, edge: &Edge, origin: Cycle) {
         let cycle = edge.cycle.saturating_sub(origin);
         let counts = match port {
-            Port::B => &mut self.b,
+            0 => &mut self.b,
             _ => &mut self.c,
         };
         counts[(cycle % CYCLES_PER_US) as usize] += 1;
@@ -67,24 +62,12 @@ fn plays(port: Port, changed: u16) -> bool {
         .any(|(_, pin)| changed >> pin & 1 == 1)
 }
 
-/// Ports whose pins the output stages hang on.
-const fn output_port(port: u8) -> Option<Port> {
-    match port {
-        1 => Some(Port::B),
-        2 => Some(Port::C),
-        _ => None,
-    }
-}
-
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Out {
     Levels(Levels),
     Dac(u8, u16),
     Trip(u8, u16),
 }
-
-/// The board's clock, Hz.
-const NOMINAL_HZ: u32 = 168_000_000;
 
 /// Collects in cycles, gives in microseconds.
 #[derive(Clone, Debug)]
@@ -105,7 +88,7 @@ impl Default for Outputs {
     fn default() -> Self {
         Self {
             origin: None,
-            time: Time::new(0, NOMINAL_HZ),
+            time: Time::new(0, CORE_HZ),
             pins: Pins::default(),
             levels: Levels::ISOLATED,
             pump: Pump::Runs(Vec::new()),
@@ -121,7 +104,7 @@ impl Outputs {
     /// World time begins, with 0 at `origin`; what came before is dropped.
     pub fn begin(&mut self, origin: Cycle) {
         self.origin = Some(origin);
-        self.time = Time::new(origin, NOMINAL_HZ);
+        self.time = Time::new(origin, CORE_HZ);
         self.waiting.clear();
         self.pump = Pump::Runs(Vec::new());
         self.open = None;
@@ -174,26 +157,25 @@ impl Outputs {
     }
 
     pub fn edge(&mut self, edge: Edge) {
-        let Some(port) = output_port(edge.port) else {
+        let is_edges = |port: &Port| port.index() == usize::from(edge.port);
+        let Some(n) = wiring::TAPE_PORTS.iter().position(is_edges) else {
             return;
         };
+        let port = wiring::TAPE_PORTS[n];
         if let Some(origin) = self.origin.filter(|_| plays(port, edge.changed)) {
-            self.phases.record(port, &edge, origin);
+            self.phases.record(n, &edge, origin);
         }
         if wiring::PUMP.0 == port && edge.changed >> wiring::PUMP.1 & 1 == 1 {
             let us = self.time(edge.cycle);
             self.pump.edge(us, Hardware::REFERENCE.pump_hold_us);
         }
-        match port {
-            Port::B => self.pins.b = edge.levels,
-            _ => self.pins.c = edge.levels,
-        }
+        self.pins.0[n] = edge.levels;
         let levels = self.pins.levels();
         if levels == self.levels {
             return;
         }
         let us = self.time(edge.cycle);
-        // Ports B and C of one slot are one change.
+        // Both ports of one slot are one change.
         if let Some(open) = self.open.filter(|&open| open != us) {
             self.waiting.push_back((open, Out::Levels(self.levels)));
         }
@@ -202,10 +184,12 @@ impl Outputs {
     }
 
     pub fn dac(&mut self, chip: usize, change: Change) {
-        let output = usize::from(change.output);
-        let out = match output.checked_sub(PER_DAC) {
-            None => Out::Dac((chip * PER_DAC + output) as u8, change.code),
-            Some(bank) => Out::Trip((chip * BANKS_PER_DAC + bank) as u8, change.code),
+        let changed = (chip, usize::from(change.output));
+        let place = |outputs: &[(usize, usize)]| outputs.iter().position(|&it| it == changed);
+        let out = match (place(&wiring::AMPLITUDES), place(&wiring::TRIPS)) {
+            (Some(channel), _) => Out::Dac(channel as u8, change.code),
+            (None, Some(bank)) => Out::Trip(bank as u8, change.code),
+            (None, None) => return,
         };
         let us = self.time(change.at);
         self.waiting.push_back((us, out));
@@ -249,9 +233,9 @@ mod tests {
         for (n, us) in [0, 25, 50, 1_050].into_iter().enumerate() {
             outputs.edge(Edge {
                 cycle: 1_000 + us * CYCLES_PER_US,
-                port: 1,
-                changed: 1 << 10,
-                levels: ((n % 2) as u16) << 10,
+                port: wiring::PUMP.0.index() as u8,
+                changed: 1 << wiring::PUMP.1,
+                levels: ((n % 2) as u16) << wiring::PUMP.1,
             });
         }
         let runs = vec![(0, 50), (1_050, 1_050)];

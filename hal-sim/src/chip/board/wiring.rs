@@ -1,8 +1,19 @@
-//! Which pin is wired to what on the reference board (docs/hardware.md, pin
-//! map). Written from that page, not from the firmware, so that a wrong pin
-//! there shows here.
+//! The reference board as the simulator has it: which pin is wired to what, the crystal, and
+//! the clock that the core is to have (docs/hardware.md, pin map). The simulator's only table
+//! of this. Written from that page, not from the firmware's (`board::wiring` there), so that a
+//! wrong pin or clock there shows here.
 
 use crate::trace::{CHANNELS, Levels, State};
+
+/// The crystal, Hz.
+pub const CRYSTAL_HZ: u32 = 8_000_000;
+
+/// The core's clock once the image has set it up, Hz. What the chip simulator counts by comes
+/// from the registers that the image writes; this is for who waits, counts and divides.
+pub const CORE_HZ: u32 = 168_000_000;
+
+/// Core cycles per microsecond of device time.
+pub const CYCLES_PER_US: u64 = CORE_HZ as u64 / 1_000_000;
 
 /// A GPIO port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,6 +26,8 @@ pub enum Port {
     C,
     /// Port D.
     D,
+    /// Port E.
+    E,
 }
 
 impl Port {
@@ -26,6 +39,24 @@ impl Port {
 
 /// A pin.
 pub type Pin = (Port, u8);
+
+/// The ports whose pins the tape plays, in the order in which they move.
+pub const TAPE_PORTS: [Port; 2] = [Port::B, Port::C];
+/// The DAC, and its output, that sets each channel's amplitude.
+pub const AMPLITUDES: [(usize, usize); CHANNELS] = [
+    (0, 0),
+    (0, 1),
+    (0, 2),
+    (0, 3),
+    (0, 4),
+    (1, 0),
+    (1, 1),
+    (1, 2),
+    (1, 3),
+    (1, 4),
+];
+/// The DAC, and its output, that sets the level of each bank's comparators.
+pub const TRIPS: [(usize, usize); 6] = [(0, 5), (0, 6), (0, 7), (1, 5), (1, 6), (1, 7)];
 
 /// Arm key: high is closed.
 pub const ARM: Pin = (Port::A, 6);
@@ -45,9 +76,9 @@ pub const DAC_DATA: Pin = (Port::C, 12);
 pub const SYNC_OUT: Pin = (Port::B, 15);
 /// Pump.
 pub const PUMP: Pin = (Port::B, 10);
-/// ADC channel of the joint angle, PA0.
+/// ADC channel of the joint angle, on PA0.
 pub const JOINT: u8 = 0;
-/// ADC channel of the current sense, PA1.
+/// ADC channel of the current sense, on PA1.
 pub const CURRENT: u8 = 1;
 
 /// Cathodic and anodic line of each channel.
@@ -64,21 +95,21 @@ pub const LINES: [(Pin, Pin); CHANNELS] = [
     ((Port::B, 13), (Port::B, 14)),
 ];
 
-/// Output levels of ports B and C, bit n is pin n.
+/// Output levels of each of [`TAPE_PORTS`], bit n is pin n.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Outputs {
-    /// Port B.
-    pub b: u16,
-    /// Port C.
-    pub c: u16,
+pub struct Outputs(pub [u16; 2]);
+
+/// Which of [`TAPE_PORTS`] is `port`.
+pub fn tape_port(port: Port) -> Option<usize> {
+    TAPE_PORTS.iter().position(|&played| played == port)
 }
 
 impl Outputs {
     /// What the output stages do with these levels.
     pub fn levels(self) -> Levels {
         let high = |(port, pin): Pin| {
-            let port = if port == Port::B { self.b } else { self.c };
-            port >> pin & 1 == 1
+            let levels = tape_port(port).map_or(0, |n| self.0[n]);
+            levels >> pin & 1 == 1
         };
         let mut levels = Levels::ISOLATED.with_sync(high(SYNC_OUT));
         for (channel, (cathodic, anodic)) in (0u8..).zip(LINES) {
@@ -104,10 +135,7 @@ mod tests {
         for (channel, (cathodic, anodic)) in (0u8..).zip(LINES) {
             for (pin, state) in [(cathodic, State::Cathodic), (anodic, State::Anodic)] {
                 let mut outputs = Outputs::default();
-                match pin.0 {
-                    Port::B => outputs.b = 1 << pin.1,
-                    _ => outputs.c = 1 << pin.1,
-                }
+                outputs.0[tape_port(pin.0).unwrap()] = 1 << pin.1;
                 assert_eq!(outputs.levels(), Levels::ISOLATED.with(channel, state));
             }
         }

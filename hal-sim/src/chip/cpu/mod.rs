@@ -14,6 +14,7 @@ mod exception;
 mod execute;
 pub mod flat;
 pub(crate) mod fpu;
+mod instruction;
 pub mod registers;
 pub mod run;
 pub mod semihosting;
@@ -21,6 +22,7 @@ pub mod stop;
 pub mod system;
 pub mod timing;
 
+#[cfg(feature = "gdb")]
 pub(in crate::chip) use access::is_private;
 pub use bus::{Bus, Size};
 pub use registers::Registers;

@@ -1,6 +1,7 @@
 //! The loop: instructions, events, exceptions, sleep.
 
-use super::decode::{Cache, Entry, Op};
+use super::decode::{Cache, Entry};
+use super::instruction::Op;
 use super::timing::Trail;
 use super::{Bus, Cpu, Open, Stop, Trap, Trapped};
 use crate::chip::Cycle;

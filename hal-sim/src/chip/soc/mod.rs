@@ -47,6 +47,7 @@ pub use ram::Ram;
 pub use syscfg::Syscfg;
 pub use word::Lanes;
 
+use super::board::wiring::CRYSTAL_HZ;
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::Modelled;
 use adc::Adc;
@@ -65,8 +66,6 @@ use uid::Signature;
 use unheeded::Unheeded;
 use usart::Usart;
 
-/// The board's crystal, Hz.
-const CRYSTAL_HZ: u32 = 8_000_000;
 /// LSI, Hz, typical (DS8626: 17–47 kHz).
 const LSI_HZ: u32 = 32_000;
 

@@ -15,7 +15,8 @@ use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::pty::openpty;
 use nix::sys::termios::{FlushArg, SetArg, cfmakeraw, tcflush, tcgetattr, tcsetattr};
 
-use super::{ByteStream, WRITE_PATIENCE, write_patiently};
+use super::byte_stream::write_patiently;
+use super::{ByteStream, WRITE_PATIENCE};
 use link::Link;
 
 /// The board's end of a pseudo-terminal whose other end hosts open by a path.

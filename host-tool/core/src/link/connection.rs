@@ -2,9 +2,8 @@
 
 use super::clock::Fit;
 use super::stall::Stalls;
-use super::{Client, Error, Incoming, Interruption, Keeper, Port, SimulatedPort};
+use super::{Client, Error, Incoming, Interruption, Keeper, Outlet, Port, SimulatedPort};
 use firmware::link::{HelloInfo, Request, Status};
-use std::io::Write;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -118,15 +117,19 @@ impl<P: Port> Connection<P> {
     /// # Errors
     /// [`Error::Lost`]: the port, or the system gives no thread.
     pub fn keep_alive_apart(&mut self, period: Duration) -> Result<bool, Error> {
-        let Some(mut outlet) = self.port.outlet()? else {
+        let Some(Outlet {
+            line: mut to,
+            clock,
+        }) = self.port.outlet()?
+        else {
             return Ok(false);
         };
         let (mut keep_alive, line) = (self.client.keep_alives(), Arc::clone(&self.line));
         let send = move || {
             let _line = locked(&line);
-            outlet.write_all(&keep_alive())
+            to.write_all(&keep_alive())
         };
-        self.keeper = Some(Keeper::start(period, send)?);
+        self.keeper = Some(Keeper::start(period, clock, send)?);
         Ok(true)
     }
 

@@ -5,12 +5,13 @@
 //! at its device for [`UNATTENDED`], no more are sent, and the device ends stimulation by
 //! its host timeout.
 
+use crate::clock::Clock;
 use std::collections::VecDeque;
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Longest time for which keep-alives are sent for a loop that does not look at its device.
 pub const UNATTENDED: Duration = Duration::from_millis(200);
@@ -56,28 +57,27 @@ impl Lateness {
 #[derive(Debug, Default)]
 struct Beats {
     late_us: Vec<u32>,
-    /// When the last keep-alive was sent.
-    last: Option<Instant>,
+    /// When the last keep-alive was sent, by the clock.
+    last: Option<Duration>,
     /// Pauses between two that were sent: when each ended, and its length.
-    pauses: VecDeque<(Instant, Duration)>,
+    pauses: VecDeque<(Duration, Duration)>,
 }
 
 impl Beats {
-    fn sent(&mut self, now: Instant) {
+    fn sent(&mut self, now: Duration) {
         if let Some(last) = self.last {
-            self.pauses.push_back((now, now - last));
+            self.pauses.push_back((now, now.saturating_sub(last)));
         }
         self.last = Some(now);
-        while (self.pauses.front()).is_some_and(|(end, _)| now - *end > REMEMBERED) {
+        while (self.pauses.front()).is_some_and(|(end, _)| now.saturating_sub(*end) > REMEMBERED) {
             self.pauses.pop_front();
         }
     }
 }
 
-#[derive(Debug)]
 struct Shared {
-    begun: Instant,
-    /// When the loop looked last, µs since `begun`.
+    clock: Box<dyn Clock>,
+    /// When the loop looked last, by the clock, µs.
     attended_us: AtomicU64,
     is_over: AtomicBool,
     beats: Mutex<Beats>,
@@ -88,26 +88,26 @@ impl Shared {
         self.beats.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn elapsed_us(&self) -> u64 {
-        u64::try_from(self.begun.elapsed().as_micros()).unwrap_or(u64::MAX)
+    fn now_us(&self) -> u64 {
+        micros(self.clock.now())
     }
 
     fn is_attended(&self) -> bool {
         let attended_us = self.attended_us.load(Ordering::Acquire);
-        is_attended(self.elapsed_us(), attended_us)
+        is_attended(self.now_us(), attended_us)
     }
 
     /// Sends until it is over or the device is gone, which whoever reads from it is told.
     fn beat(&self, period: Duration, mut send: impl FnMut() -> io::Result<()>) {
-        let mut due = Instant::now() + period;
+        let mut due = self.clock.now() + period;
         loop {
-            while let Some(left) = due.checked_duration_since(Instant::now()) {
+            while let Some(left) = due.checked_sub(self.clock.now()) {
                 if self.is_over.load(Ordering::Acquire) {
                     return;
                 }
                 std::thread::park_timeout(left);
             }
-            let late = due.elapsed();
+            let late = self.clock.now().saturating_sub(due);
             if self.is_over.load(Ordering::Acquire) {
                 return;
             }
@@ -115,7 +115,7 @@ impl Shared {
             if is_attended && send().is_err() {
                 return;
             }
-            let now = Instant::now();
+            let now = self.clock.now();
             let mut beats = self.beats();
             let late_us = u32::try_from(late.as_micros()).unwrap_or(u32::MAX);
             beats.late_us.push(late_us);
@@ -127,30 +127,34 @@ impl Shared {
     }
 }
 
+fn micros(time: Duration) -> u64 {
+    u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
+}
+
 /// Whether a loop that looked at `attended_us` still counts as one that looks at `now_us`.
 fn is_attended(now_us: u64, attended_us: u64) -> bool {
     u128::from(now_us.saturating_sub(attended_us)) <= UNATTENDED.as_micros()
 }
 
 /// Sends keep-alives until it is dropped.
-#[derive(Debug)]
 pub struct Keeper {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Keeper {
-    /// Calls `send` every `period` from a thread of its own.
+    /// Calls `send` every `period`, as `clock` measures it, from a thread of its own.
     ///
     /// # Errors
     /// The system gives no thread.
     pub fn start(
         period: Duration,
+        clock: Box<dyn Clock>,
         send: impl FnMut() -> io::Result<()> + Send + 'static,
     ) -> io::Result<Self> {
         let shared = Arc::new(Shared {
-            begun: Instant::now(),
-            attended_us: AtomicU64::new(0),
+            attended_us: AtomicU64::new(micros(clock.now())),
+            clock,
             is_over: AtomicBool::new(false),
             beats: Mutex::new(Beats::default()),
         });
@@ -162,7 +166,7 @@ impl Keeper {
 
     /// The host's loop looks at its device.
     pub fn attend(&self) {
-        let now_us = self.shared.elapsed_us();
+        let now_us = self.shared.now_us();
         self.shared.attended_us.store(now_us, Ordering::Release);
     }
 
@@ -170,11 +174,13 @@ impl Keeper {
     /// included.
     #[must_use]
     pub fn longest_pause(&self) -> Duration {
-        let now = Instant::now();
+        let now = self.shared.clock.now();
         let beats = self.shared.beats();
-        let open = beats.last.map_or(Duration::ZERO, |last| now - last);
+        let open = beats
+            .last
+            .map_or(Duration::ZERO, |last| now.saturating_sub(last));
         let recent = beats.pauses.iter();
-        let recent = recent.filter(|(end, _)| now.saturating_duration_since(*end) <= REMEMBERED);
+        let recent = recent.filter(|(end, _)| now.saturating_sub(*end) <= REMEMBERED);
         recent.map(|(_, pause)| *pause).fold(open, Duration::max)
     }
 
@@ -202,8 +208,8 @@ impl Drop for Keeper {
         thread.thread().unpark();
         // It holds a second end of the port, which is to be free again; but one that hangs
         // in a write is not waited for.
-        let begin = Instant::now();
-        while !thread.is_finished() && begin.elapsed() < FAREWELL {
+        let until = self.shared.clock.now() + FAREWELL;
+        while !thread.is_finished() && self.shared.clock.now() < until {
             std::thread::sleep(Duration::from_millis(1));
         }
     }
@@ -213,8 +219,17 @@ impl Drop for Keeper {
 mod tests {
     use super::*;
     use std::sync::mpsc;
+    use std::time::Instant;
 
     const PERIOD: Duration = Duration::from_millis(2);
+
+    struct Wall(Instant);
+
+    impl Clock for Wall {
+        fn now(&self) -> Duration {
+            self.0.elapsed()
+        }
+    }
 
     fn started() -> (Keeper, mpsc::Receiver<()>) {
         let (sender, receiver) = mpsc::channel();
@@ -223,7 +238,8 @@ mod tests {
                 .send(())
                 .map_err(|_| io::ErrorKind::BrokenPipe.into())
         };
-        (Keeper::start(PERIOD, send).unwrap(), receiver)
+        let clock = Box::new(Wall(Instant::now()));
+        (Keeper::start(PERIOD, clock, send).unwrap(), receiver)
     }
 
     /// Nothing here takes so long unless it hangs.

@@ -8,16 +8,21 @@
 mod client;
 mod clock;
 mod connection;
+#[cfg(feature = "realtime")]
 mod elapsed;
 mod error;
 mod interruption;
 mod keeper;
 mod numbers;
+#[cfg(feature = "realtime")]
 mod paced;
 mod port;
 mod requests;
+#[cfg(feature = "serial")]
 mod serial;
 mod stall;
+#[cfg(feature = "realtime")]
+mod stream;
 
 pub use client::{Client, Incoming};
 pub use clock::{Fit, stamp};
@@ -25,6 +30,10 @@ pub use connection::{Connection, Polled};
 pub use error::{Error, Refused, advice, what};
 pub use interruption::{Interruption, Signal};
 pub use keeper::{Keeper, Lateness, UNATTENDED};
+#[cfg(feature = "realtime")]
 pub use paced::Paced;
-pub use port::{Port, SimulatedPort};
-pub use serial::{SerialPort, TcpPort};
+pub use port::{Outlet, Port, SimulatedPort};
+#[cfg(feature = "serial")]
+pub use serial::SerialPort;
+#[cfg(feature = "realtime")]
+pub use stream::TcpPort;

@@ -1,8 +1,8 @@
 //! Virtual time held back to the pace of a wall clock.
 
-use super::Port;
+use super::{Outlet, Port};
 use hal_sim::world::World;
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -53,7 +53,7 @@ impl<P: Port> Port for Paced<P> {
         }
     }
 
-    fn outlet(&mut self) -> io::Result<Option<Box<dyn Write + Send>>> {
+    fn outlet(&mut self) -> io::Result<Option<Outlet>> {
         self.port.outlet()
     }
 

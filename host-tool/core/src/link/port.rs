@@ -1,9 +1,18 @@
 //! Where frames go: a device in real time or a simulated world.
 
+use crate::clock::Clock;
 use firmware::limb::AXES;
 use hal_sim::world::World;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+
+/// A second way in for frames, for a thread of its own.
+pub struct Outlet {
+    /// Where frames go.
+    pub line: Box<dyn Write + Send>,
+    /// What the thread measures its time with.
+    pub clock: Box<dyn Clock>,
+}
 
 /// A byte path to a device, with the time that goes with it.
 pub trait Port: Send {
@@ -25,7 +34,7 @@ pub trait Port: Send {
     ///
     /// # Errors
     /// The device is gone.
-    fn outlet(&mut self) -> io::Result<Option<Box<dyn Write + Send>>> {
+    fn outlet(&mut self) -> io::Result<Option<Outlet>> {
         Ok(None)
     }
     /// The simulated world behind this port, if there is one.
@@ -73,7 +82,7 @@ impl<P: Port + ?Sized> Port for Box<P> {
         (**self).receive(until_us)
     }
 
-    fn outlet(&mut self) -> io::Result<Option<Box<dyn Write + Send>>> {
+    fn outlet(&mut self) -> io::Result<Option<Outlet>> {
         (**self).outlet()
     }
 

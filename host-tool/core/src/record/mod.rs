@@ -44,6 +44,7 @@ pub use samples::Samples;
 pub use table::{read_edges, read_samples, write_edges, write_samples};
 pub use worn::TrialWearer;
 
+use crate::clock::Moment;
 use crate::session::Study;
 use serde::{Deserialize, Serialize};
 
@@ -111,9 +112,9 @@ pub fn sha256(bytes: &[u8]) -> String {
 }
 
 impl Run {
-    /// A run without trials that this program begins now.
+    /// A run without trials that this program begins at `start`.
     #[must_use]
-    pub fn begin(title: &str, device: &str, seed: Option<u64>, plan: Plan) -> Self {
+    pub fn begin(title: &str, device: &str, seed: Option<u64>, plan: Plan, start: Moment) -> Self {
         Self {
             format: FORMAT,
             title: title.to_owned(),
@@ -121,7 +122,7 @@ impl Run {
             seed,
             program: Program::this(),
             plan: Some(plan),
-            host: HostFacts::now(),
+            host: HostFacts::at(start),
             ..Self::default()
         }
     }

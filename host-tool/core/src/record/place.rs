@@ -2,6 +2,7 @@
 
 use super::provenance::DECLARED;
 use super::{RecordError, folder};
+use crate::clock::Moment;
 use hal_sim::input;
 use std::ffi::{OsStr, OsString};
 use std::fs::{File, TryLockError};
@@ -42,14 +43,13 @@ impl Place {
         &self.dir
     }
 
-    /// A new folder in `base`: `name` and the host's date and time, and a counter
+    /// A new folder in `base`: `name` and the local date and time of `start`, and a counter
     /// from 2 if that is taken.
     ///
     /// # Errors
     /// The file system refuses.
-    pub fn fresh(base: &Path, name: &str) -> Result<Self, RecordError> {
-        let now = chrono::Local::now().format("%Y-%m-%d-%H%M%S");
-        Self::counted(base, &format!("{}-{now}", slug(name)))
+    pub fn fresh(base: &Path, name: &str, start: Moment) -> Result<Self, RecordError> {
+        Self::counted(base, &format!("{}-{}", slug(name), start.local_stamp()))
     }
 
     /// The first of `stem`, `stem-2`, `stem-3`, … that nobody has: making it is

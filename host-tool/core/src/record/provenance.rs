@@ -1,5 +1,6 @@
 //! Where a record comes from: program, plan and host.
 
+use crate::clock::Moment;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -123,13 +124,12 @@ pub struct HostFacts {
 }
 
 impl HostFacts {
-    /// Of this moment and this program.
+    /// Of this program and a record that is begun at `start`.
     #[must_use]
-    pub fn now() -> Self {
+    pub fn at(start: Moment) -> Self {
         let arguments = std::env::args_os().map(|text| text.to_string_lossy().into_owned());
-        let now = chrono::Utc::now();
         Self {
-            started_utc: now.to_rfc3339_opts(chrono::SecondsFormat::Millis, true),
+            started_utc: start.utc(),
             arguments: arguments.collect(),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             speed_factor: None,

@@ -9,13 +9,12 @@ use crate::disk::{Disk, FileSystem};
 use crate::session::KEPT_AS;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 /// So many events of a trial are on the disk as soon as they are noted.
 const AT_ONCE: usize = 64;
-/// Later ones, each of which would have all others written again, within this time: a
-/// device that reports events without end does not keep its host at the disk.
-const LATER: Duration = Duration::from_millis(500);
+/// Later ones, each of which would have all others written again, within this time of the
+/// trial, s: a device that reports events without end does not keep its host at the disk.
+const LATER_S: f64 = 0.5;
 
 /// Appends the rows of one trial to its folder, each in one piece and at once.
 /// What was recorded survives an unplugged device, an error, a full disk and a
@@ -28,8 +27,8 @@ pub struct Recorder {
     markers: Box<dyn Write>,
     /// A row on its way.
     row: Vec<u8>,
-    /// When `trial.json` was written.
-    described: Instant,
+    /// The event with which `trial.json` was written last, s after the start.
+    described_s: f64,
 }
 
 impl Recorder {
@@ -69,7 +68,7 @@ impl Recorder {
             samples,
             markers,
             row: Vec::new(),
-            described: Instant::now(),
+            described_s: 0.0,
         };
         recorder.describe()?;
         recorder.accompany(trial)?;
@@ -137,10 +136,12 @@ impl Recorder {
     /// Notes that something happened `t_s` seconds into the trial.
     pub fn event(&mut self, t_s: f64, text: &str) -> Result<(), RecordError> {
         self.trial.events.push((t_s, text.to_owned()));
-        match self.trial.events.len() > AT_ONCE && self.described.elapsed() < LATER {
-            true => Ok(()),
-            false => self.describe(),
+        let is_soon = (t_s - self.described_s).abs() < LATER_S;
+        if is_soon && self.trial.events.len() > AT_ONCE {
+            return Ok(());
         }
+        self.described_s = t_s;
+        self.describe()
     }
 
     /// Notes what the electrode check read.
@@ -189,7 +190,6 @@ impl Recorder {
     }
 
     fn describe(&mut self) -> Result<(), RecordError> {
-        self.described = Instant::now();
         write_json(&*self.disk, &self.folder.join("trial.json"), &self.trial)
     }
 }

@@ -4,39 +4,50 @@
 //! arms and streams setpoints step by step, [`run()`] that does so to the end, collecting telemetry into a `record::Trial`. Not here:
 //! session files (`session`), pictures (`report`), the bytes (`link`).
 
+#[cfg(feature = "chip")]
+mod chip;
 mod device;
 mod error;
 mod file;
 mod identity;
+#[cfg(feature = "images")]
 pub mod images;
 mod interruption;
 mod observer;
+mod open_error;
 mod option_bytes;
 mod outcome;
 mod outputs;
+#[cfg(feature = "chip")]
 mod profile;
 mod pulses;
 mod recorded;
 mod runner;
+mod simulated;
 mod stages;
 mod stepper;
 mod trial;
 mod wearer;
 
-pub use device::{
-    ChipError, ChipOptions, DeviceName, OpenError, chip_image, on_chip, power_on, simulated,
-};
+#[cfg(feature = "chip")]
+pub use chip::{ChipOptions, chip_image, on_chip, power_on};
+pub use device::DeviceName;
 pub use error::RunError;
 pub use file::SessionFile;
 pub use identity::{device_kind, identity};
 pub use interruption::{Stopped, interruptible};
 pub use observer::{Observer, Seen, Wish};
+#[cfg(feature = "chip")]
+pub use open_error::ChipError;
+pub use open_error::OpenError;
 pub use option_bytes::option_bytes_told;
 pub use outcome::Outcome;
 pub use outputs::{Dump, FullestPeriod, Outputs, edges_of_one_period};
-pub use profile::{Booted, ProfileError, Profiled, Stopwatch, profile};
+#[cfg(feature = "chip")]
+pub use profile::{Booted, ProfileError, Profiled, profile};
 pub use recorded::{BeginError, Recorded, TrialPlace, record, record_on};
 pub use runner::{acknowledge, greet, run, run_taken};
+pub use simulated::simulated;
 pub use stages::{check_supply, stages_told};
 pub use stepper::{Attached, Control, INTENSITY_STEP, Keys, Stepped, Stepper, Until, repeating};
 pub use trial::{begin_trial, edges_between, event, sample};

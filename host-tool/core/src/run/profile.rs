@@ -1,18 +1,22 @@
 //! A session on the chip simulator, with every cycle of it accounted for.
 
-use super::device::{ChipError, OpenError, power_on, simulated};
+use super::chip::power_on;
+use super::open_error::{ChipError, OpenError};
+use super::simulated::simulated;
 use super::{Observer, RunError, Seen, SessionFile, run};
+use crate::clock::Clock;
 use crate::link::Interruption;
 use firmware::lockstep::Sensors;
 use firmware::units::Micros;
 use hal_sim::chip::Cycle;
 use hal_sim::chip::board::Board;
+use hal_sim::chip::board::wiring::CORE_HZ;
 use hal_sim::chip::cpu::system::Latencies;
 use hal_sim::chip::image::Image;
 use hal_sim::chip::profile::{Owner, Profile, Summary};
 use hal_sim::chip::soc::flash::Prefetched;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// What a session cost, from its first telemetry to the end of its last pulse
 /// train.
@@ -24,8 +28,8 @@ pub struct Profiled {
     pub profile: Profile,
     /// How the board came up.
     pub booted: Booted,
-    /// Processor time of this computer that the counted part took, with the
-    /// counting; wall-clock time where the system does not tell.
+    /// How long the counted part took on this computer, with the counting, by the clock that
+    /// [`profile`] was given.
     pub spent: Duration,
 }
 
@@ -73,10 +77,10 @@ impl Profiled {
         100.0 * cycles as f64 / self.summary.total.max(1) as f64
     }
 
-    /// Simulated seconds that were counted; the clock is 168 MHz.
+    /// Simulated seconds that were counted, by the board's clock.
     #[must_use]
     pub fn seconds(&self) -> f64 {
-        self.summary.total as f64 / 168e6
+        self.summary.total as f64 / f64::from(CORE_HZ)
     }
 
     /// Simulated time over processor time.
@@ -93,48 +97,11 @@ impl Profiled {
     }
 }
 
-/// Measures processor time, which other programs do not lengthen.
-#[derive(Clone, Copy, Debug)]
-pub struct Stopwatch {
-    wall: Instant,
-    processor: Option<Duration>,
-}
-
-impl Stopwatch {
-    /// From now on.
-    #[must_use]
-    pub fn start() -> Self {
-        Self {
-            wall: Instant::now(),
-            processor: processor_time(),
-        }
-    }
-
-    /// What all threads of this program took since.
-    #[must_use]
-    pub fn elapsed(&self) -> Duration {
-        let spent = processor_time().zip(self.processor);
-        spent.map_or_else(|| self.wall.elapsed(), |(now, then)| now - then)
-    }
-}
-
-/// What this process has used.
-#[cfg(unix)]
-fn processor_time() -> Option<Duration> {
-    use nix::time::{ClockId, clock_gettime};
-    let time = clock_gettime(ClockId::CLOCK_PROCESS_CPUTIME_ID).ok()?;
-    Some(Duration::from(time))
-}
-
-#[cfg(not(unix))]
-const fn processor_time() -> Option<Duration> {
-    None
-}
-
 /// Counts from the first telemetry of the trains to their end.
 struct Watch<'a, O> {
     board: &'a Mutex<Board<Profile>>,
-    began: Option<Stopwatch>,
+    clock: &'a dyn Clock,
+    began: Option<Duration>,
     /// What was counted, once the trains ended.
     ended: &'a mut Option<(Summary, Profile, Duration)>,
     observer: O,
@@ -150,11 +117,11 @@ impl<O: Observer> Observer for Watch<'_, O> {
                 board.observer.restart();
                 board.around.restart_counts();
                 board.cpu.system.latencies = Latencies::default();
-                self.began = Some(Stopwatch::start());
+                self.began = Some(self.clock.now());
             }
             Seen::Progress(part) => {
                 if let Some(began) = self.began.filter(|_| part >= 1.0) {
-                    let spent = began.elapsed();
+                    let spent = self.clock.now().saturating_sub(began);
                     let mut board = board();
                     let summary = Summary::of(&mut board);
                     *self.ended = Some((summary, board.observer.clone(), spent));
@@ -171,8 +138,8 @@ impl<O: Observer> Observer for Watch<'_, O> {
 }
 
 /// Runs `file` on a board that runs `image` from a flash read as `prefetched`
-/// says; `seed` decides the simulated wearer's noise, `observer` hears the part
-/// done and may end it by a signal.
+/// says; `seed` decides the simulated wearer's noise, `clock` measures how long that takes,
+/// `observer` hears the part done and may end it by a signal.
 ///
 /// # Errors
 /// [`ProfileError`].
@@ -181,6 +148,7 @@ pub fn profile(
     image: &Image,
     prefetched: Prefetched,
     seed: u64,
+    clock: &dyn Clock,
     observer: impl Observer,
 ) -> Result<Profiled, ProfileError> {
     let mut board = power_on(&file.session, image, Profile::new(image))?;
@@ -197,6 +165,7 @@ pub fn profile(
     let mut ended = None;
     let watch = Watch {
         board: &board,
+        clock,
         began: None,
         ended: &mut ended,
         observer,

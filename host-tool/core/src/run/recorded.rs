@@ -6,7 +6,6 @@ use super::{
 use crate::link::Port;
 use crate::record::{RecordError, Recorder, Trial};
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 /// Where a trial goes: the record's folder, the position in it from 0, the name.
 #[derive(Clone, Copy, Debug)]
@@ -23,8 +22,6 @@ pub struct TrialPlace<'a> {
 pub struct Recorded {
     /// Everything recorded.
     pub trial: Trial,
-    /// How long it took on this computer.
-    pub took: Duration,
     /// Why it ended early, if it did.
     pub error: Option<RunError>,
 }
@@ -53,13 +50,9 @@ pub fn record(
     edges_us: u64,
     observer: impl Observer,
 ) -> Result<Recorded, BeginError> {
-    let begin = Instant::now();
     let port = device.open(&file.session, seed)?;
     let (recorded, _) = record_on(place, file, port, edges_us, observer)?;
-    Ok(Recorded {
-        took: begin.elapsed(),
-        ..recorded
-    })
+    Ok(recorded)
 }
 
 /// The same on a device that is open; gives it back, unless it was lost.
@@ -73,7 +66,6 @@ pub fn record_on<P: Port>(
     edges_us: u64,
     observer: impl Observer,
 ) -> Result<(Recorded, Option<P>), RecordError> {
-    let begin = Instant::now();
     let named = Trial {
         name: place.name.to_owned(),
         ..begin_trial(file)
@@ -81,7 +73,6 @@ pub fn record_on<P: Port>(
     let mut recorder = Recorder::create(place.dir, place.position, &named)?;
     let mut fullest = FullestPeriod::new(&file.session, edges_us);
     let (outcome, port) = run_taken(file, port, Some(&mut recorder), observer, &mut fullest);
-    let took = begin.elapsed();
     let mut trial = Trial {
         name: named.name,
         ..outcome.trial
@@ -92,7 +83,6 @@ pub fn record_on<P: Port>(
         .and_then(|()| recorder.finish(&trial.counters, trial.duration_s));
     let recorded = Recorded {
         trial,
-        took,
         error: outcome.error.or(closed.err().map(RunError::from)),
     };
     Ok((recorded, port))

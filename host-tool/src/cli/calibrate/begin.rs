@@ -1,10 +1,10 @@
 //! What a calibration begins with: its device, its files, and whose they are.
 
 use super::CalibrateArgs;
+use crate::cli::moment;
 use crate::cli::perform::SEED;
 use host_core::calibration::{self, CalibrationError, Head, Kept, Plan, journal_of};
 use host_core::link::{Connection, Paced, Port};
-use host_core::record::HostFacts;
 use host_core::run::identity;
 use host_core::wearer::Wearer;
 use std::path::{Path, PathBuf};
@@ -93,7 +93,7 @@ pub fn open(args: &CalibrateArgs, plan: &Plan, head: &mut Head) -> anyhow::Resul
     };
     head.firmware = identity.firmware;
     if args.at.is_none() && !head.simulated {
-        head.at = HostFacts::now().started_utc;
+        head.at = moment::now().utc();
     }
     let port = client.into_port();
     Ok(match in_process && !args.auto {

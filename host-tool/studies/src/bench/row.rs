@@ -1,11 +1,12 @@
 //! One algorithm's line, and the table of all.
 
+use hal_sim::chip::board::CYCLES_PER_US;
 use std::str::FromStr;
 
-/// Cycles of one refill window, 250 µs at 168 MHz.
-const WINDOW: u64 = 42_000;
-/// Cycles of one control tick, 1 ms at 168 MHz.
-const TICK: u64 = 168_000;
+/// Cycles of one refill window, 250 µs.
+const WINDOW: u64 = 250 * CYCLES_PER_US;
+/// Cycles of one control tick, 1 ms.
+const TICK: u64 = 1_000 * CYCLES_PER_US;
 
 /// What one algorithm gave and took.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,7 +35,7 @@ pub enum Deadline {
 }
 
 impl Deadline {
-    /// Cycles at 168 MHz.
+    /// Cycles of the board's clock.
     pub const fn cycles(self) -> u64 {
         match self {
             Self::Window => WINDOW,

@@ -17,7 +17,7 @@ use firmware::lockstep::{Lockstep, Sensors};
 use firmware::safety::StageSpec;
 use firmware::units::{Amplitude, Micros};
 use hal_sim::body::CHANNELS;
-use hal_sim::chip::board::{Board, BoardError};
+use hal_sim::chip::board::{Board, BoardError, CYCLES_PER_US};
 use hal_sim::native::identity;
 use hal_sim::random::Random;
 use host_core::session::Session;
@@ -79,7 +79,8 @@ impl Resets for Board<()> {
         let told = |e: BoardError| never_runs(e.to_string());
         self.be_reset(cause).map_err(told)?;
         // Until the host finds that the device has left.
-        self.run_to(self.cpu.cycle + 168_000).map_err(told)?;
+        self.run_to(self.cpu.cycle + 1_000 * CYCLES_PER_US)
+            .map_err(told)?;
         self.boot(sensors).map_err(told)?;
         Ok(self.now_us())
     }

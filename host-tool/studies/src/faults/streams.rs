@@ -10,7 +10,8 @@ use hal_sim::chip::board::{Board, CYCLES_PER_US, Half, Loss};
 use hal_sim::chip::cpu::bus::{Denied, Unmodelled};
 use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::image::Image;
-use hal_sim::chip::soc::playback::{Clocking, Slip};
+use hal_sim::chip::soc::playback::Slip;
+use hal_sim::chip::soc::timer::Clocking;
 use hal_sim::random::Random;
 
 /// Of the streams that this class draws from.

@@ -9,6 +9,7 @@ use super::error::{FaultsError, never_runs};
 use super::freeze::{Owner, freeze};
 use super::kinds::Kinds;
 use super::stem::{Chip, Stem};
+use hal_sim::chip::board::wiring::CORE_HZ;
 use hal_sim::chip::board::{Board, BoardError, CYCLES_PER_US};
 use hal_sim::chip::cpu::{Bus, Size};
 use hal_sim::chip::image::Image;
@@ -17,7 +18,7 @@ use hal_sim::random::Random;
 /// Of the streams that this class draws from.
 const STREAM: u64 = 0x50_44;
 /// The PLL's output, Hz.
-const PLL_HZ: f64 = 168_000_000.0;
+const PLL_HZ: f64 = CORE_HZ as f64;
 /// A full-speed receiver samples four times a bit and meets an edge at least every seven
 /// (bit stuffing, USB 2.0 section 7.1.9): beyond this part of a wrong clock it loses frames.
 const USB_HOLDS: f64 = 0.25 / 7.0;

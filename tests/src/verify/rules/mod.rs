@@ -25,6 +25,17 @@ const BOARD: &str = "firmware/src/board/";
 const METHODS: &str = "host-tool/methods/src/";
 const IMAGES: &str = "firmware/src/bin/";
 
+/// Files of `hal-sim` and `host-core` that may read a clock: each is behind a feature, without
+/// which the packages run in a browser, where the standard library's clock panics.
+const CLOCKS: [&str; 6] = [
+    "hal-sim/src/qemu.rs",
+    "hal-sim/src/wire/byte_stream.rs",
+    "hal-sim/src/wire/tcp.rs",
+    "host-tool/core/src/clock/system.rs",
+    "host-tool/core/src/link/elapsed.rs",
+    "host-tool/core/src/link/paced.rs",
+];
+
 /// What can end a program.
 const PANICS: [&str; 6] = [
     ".unwrap()",
@@ -42,7 +53,7 @@ type Findings = Vec<String>;
 type Rule = (&'static str, fn(&Source) -> Findings);
 
 #[rustfmt::skip]
-const RULES: [Rule; 7] = [
+const RULES: [Rule; 8] = [
     ("`unsafe` is in images' boards only", unsafe_elsewhere),
     ("device code cannot panic without a proof", panics),
     ("the pulse path has no float", floats),
@@ -50,6 +61,7 @@ const RULES: [Rule; 7] = [
     ("no file has more than 450 lines, no test more than 600", too_long),
     ("no path of one machine is committed", machine_paths),
     ("tests draw from one committed seed", own_seeds),
+    ("simulators and sessions read a clock only behind a feature", clocks),
 ];
 
 /// A rule that needs all files to judge one.
@@ -168,6 +180,16 @@ fn dependent_simulator(source: &Source) -> Findings {
     source.places(words(&source.shipped, "firmware"))
 }
 
+fn clocks(source: &Source) -> Findings {
+    let rooms = ["hal-sim/src/", "host-tool/core/src/"];
+    let is_judged = rooms.iter().any(|room| source.path.starts_with(room));
+    if !is_judged || CLOCKS.contains(&&*source.path) {
+        return Vec::new();
+    }
+    let found = ["Instant", "SystemTime", "chrono"].map(|clock| words(&source.shipped, clock));
+    source.places(found.concat())
+}
+
 /// Most lines of a file like this.
 fn longest(source: &Source) -> usize {
     match source.is_test() {
@@ -279,6 +301,18 @@ mod tests {
         assert_eq!(broken("firmware/src/x.rs", kept), [RULES[6].0]);
         let plain = "use proptest::prelude::*; fn f() { TestRunner::new(config()) }";
         assert!(broken("firmware/tests/x.rs", plain).is_empty());
+    }
+
+    #[test]
+    fn clocks_are_read_behind_a_feature() {
+        let read = "fn f() { std::time::Instant::now(); }";
+        assert_eq!(broken("hal-sim/src/world.rs", read), [RULES[7].0]);
+        assert_eq!(broken("host-tool/core/src/run/x.rs", read), [RULES[7].0]);
+        for path in CLOCKS.into_iter().chain(["host-tool/src/cli/run.rs"]) {
+            assert!(broken(path, read).is_empty(), "{path}");
+        }
+        let test = format!("#[cfg(test)]\nmod tests {{ {read} }}");
+        assert!(broken("hal-sim/src/world.rs", &test).is_empty());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The fields of a 32-bit instruction.
 
-use super::Reg;
+use crate::chip::cpu::instruction::Reg;
 
 /// An instruction's two half-words and where it lies.
 #[derive(Clone, Copy, PartialEq)]

@@ -1,18 +1,16 @@
 //! Machine code to operations, decoded once and kept by address.
 //!
-//! `op` names the operations, `narrow` decodes 16-bit and `wide*` 32-bit
-//! encodings (Arm ARM chapter A5), here they are kept. Not here: what an
-//! operation does (`execute`). In: half-words of code. Out: an `Entry` each.
+//! `narrow` decodes 16-bit and `wide*` 32-bit
+//! encodings (Arm ARM chapter A5), here they are kept. Not here: the
+//! operations (`instruction`) and what they do (`execute`). In: half-words of code. Out: an `Entry` each.
 
 mod fields;
 mod narrow;
-mod op;
 mod wide;
 mod wide_data;
 mod wide_memory;
 
-pub(super) use op::{Alu, Carry, Index, Load, Op, Rearrange, Reg, Shift, ShiftKind, Test};
-
+use super::instruction::Op;
 use super::timing::{self, Trail};
 use super::{Bus, Cpu, Fault, Stop, Trap, Trapped};
 

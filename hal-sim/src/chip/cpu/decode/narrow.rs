@@ -1,7 +1,7 @@
 //! 16-bit encodings (Arm ARM A5.2).
 
-use super::{Alu, Carry, Load, Op, Rearrange, Reg, Shift, ShiftKind, Test};
 use crate::chip::cpu::Size;
+use crate::chip::cpu::instruction::{Alu, Carry, Load, Op, Rearrange, Reg, Shift, ShiftKind, Test};
 
 /// Bits `low..low + width` of `code`.
 const fn bits(code: u16, low: u32, width: u32) -> u8 {

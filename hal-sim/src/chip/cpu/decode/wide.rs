@@ -2,7 +2,8 @@
 //! (Arm ARM A5.3, A5.3.4).
 
 use super::fields::{Wide, is_bad};
-use super::{Op, wide_data, wide_memory};
+use super::{wide_data, wide_memory};
+use crate::chip::cpu::instruction::Op;
 use crate::chip::cpu::{arithmetic, fpu};
 
 /// The 32-bit instruction `first`, `second` at `pc`.

@@ -2,7 +2,7 @@
 //! (Arm ARM A5.3.1, A5.3.3, A5.3.11).
 
 use super::fields::{Wide, is_bad};
-use super::{Alu, Carry, Op, Reg, Shift, ShiftKind, Test};
+use crate::chip::cpu::instruction::{Alu, Carry, Op, Reg, Shift, ShiftKind, Test};
 
 /// The shift that `kind` and `imm5` encode (DecodeImmShift).
 pub const fn shift(kind: u16, imm5: u8) -> Shift {

@@ -2,8 +2,8 @@
 //! (Arm ARM A5.3.5–A5.3.10).
 
 use super::fields::{Wide, is_bad};
-use super::{Index, Load, Op, Reg};
 use crate::chip::cpu::Size;
+use crate::chip::cpu::instruction::{Index, Load, Op, Reg};
 
 /// A5.3.5.
 #[rustfmt::skip]

@@ -1,7 +1,7 @@
 //! Extensions, bit fields, saturation, packing (Arm ARM A7.7).
 
 use crate::chip::cpu::Cpu;
-use crate::chip::cpu::decode::{Rearrange, Reg, Shift};
+use crate::chip::cpu::instruction::{Rearrange, Reg, Shift};
 use crate::chip::cpu::registers::flag;
 
 /// `width` ones, 1–32.

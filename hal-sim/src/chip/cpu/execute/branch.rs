@@ -1,7 +1,7 @@
 //! Branches to what a register or memory holds (Arm ARM A2.3.1, A7.7).
 
 use crate::chip::Cycle;
-use crate::chip::cpu::decode::Reg;
+use crate::chip::cpu::instruction::Reg;
 use crate::chip::cpu::timing::{REFILL_LOAD, REFILL_REGISTER, Trail, waits};
 use crate::chip::cpu::{Bus, Cpu, Fault, Size, Trapped};
 

@@ -1,6 +1,6 @@
 //! IT, hints, barriers, special registers, SVC, BKPT (Arm ARM A7.7, B5.2).
 
-use crate::chip::cpu::decode::Op;
+use crate::chip::cpu::instruction::Op;
 use crate::chip::cpu::system::actlr;
 use crate::chip::cpu::timing::{REFILL_REGISTER, Trail};
 use crate::chip::cpu::{Bus, Cpu, Fault, Open, Trapped};

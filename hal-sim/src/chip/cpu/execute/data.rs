@@ -2,7 +2,7 @@
 
 use super::shift_carry;
 use crate::chip::cpu::Cpu;
-use crate::chip::cpu::decode::{Alu, Carry, Reg, Shift, ShiftKind, Test};
+use crate::chip::cpu::instruction::{Alu, Carry, Reg, Shift, ShiftKind, Test};
 use crate::chip::cpu::registers::flag;
 
 /// N and Z of `result`.

@@ -1,7 +1,7 @@
 //! Single loads and stores, exclusives (Arm ARM A7.7); cycles: TRM 3.3.2.
 
 use crate::chip::Cycle;
-use crate::chip::cpu::decode::{Index, Load, Reg};
+use crate::chip::cpu::instruction::{Index, Load, Reg};
 use crate::chip::cpu::timing::{REFILL_LOAD, Trail, waits};
 use crate::chip::cpu::{Bus, Cpu, Size, Trapped};
 

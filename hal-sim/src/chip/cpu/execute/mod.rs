@@ -13,7 +13,8 @@ mod multiple;
 #[cfg(test)]
 mod tests;
 
-use super::decode::{Entry, Load, Op, Reg, ShiftKind};
+use super::decode::Entry;
+use super::instruction::{Load, Op, Reg, ShiftKind};
 use super::{Bus, Cpu, Size, Trapped};
 use crate::chip::Cycle;
 use crate::chip::cpu::timing::{Trail, waits};

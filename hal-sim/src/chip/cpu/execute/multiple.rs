@@ -1,7 +1,7 @@
 //! LDM, STM, PUSH, POP, LDRD, STRD (Arm ARM A7.7): 1 + N cycles each.
 
 use crate::chip::Cycle;
-use crate::chip::cpu::decode::{Index, Reg};
+use crate::chip::cpu::instruction::{Index, Reg};
 use crate::chip::cpu::timing::{Trail, waits};
 use crate::chip::cpu::{Bus, Cpu, Size, Trapped};
 

@@ -16,7 +16,7 @@
 
 mod floating;
 
-use super::decode::{Op, Reg};
+use super::instruction::{Op, Reg};
 use super::{Bus, Cpu};
 use crate::chip::Cycle;
 

@@ -1,6 +1,7 @@
 //! Clients that come and go, and what launchers ask of a probe's server.
 
 use super::*;
+use crate::chip::board::wiring::CORE_HZ;
 use crate::chip::gdb::line::Line;
 use crc::{CRC_32_MPEG_2, Crc};
 use std::collections::VecDeque;
@@ -195,10 +196,10 @@ fn an_image_that_opens_no_usb_port_is_left_running() {
     let outputs = [None; CHANNELS];
     let mut board = Board::power_on(image, outputs, Pace::Lazy, Points::default()).unwrap();
     let sensors = Sensors::default();
-    while board.cpu.cycle < 10 * 168_000_000 {
+    while board.cpu.cycle < 10 * u64::from(CORE_HZ) {
         assert!(matches!(board.boot_on(&sensors, None), Ok(false)));
     }
-    let limited = board.boot_on(&sensors, Some(3 * 168_000_000));
+    let limited = board.boot_on(&sensors, Some(3 * u64::from(CORE_HZ)));
     assert!(matches!(limited, Err(BoardError::NoPort { .. })));
 }
 

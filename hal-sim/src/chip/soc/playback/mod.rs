@@ -15,7 +15,7 @@ mod slips;
 mod transfers;
 
 pub use access::Block;
-pub use slips::{Clocking, Slip};
+pub use slips::Slip;
 
 use super::Ram;
 use super::dma::{Dma, EVENTS, NEVER, STREAMS};

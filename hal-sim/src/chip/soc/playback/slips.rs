@@ -6,6 +6,7 @@ use crate::chip::Cycle;
 use crate::chip::cpu::bus::Modelled;
 use crate::chip::soc::Ram;
 use crate::chip::soc::dma::{STREAMS, bit};
+use crate::chip::soc::timer::Clocking;
 
 /// How many requests too many or too few a stream serves.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -14,15 +15,6 @@ pub enum Slip {
     Unseen,
     /// It serves one that nobody made.
     Unasked,
-}
-
-/// What a timer's clock does, whatever the registers say.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Clocking {
-    /// It stands.
-    Stands,
-    /// Only every so manieth edge arrives.
-    Every(u32),
 }
 
 impl Playback {

@@ -14,7 +14,6 @@ mod count;
 mod registers;
 mod trigger;
 
-use super::playback::Clocking;
 use crate::chip::Cycle;
 use crate::chip::cpu::bus::{Modelled, Unmodelled, refuse};
 use capture::{Capture, Channel4};
@@ -22,6 +21,15 @@ use count::Ticks;
 pub(crate) use registers::bit;
 #[cfg(test)]
 pub(crate) use registers::offset;
+
+/// What a timer's clock does, whatever the registers say.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Clocking {
+    /// It stands.
+    Stands,
+    /// Only every so manieth edge arrives.
+    Every(u32),
+}
 
 /// Timer clocks from a trigger's edge, once sampled, to the count it causes.
 /// RM0090 18.3.3 shows a resynchronisation stage and no figure: assumed.

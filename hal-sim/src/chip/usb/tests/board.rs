@@ -1,6 +1,7 @@
 //! A host and a controller with a driver (`driver`), without the core.
 
 use crate::chip::Cycle;
+use crate::chip::board::wiring::CORE_HZ;
 use crate::chip::soc::Peripheral;
 use crate::chip::soc::otg::Otg;
 use crate::chip::usb::Host;
@@ -8,7 +9,7 @@ use std::collections::VecDeque;
 
 use super::driver::{CONFIGURATION, Control};
 
-pub const HZ: u64 = 168_000_000;
+pub const HZ: u64 = CORE_HZ as u64;
 pub const MS: Cycle = HZ / 1_000;
 pub const US: Cycle = HZ / 1_000_000;
 

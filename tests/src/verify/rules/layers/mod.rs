@@ -12,13 +12,14 @@ use names::{Module, Needs, Package};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The rooms of each package, each above all that follow it. Rooms in one entry
-/// are side by side: neither calls the other. `""` is the package's own root.
+/// are side by side: neither calls the other. `""` is the package's own root. A module inside
+/// a room may have a layer of its own: `room::module`.
 #[rustfmt::skip]
 const LAYERS: &[(&str, &[&[&str]])] = &[
-    ("firmware", &[&["board"], &["bench"], &["lockstep"], &["device"], &["link"], &["haptics"], &["control"], &["limb"], &["muscle"], &["safety"], &["pulse"], &["arithmetic", "crc", "range", "seal", "units"]]),
+    ("firmware", &[&["board"], &["bench"], &["lockstep"], &["device"], &["link"], &["haptics"], &["control"], &["limb"], &["muscle"], &["safety"], &["pulse"], &["arithmetic", "board::wiring", "crc", "range", "seal", "units"]]),
     ("hal-sim", &[&["chip", "qemu"], &["world"], &["native"], &["lockstep"], &["body", "images", "trace", "wire"], &["input", "random"]]),
     ("host-tool", &[&["cli"], &["live", "selftest"]]),
-    ("host-tool/core", &[&["calibration", "choice", "report"], &["run"], &["analysis"], &["record"], &["session"], &["wearer"], &["disk", "fields", "link", "plot"], &["identify", "limb", "number", "statistics"]]),
+    ("host-tool/core", &[&["calibration", "choice", "report"], &["run"], &["analysis"], &["record"], &["session"], &["wearer"], &["disk", "fields", "link", "plot"], &["clock", "identify", "limb", "number", "statistics"]]),
     ("host-tool/methods", &[&["bench"], &["control", "muscle"], &["real"]]),
     ("host-tool/studies", &[&["experiments", "faults", "figures"], &["catalog"], &["hands"], &["buatier2024", "distributed", "hamana2022", "harris2017", "lee2020", "sierotowicz2023"], &["accuracy", "laboratory", "ladder", "limb", "stability"], &["tracking"], &["bench", "subjects"]]),
     ("tests", &[&["differential", "expectation", "fuzz", "verify"], &["desk", "record"]]),
@@ -41,14 +42,19 @@ pub(super) fn judge(sources: &[Source]) -> [(&'static str, Findings); 2] {
 /// Calls between rooms that do not go down, and rooms that have no place.
 fn upward(name: &str, layers: &[&[&str]], needs: &Needs) -> Findings {
     let depth = |room: &str| layers.iter().position(|rooms| rooms.contains(&room));
+    let room = |module: &Module| -> Option<String> {
+        let inner = module.get(..2).map(|names| names.join("::"));
+        let inner = inner.filter(|names| depth(names).is_some());
+        inner.or_else(|| module.first().cloned())
+    };
     let mut found = Findings::new();
     let mut lost = BTreeSet::new();
     for (from, needed) in needs {
         for (to, place) in needed {
-            let (Some(a), Some(b)) = (from.first(), to.first()) else {
+            let (Some(a), Some(b)) = (room(from), room(to)) else {
                 continue;
             };
-            match (depth(a), depth(b)) {
+            match (depth(&a), depth(&b)) {
                 (Some(above), Some(below)) if a == b || above < below => {}
                 (Some(_), Some(_)) => found.push(format!("{place}: {a} calls {b}")),
                 (None, _) => drop(lost.insert(a)),
@@ -152,6 +158,32 @@ mod tests {
             ),
         ]);
         assert_eq!(broken(&files), [Findings::new(), Findings::new()]);
+    }
+
+    #[test]
+    fn a_module_inside_a_room_may_have_a_layer_of_its_own() {
+        let files = sources(&[
+            ("firmware/src/lib.rs", "pub mod board; pub mod pulse;"),
+            ("firmware/src/board/mod.rs", "pub mod wiring; pub mod chip;"),
+            (
+                "firmware/src/board/chip.rs",
+                "use crate::pulse::Train;\nuse super::wiring::Pin;\npub struct Chip(Train, Pin);",
+            ),
+            (
+                "firmware/src/board/wiring/mod.rs",
+                "use crate::pulse::Train;\npub struct Pin(Train);",
+            ),
+            (
+                "firmware/src/pulse.rs",
+                "pub struct Train;\nfn f() { crate::board::wiring::Pin; crate::board::chip::Chip; }",
+            ),
+        ]);
+        let [calls, _] = broken(&files);
+        let upward = [
+            "firmware/src/board/wiring/mod.rs:1: board::wiring calls pulse",
+            "firmware/src/pulse.rs:2: pulse calls board",
+        ];
+        assert_eq!(calls, upward);
     }
 
     #[test]

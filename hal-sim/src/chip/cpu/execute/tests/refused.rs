@@ -3,7 +3,8 @@
 
 use super::{CODE, Machine};
 use crate::chip::cpu::Stop;
-use crate::chip::cpu::decode::{Op, decode};
+use crate::chip::cpu::decode::decode;
+use crate::chip::cpu::instruction::Op;
 
 #[test]
 fn undefined_is_a_usage_fault() {

@@ -3,7 +3,8 @@
 use super::scene::*;
 use super::tape::playing;
 use crate::chip::Cycle;
-use crate::chip::soc::playback::{Block, Clocking, Pace, Slip};
+use crate::chip::soc::playback::{Block, Pace, Slip};
+use crate::chip::soc::timer::Clocking;
 use crate::chip::soc::timer::offset as tim;
 
 const US: Cycle = 168;

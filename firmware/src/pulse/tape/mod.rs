@@ -1,0 +1,225 @@
+//! The tape: one BSRR word per port and microsecond (design: "play back
+//! states, not events"), for any board's pin map ([`PinMap`]).
+//!
+//! A word carries the complete state of the port's lines, channels and sync out: set bits
+//! below, reset bits above (RM0090, GPIOx_BSRR). The pump's bit is set or reset where it
+//! changes only. All that follows from the pin map is computed at compile time.
+
+use super::plan::{Levels, WindowPlan};
+use super::{CHANNELS, WINDOW_US};
+use crate::board::wiring::{Pin, PinMap, TAPE_PORTS};
+use core::marker::PhantomData;
+
+/// Words of one window.
+pub const SLOTS: usize = WINDOW_US as usize;
+
+/// Distance of pump edges in slots: a 20 kHz square wave.
+pub const PUMP_SLOTS: usize = 25;
+
+/// Lines that follow [`Levels`]: two for each channel, and sync out.
+const LINES: usize = 2 * CHANNELS + 1;
+
+/// The pin map `M`, as words and shifts.
+struct Map<M>(PhantomData<M>);
+
+impl<M: PinMap> Map<M> {
+    /// Pins of each port that follow [`Levels`].
+    const PINS: [u32; TAPE_PORTS] = {
+        let (mut pins, mut n) = ([0; TAPE_PORTS], 0);
+        while n < LINES {
+            pins[Self::port(Self::line(n))] |= Self::line(n).bit();
+            n += 1;
+        }
+        pins
+    };
+
+    /// The pump's pin, on its port.
+    const PUMP: u32 = M::OUTPUTS.pump.bit();
+
+    /// Whether the pump is on the first port.
+    const IS_PUMP_FIRST: bool = Self::port(M::OUTPUTS.pump) == 0;
+
+    /// How the bits of [`Levels`] get to the pins of each port; those that go equally far
+    /// go together. Unused ones move nothing.
+    const MOVES: [[Move; LINES]; TAPE_PORTS] = {
+        let mut moves = [[Move { bits: 0, by: 0 }; LINES]; TAPE_PORTS];
+        let mut bit = 0;
+        while bit < LINES {
+            let pin = Self::line(bit);
+            let (port, by) = (Self::port(pin), pin.number as i8 - bit as i8);
+            let mut n = 0; // there are as many moves as lines
+            while moves[port][n].bits != 0 && moves[port][n].by != by {
+                n += 1;
+            }
+            moves[port][n].by = by;
+            moves[port][n].bits |= 1 << bit;
+            bit += 1;
+        }
+        moves
+    };
+
+    /// The pin of bit `bit` of [`Levels`].
+    const fn line(bit: usize) -> Pin {
+        let outputs = M::OUTPUTS;
+        if bit == LINES - 1 {
+            return outputs.sync;
+        }
+        let lines = outputs.channels[bit / 2];
+        if bit.is_multiple_of(2) {
+            lines.cathodic
+        } else {
+            lines.anodic
+        }
+    }
+
+    /// 0 or 1: which port of the tape `pin` is on.
+    const fn port(pin: Pin) -> usize {
+        !pin.is_on(M::OUTPUTS.ports[0]) as usize
+    }
+}
+
+/// Bits that go to higher or lower numbers by the same distance.
+#[derive(Clone, Copy)]
+struct Move {
+    bits: u32,
+    by: i8,
+}
+
+impl Move {
+    #[inline(always)]
+    const fn of(self, levels: u32) -> u32 {
+        let bits = levels & self.bits;
+        if self.by < 0 {
+            bits >> -self.by
+        } else {
+            bits << self.by
+        }
+    }
+}
+
+/// The words that isolate every channel and drop sync, for each port. They leave the pump's
+/// bit alone: an erased slot does not pump.
+#[must_use]
+pub const fn isolated<M: PinMap>() -> [u32; TAPE_PORTS] {
+    let [first, second] = Map::<M>::PINS;
+    [first << 16, second << 16]
+}
+
+/// The bits of each port's BSRR that drop the pump: none on the port that it is not on.
+#[must_use]
+pub const fn pump_low<M: PinMap>() -> [u32; TAPE_PORTS] {
+    let mut low = [0; TAPE_PORTS];
+    low[!Map::<M>::IS_PUMP_FIRST as usize] = Map::<M>::PUMP << 16;
+    low
+}
+
+/// One window of both ports.
+pub struct Window<'a> {
+    /// Words for the BSRR of the port that moves first.
+    pub first: &'a mut [u32; SLOTS],
+    /// Words for the BSRR of the other.
+    pub second: &'a mut [u32; SLOTS],
+}
+
+/// Words of each port for `levels`; the pump's bit is untouched.
+#[must_use]
+#[inline]
+pub const fn words<M: PinMap>(levels: Levels) -> [u32; TAPE_PORTS] {
+    /// All moves of a port. Written out: a loop over constants need not be unrolled.
+    macro_rules! moved {
+        ($port:literal, $($n:literal)*) => {
+            0 $(| const { Map::<M>::MOVES[$port][$n] }.of(levels.0))*
+        };
+    }
+    let first = moved!(0, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20);
+    let second = moved!(1, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20);
+    let [all_first, all_second] = Map::<M>::PINS;
+    [
+        (all_first ^ first) << 16 | first, // lines of a port only: what is not set is reset
+        (all_second ^ second) << 16 | second,
+    ]
+}
+
+/// Levels that a pair of words puts on the pins; `None` if a word does not
+/// carry the complete state of its port.
+#[must_use]
+pub const fn levels<M: PinMap>(words: [u32; TAPE_PORTS]) -> Option<Levels> {
+    let pump = Map::<M>::PUMP | Map::<M>::PUMP << 16;
+    let (mut levels, mut bit) = (0, 0);
+    while bit < LINES {
+        let pin = Map::<M>::line(bit);
+        levels |= (words[Map::<M>::port(pin)] >> pin.number & 1) << bit;
+        bit += 1;
+    }
+    let levels = Levels(levels);
+    let [first, second] = self::words::<M>(levels);
+    let is_complete = if Map::<M>::IS_PUMP_FIRST {
+        words[0] & !pump == first && words[1] == second
+    } else {
+        words[0] == first && words[1] & !pump == second
+    };
+    if is_complete { Some(levels) } else { None }
+}
+
+/// Paints `plan` on an erased window: only slots that are not isolated and
+/// the pump's edges are written.
+#[inline]
+pub fn paint<M: PinMap>(plan: &WindowPlan, window: &mut Window<'_>) {
+    let mut current = plan.initial;
+    let mut from = 0usize;
+    for change in &plan.changes {
+        let to = usize::from(change.slot);
+        fill::<M>(window, from, to, current);
+        (from, current) = (to, change.levels);
+    }
+    fill::<M>(window, from, SLOTS, current);
+    if plan.pump {
+        let pumped = if Map::<M>::IS_PUMP_FIRST {
+            &mut *window.first
+        } else {
+            &mut *window.second
+        };
+        let mut high = true;
+        for word in pumped.iter_mut().step_by(PUMP_SLOTS) {
+            *word |= if high {
+                Map::<M>::PUMP
+            } else {
+                Map::<M>::PUMP << 16
+            };
+            high = !high;
+        }
+    }
+}
+
+/// The window is erased: a port that stays isolated is not written.
+fn fill<M: PinMap>(window: &mut Window<'_>, from: usize, to: usize, levels: Levels) {
+    if levels == Levels::ISOLATED {
+        return;
+    }
+    let [first, second] = words::<M>(levels);
+    let [lines_first, lines_second] = Map::<M>::PINS;
+    // A word that sets no line isolates its port. `get_mut` so that a malformed plan cannot
+    // panic; `paint` keeps from <= to <= SLOTS.
+    if first & lines_first != 0
+        && let Some(slots) = window.first.get_mut(from..to)
+    {
+        fill_words(slots, first);
+    }
+    if second & lines_second != 0
+        && let Some(slots) = window.second.get_mut(from..to)
+    {
+        fill_words(slots, second);
+    }
+}
+
+/// Eight stores in a row: a third of the time of a loop with one.
+fn fill_words(slots: &mut [u32], word: u32) {
+    let (eights, rest) = slots.as_chunks_mut::<8>();
+    for eight in eights {
+        *eight = [word; 8];
+    }
+    rest.fill(word);
+}
+
+#[cfg(test)]
+mod tests;

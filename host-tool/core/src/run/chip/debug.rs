@@ -1,0 +1,28 @@
+//! A board whose core a debugger holds.
+
+use super::{ChipError, ChipOptions, LogFile, power_on};
+use crate::session::Session;
+use firmware::lockstep::Sensors;
+use hal_sim::chip::gdb::{Debugger, Points};
+use hal_sim::chip::image::Image;
+use hal_sim::lockstep::Device;
+use std::net::TcpListener;
+
+/// A board that gdb let boot, and when it had, µs of device time.
+pub(super) fn booted(
+    session: &Session,
+    image: &Image,
+    options: &ChipOptions,
+    log: LogFile,
+) -> Result<(Box<dyn Device>, u64), ChipError> {
+    let outside = ChipError::Outside;
+    let board = power_on(session, image, Points::default())?;
+    let port = options.gdb.unwrap_or_default(); // 0: any that is free
+    let listener = TcpListener::bind(("127.0.0.1", port)).map_err(outside)?;
+    let at = listener.local_addr().map_err(outside)?;
+    eprintln!("the core is halted at reset; gdb: target remote {at}");
+    let mut debugger = Debugger::new(listener, board, options.outlives);
+    debugger.boot(&Sensors::default())?;
+    let boot_us = debugger.board().now_us();
+    Ok((log.attach(debugger), boot_us))
+}
