@@ -25,6 +25,14 @@ fn a_study_is_told_and_written() {
     assert_eq!(result["shares"][0]["of"], 2, "{result}");
     let arms = std::fs::read_to_string(folder.join("one/arms.html")).unwrap();
     assert_eq!(arms.matches("<svg").count(), 1 + 3 * 3);
+    let page = std::fs::read_to_string(folder.join("one/result.html")).unwrap();
+    for part in [
+        "Figure 8: errors by axis",
+        "Figure 8: tests by axis",
+        "<td>jumps</td>",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
     let (exit, people, _) = ran(&folder, &["report", "one"]);
     assert_eq!(exit, Some(0), "{people}");
 }

@@ -271,6 +271,19 @@ fn the_demo_repeats() {
             assert!(row[key].as_f64().unwrap() > 1.0, "{row}");
         }
     }
+    // It begins with what it compares, and counts pulses as its page does.
+    let compared = &json["comparison"];
+    assert_eq!(compared["this"], "two points");
+    assert_eq!(compared["pairs"].as_array().unwrap().len(), 2);
+    let played = record::load(&folder.join("first")).unwrap();
+    for row in json["trials"].as_array().unwrap() {
+        let mut trials = played.trials.iter();
+        let own = trials.find(|it| row["trial"] == *it.name).unwrap();
+        assert_eq!(row["pulses"].as_u64(), own.pulses, "{row}");
+    }
+    let page = fs::read_to_string(folder.join("first/report.html")).unwrap();
+    let begins = "<p class=\"result\">RMSE with two points against the better point alone: ";
+    assert!(page.contains(begins));
     told(&folder, "rerun first --out second");
     let trial = |dir: &str| record::load(&folder.join(dir)).unwrap();
     let (first, second) = (trial("first"), trial("second"));

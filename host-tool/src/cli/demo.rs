@@ -14,7 +14,7 @@ use host_core::run::{DeviceName, SessionFile, edges_of_one_period, run};
 use host_core::session::LawName;
 use std::path::Path;
 use std::time::{Duration, Instant};
-use studies::laboratory::{Conducted, Experiment};
+use studies::laboratory::{Conducted, Experiment, comparison};
 
 /// Run Hamana 2022's finger experiment on the simulated board, with a report.
 #[derive(Args, Debug)]
@@ -75,6 +75,7 @@ pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<Told> {
         out: &args.out,
         again: args.again.as_ref(),
     };
+    let mut about = None;
     let mut told = order.carry_out(COMMAND, output, |dir, record, came| {
         let simulated: f64 = record.trials.iter().map(|trial| trial.duration_s).sum();
         let speed_factor = simulated / came.took.as_secs_f64();
@@ -83,15 +84,17 @@ pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<Told> {
         let path = dir.join("picture.svg");
         std::fs::write(&path, picture)
             .with_context(|| format!("cannot write {}", path.display()))?;
+        let compared = comparison(&came.outcome);
+        about = compared.as_ref().map(|it| it.in_columns());
         Ok(serde_json::json!({
-            "trials": trials(&order.experiment, came), "report": dir.join("report.html"),
+            "comparison": compared, "trials": trials(&order.experiment, came), "report": dir.join("report.html"),
             "speed_factor": speed_factor, "ten_channel_simulator_speed_factor": ten.simulator,
             "ten_channel_speed_factor": ten.whole,
         }))
     })?;
     told["seconds"] = begin.elapsed().as_secs_f64().into();
     Ok(Told {
-        people: table(&told),
+        people: about.map_or_else(String::new, |it| it + "\n") + &table(&told),
         machines: told,
     })
 }
@@ -110,13 +113,11 @@ fn trials(experiment: &Experiment, came: &Came) -> Vec<serde_json::Value> {
             .into_iter()
             .flat_map(|it| declaration.printed_of(&it.levels))
             .filter(|printed| is_rmse(&printed.measure));
-        let mut counters = it.trial.counters.iter();
-        let pulses = counters.find(|counter| counter.0.starts_with("pulses"));
         serde_json::json!({
             "trial": it.trial.name,
             "rmse_deg": rmse.filter_map(|(_, number)| *number).next(),
             "paper_mean_deg": printed.next().and_then(|printed| printed.mean()),
-            "pulses": pulses.map(|counter| counter.1),
+            "pulses": it.trial.pulses,
         })
     };
     all.iter().map(row).collect()
@@ -214,7 +215,7 @@ fn table(told: &serde_json::Value) -> String {
     let number = |value: &serde_json::Value| value.as_f64().unwrap_or(f64::NAN);
     let mut text = format!(
         "{:<34} {:>10} {:>18} {:>8}\n",
-        "RMSE over 10-30 s, degrees", "simulated", "paper, table 8", "pulses"
+        "each trial: RMSE, degrees", "simulated", "paper, table 8", "pulses"
     );
     for row in told["trials"].as_array().into_iter().flatten() {
         let name = row["trial"].as_str().unwrap_or_default();

@@ -21,7 +21,8 @@ use std::time::{Duration, Instant};
 use studies::catalog::{Asked, Entry};
 use studies::experiments::{self, named};
 use studies::laboratory::{
-    Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, publish,
+    Conducted, Course, Ended, Experiment, LaboratoryError, Outcome, Shard, Sweep, comparison,
+    publish,
 };
 
 /// Run a paper's protocol on a device; then, simulated, with wearers drawn at random
@@ -351,6 +352,7 @@ fn compare(experiment: &Experiment, record: &mut Run, came: &Came) {
     let told = |role, text: String| Assumption { role, text };
     let put_in = experiment.declaration.assumed.iter().cloned();
     record.assumptions = put_in.map(|text| told(Role::PutIn, text)).collect();
+    record.finding = comparison(&came.outcome).map(|it| it.sentence());
     let shares = came.outcome.shares.iter();
     record.assumptions.extend(shares.map(|share| {
         let (at, claim, holds, of) = (&share.at, &share.claim, share.holds, share.of);

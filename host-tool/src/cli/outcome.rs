@@ -3,7 +3,9 @@
 use host_core::plot::words::in_columns;
 use studies::hamana2022::Experiment;
 use studies::hamana2022::paper::Kind;
-use studies::laboratory::{Outcome, Row, Share, Sheet, Shows, headline};
+use studies::laboratory::{
+    LARGE_T, Outcome, Row, Share, Sheet, Shows, headline, large_t, paper_claims,
+};
 
 /// Columns of a terminal.
 const COLUMNS: u16 = 80;
@@ -17,7 +19,7 @@ pub(super) fn people(result: &Outcome) -> String {
         _ => numbers(&result.rows) + "\n",
     };
     text.extend(result.sheets.iter().map(table));
-    text.extend(result.shares.iter().map(share));
+    text += &shares(result);
     if let Some(cut_short) = &result.cut_short {
         text += &format!("\n{cut_short}");
     }
@@ -43,17 +45,21 @@ fn table(it: &Sheet) -> String {
 
 /// Median, range and the paper's number of each row.
 fn numbers(rows: &[Row]) -> String {
-    let number = |it: Option<f64>| match it {
-        None => "-".to_owned(),
-        Some(it) if it.abs() >= 100.0 => format!("{it:.0}"),
-        Some(it) => format!("{it:.3}"),
+    let digits = |it: f64| match it.abs() {
+        large if large >= 100.0 => format!("{it:.0}"),
+        _ => format!("{it:.3}"),
+    };
+    let printed = |row: &Row, it: Option<f64>| {
+        let Some(it) = it else { return "-".to_owned() };
+        large_t(&row.quantity, it).map_or_else(|| digits(it), str::to_owned)
     };
     let line = |row: &Row| {
         let name = match &*row.unit {
             "" => row.quantity.clone(),
             unit => format!("{}, {unit}", row.quantity),
         };
-        let [ours, low, high, paper] = [row.ours, row.low, row.high, row.paper].map(number);
+        let numbers = [row.ours, row.low, row.high, row.paper];
+        let [ours, low, high, paper] = numbers.map(|it| printed(row, it));
         format!(
             "{name:<42.42}{:>4}{ours:>9}{low:>8}{high:>8}{paper:>9}\n",
             row.n
@@ -63,7 +69,17 @@ fn numbers(rows: &[Row]) -> String {
         "{:<42}{:>4}{:>9}{:>8}{:>8}{:>9}\n",
         "", "n", "median", "5 %", "95 %", "paper"
     );
-    head + &rows.iter().map(line).collect::<String>()
+    let is_large = |row: &Row| {
+        let numbers = [row.ours, row.low, row.high].into_iter().flatten();
+        numbers
+            .into_iter()
+            .any(|it| large_t(&row.quantity, it).is_some())
+    };
+    let note = match rows.iter().any(is_large) {
+        true => format!("{}\n", in_columns(LARGE_T, COLUMNS)),
+        false => String::new(),
+    };
+    head + &rows.iter().map(line).collect::<String>() + &note
 }
 
 /// Medians of each finger at each intensity, %, and how many draws have them.
@@ -87,16 +103,33 @@ fn fingers(rows: &[Row]) -> String {
     text + "\n"
 }
 
-fn share(it: &Share) -> String {
+/// A line for each claim of the paper, or one for each of its parts below it; then what is
+/// beside the paper.
+fn shares(result: &Outcome) -> String {
+    let (claims, beside) = paper_claims(result);
+    let mut text = String::new();
+    for claim in &claims {
+        match claim.parts.as_slice() {
+            [one] => text += &share(one, claim.says),
+            parts => {
+                let counts = claim.counts_in_words();
+                text += &format!("{}: {counts}\n", claim.says);
+                let lines = parts.iter().map(|it| share(it, &format!("  {}", it.claim)));
+                text.extend(lines);
+            }
+        }
+    }
+    text.extend(beside.iter().map(|it| share(it, &it.claim)));
+    text
+}
+
+fn share(it: &Share, says: &str) -> String {
     let paper = match it.paper {
         None => "paper: -",
         Some(true) => "paper: yes",
         Some(false) => "paper: no",
     };
-    format!(
-        "{:<50.50}{:>4} of {:<5}{paper}\n",
-        it.claim, it.holds, it.of
-    )
+    format!("{says:<50.50}{:>4} of {:<5}{paper}\n", it.holds, it.of)
 }
 
 /// Headline, and the share in which each claim of a declaration holds.

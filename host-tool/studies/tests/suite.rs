@@ -15,6 +15,7 @@ mod laboratory;
 mod ladder_judge;
 mod lee2020;
 mod limit_cycle;
+mod paper_claims;
 mod put_out;
 mod runner;
 mod same_wearer;

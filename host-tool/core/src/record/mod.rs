@@ -79,6 +79,9 @@ pub struct Run {
     /// What a paper printed for the same trials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub paper: Vec<PaperRow>,
+    /// The comparison that it is about, in a sentence; the report begins with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub finding: Option<String>,
     /// What was put into a simulation and what came out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub assumptions: Vec<Assumption>,

@@ -78,7 +78,7 @@ fn headline(run: &Run) -> String {
     let mut all: Vec<String> = run.caveat().into_iter().chain(told).collect();
     // Nothing followed anything where nothing was stimulated.
     if silent.is_empty() || silent.len() < run.trials.len() {
-        all.push(result(run));
+        all.push(run.finding.clone().unwrap_or_else(|| result(run)));
     }
     all.join(" ")
 }

@@ -47,6 +47,17 @@ pub enum Verdict {
     Undecided,
 }
 
+/// A share held against the least that was asked for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Reach {
+    /// All of its interval has that much.
+    Met,
+    /// None of it has.
+    Missed,
+    /// The least lies within it.
+    Undecided,
+}
+
 impl Share {
     /// Of a claim called `id` that holds in so many of so many independent cases.
     #[must_use]
@@ -70,17 +81,40 @@ impl Share {
     }
 
     /// Whether it is in most cases as the paper says; nothing where the paper says
-    /// nothing, or no case could be judged.
+    /// nothing, no case could be judged, or there is one independent case alone.
     #[must_use]
     pub fn verdict(&self) -> Option<Verdict> {
-        let paper = self.paper.filter(|_| self.of > 0)?;
-        let (low, high) = self.low.zip(self.high)?;
-        Some(match paper {
-            _ if low <= 0.5 && high >= 0.5 => Verdict::Undecided,
-            true if low > 0.5 => Verdict::Like,
-            false if high < 0.5 => Verdict::Like,
-            _ => Verdict::Unlike,
+        let paper = self.paper.filter(|_| !self.is_single())?;
+        let reaches = self.reaches(0.5)?;
+        Some(match (reaches, paper) {
+            (Reach::Undecided, _) => Verdict::Undecided,
+            (Reach::Met, true) | (Reach::Missed, false) => Verdict::Like,
+            (Reach::Met, false) | (Reach::Missed, true) => Verdict::Unlike,
         })
+    }
+
+    /// Whether it holds in a part of the cases of `least` or more, by its interval; nothing
+    /// where it has none.
+    #[must_use]
+    pub fn reaches(&self, least: f64) -> Option<Reach> {
+        let (low, high) = self.low.zip(self.high).filter(|_| self.of > 0)?;
+        Some(match () {
+            () if low >= least => Reach::Met,
+            () if high < least => Reach::Missed,
+            () => Reach::Undecided,
+        })
+    }
+
+    /// Whether only one case is independent: one was judged, or all are of one wearer.
+    #[must_use]
+    pub fn is_single(&self) -> bool {
+        let one = || {
+            let part = self.holds as f64 / self.of as f64;
+            let one = statistics::share(part, 1, LEVEL).ok()?;
+            let (low, high) = self.low.zip(self.high)?;
+            Some((low - one.low).abs() < 1e-9 && (high - one.high).abs() < 1e-9)
+        };
+        self.of == 1 || (self.of > 0 && one() == Some(true))
     }
 
     /// "7.5 %".

@@ -1,6 +1,7 @@
 //! Results of experiments and sweeps side by side.
 
 use super::error::LaboratoryError;
+use super::numbers::large_t;
 use super::page::read_outcome;
 use super::result::{Outcome, Row};
 use hal_sim::input;
@@ -165,7 +166,10 @@ impl ResultRow {
                 "" => (1.0, String::new()),
                 unit => (1.0, format!(" {unit}")),
             };
-            let short = |value: f64| short(scale * value);
+            let short = |value: f64| match large_t(&self.quantity, value) {
+                Some(words) => words.to_owned(),
+                None => short(scale * value),
+            };
             let range = low.zip(*high).filter(|(low, high)| low < high);
             let range = range.map(|(low, high)| format!("{} to {}, ", short(low), short(high)));
             format!(

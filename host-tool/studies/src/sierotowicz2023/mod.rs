@@ -16,6 +16,7 @@ mod declaration;
 mod device;
 pub mod electrodes;
 mod error;
+mod figure_8;
 mod imus;
 mod metrics;
 mod model;

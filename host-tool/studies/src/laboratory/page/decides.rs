@@ -1,7 +1,8 @@
 //! The page's section on what decides each claim.
 
-use super::tables::{digits, table};
+use super::tables::table;
 use crate::laboratory::decides::{Decided, Field, LEAST_WEARERS};
+use crate::laboratory::numbers::digits;
 use crate::laboratory::result::Outcome;
 use host_core::html;
 use host_core::report::Html;

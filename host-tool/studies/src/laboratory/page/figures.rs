@@ -3,6 +3,7 @@
 use super::{Rows, shown};
 use crate::laboratory::claims::Share;
 use crate::laboratory::measure::{Measure, named};
+use crate::laboratory::numbers::along;
 use crate::laboratory::result::{Outcome, Row, Shown};
 use host_core::plot::ink::{INK, MUTED, PALETTE, stroke};
 use host_core::plot::series::{range, shorten};
@@ -226,7 +227,11 @@ pub(super) fn measures(outcome: &Outcome) -> Html {
 fn panel(id: &str, rows: &[Row]) -> Option<Panel> {
     let end = format!("/{id}");
     let own: Vec<&Row> = rows.iter().filter(|row| row.id.ends_with(&end)).collect();
-    let numbers = own.iter().flat_map(|row| [row.low, row.high, row.paper]);
+    // As far as numbers are printed.
+    let place = |row: &Row, it: Option<f64>| it.map(|it| along(&row.quantity, it));
+    let numbers = own
+        .iter()
+        .flat_map(|row| [row.low, row.high, row.paper].map(|it| place(row, it)));
     let (low, high) = range(numbers.flatten())?;
     let room = 0.05 * (high - low).max(1e-9);
     let name = |row: &&Row| row.id.trim_end_matches(&end).to_owned();
@@ -245,12 +250,12 @@ fn panel(id: &str, rows: &[Row]) -> Option<Panel> {
     let mut panel = Panel::new(&title, x, y, own.len() as f64 * 18.0);
     for (at, row) in own.iter().enumerate() {
         let at = at as f64;
-        if let (Some(low), Some(high)) = (row.low, row.high) {
+        if let (Some(low), Some(high)) = (place(row, row.low), place(row, row.high)) {
             let line = Mark::Line(vec![(low, at), (high, at)], stroke(PALETTE[0], 2.0));
             panel.marks.push(line);
         }
         let dots = [
-            (row.ours, Shape::Disc, PALETTE[0]),
+            (place(row, row.ours), Shape::Disc, PALETTE[0]),
             (row.paper, Shape::Diamond, PALETTE[1]),
         ];
         for (value, shape, color) in dots {

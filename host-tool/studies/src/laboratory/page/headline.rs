@@ -1,107 +1,110 @@
 //! What came out, in a sentence.
 
 use super::grid::is_large;
-use crate::laboratory::claims::{Share, Verdict};
+use crate::laboratory::claims::Verdict;
+use crate::laboratory::comparison::comparison;
+use crate::laboratory::paper_claims::{PaperClaim, Standing, paper_claims};
 use crate::laboratory::result::Outcome;
-use std::collections::BTreeMap;
 
-/// How many of the paper's claims hold in most cases, and which do not; with a grid,
-/// at how many of its points.
+/// The comparison it is about, if it has one; then how many of the paper's claims come out in
+/// most cases, and which do not; with a grid, at every one of its points.
 #[must_use]
 pub fn headline(outcome: &Outcome) -> String {
-    let mut claims: BTreeMap<&str, Vec<&Share>> = BTreeMap::new();
-    let mut order = Vec::new();
-    for share in outcome.shares.iter().filter(|it| it.verdict().is_some()) {
-        let all = claims.entry(&share.id).or_default();
-        if all.is_empty() {
-            order.push(&*share.id);
-        }
-        all.push(share);
-    }
-    let grid = if outcome.is_grid() {
-        " at every point of the grid"
-    } else {
-        ""
-    };
-    let of = |wanted: Verdict| -> Vec<String> {
-        let all = order.iter().filter_map(|id| claims.get(id));
-        let own = all.filter(|points| verdict(points) == wanted);
-        own.map(|points| told(points)).collect()
-    };
-    let (like, unlike, open) = (
-        of(Verdict::Like),
-        of(Verdict::Unlike),
-        of(Verdict::Undecided),
-    );
-    let is_held = |share: &Share| share.paper.is_some();
-    if outcome.declared.draws == 0 && outcome.shares.iter().any(is_held) {
-        return of_trials(outcome);
-    }
-    if order.is_empty() && outcome.shares.iter().any(is_held) {
-        return "None of the paper's claims could be judged: nobody has the numbers.".to_owned();
-    }
-    if order.is_empty() {
+    let compared = comparison(outcome).map(|it| it.sentence() + " ");
+    compared.unwrap_or_default() + &counted(outcome)
+}
+
+/// How many of the paper's claims come out.
+fn counted(outcome: &Outcome) -> String {
+    let (claims, _) = paper_claims(outcome);
+    let total = claims.len();
+    if claims.is_empty() {
         return "Nothing here is held against a paper.".to_owned();
     }
-    let list = |what: &str, claims: &[String]| match claims {
+    if outcome.declared.draws == 0 {
+        return of_trials(&claims);
+    }
+    let of = |wanted: Standing| -> Vec<String> {
+        let own = claims.iter().filter(|it| it.standing() == wanted);
+        own.map(|it| told(it, outcome.is_grid())).collect()
+    };
+    let lists = [
+        Standing::Judged(Verdict::Undecided),
+        Standing::Judged(Verdict::Unlike),
+        Standing::Single,
+        Standing::Unjudged,
+    ];
+    let lists = lists.map(|standing| match of(standing).as_slice() {
         [] => String::new(),
         // Its table says so in its last line.
         _ if is_large(outcome) => String::new(),
-        all => format!("; {what}: {}", all.join("; ")),
+        all => format!("; {}: {}", standing.in_words(), all.join("; ")),
+    });
+    let like = of(Standing::Judged(Verdict::Like)).len();
+    let grid = match outcome.is_grid() {
+        true => " at every point of the grid",
+        false => "",
     };
     format!(
-        "{} of the paper's {} claims come out in most cases{grid}{}{}.",
-        like.len(),
-        order.len(),
-        list("undecided", &open),
-        list("not so", &unlike)
+        "{} in most cases{grid}{}.",
+        come_out(like, total),
+        lists.concat()
     )
 }
 
-/// Like the paper at every point, or undecided at some, or unlike it somewhere.
-fn verdict(points: &[&Share]) -> Verdict {
-    let any = |wanted| points.iter().any(|it| it.verdict() == Some(wanted));
-    let worst = [Verdict::Unlike, Verdict::Undecided]
-        .into_iter()
-        .find(|it| any(*it));
-    worst.unwrap_or(Verdict::Like)
+/// "1 of the paper's 3 claims comes out".
+fn come_out(like: usize, total: usize) -> String {
+    let claims = if total == 1 { "claim" } else { "claims" };
+    let come = if like == 1 { "comes" } else { "come" };
+    format!("{like} of the paper's {total} {claims} {come} out")
 }
 
-/// A claim and its share, or at how many points it is as the paper says.
-fn told(points: &[&Share]) -> String {
-    let like = points
-        .iter()
-        .filter(|it| it.verdict() == Some(Verdict::Like))
-        .count();
-    match points {
-        [] => String::new(),
-        [one] => format!("{} ({})", one.claim, one.percent()),
-        [first, ..] => format!("{} (so at {like} of {} points)", first.claim, points.len()),
+/// A claim and its share, or how many of its parts are as the paper says.
+fn told(claim: &PaperClaim<'_>, is_grid: bool) -> String {
+    match claim.parts.as_slice() {
+        [one] => format!("{} ({})", claim.says, one.percent()),
+        [first, rest @ ..] if is_grid && rest.iter().all(|it| it.id == first.id) => {
+            let points = claim.parts.len();
+            format!(
+                "{} (so at {} of {points} points)",
+                claim.says,
+                claim.counts().0
+            )
+        }
+        _ => format!("{} ({})", claim.says, claim.counts_in_words()),
     }
 }
 
 /// Of trials alone, which are too few for *most*.
-fn of_trials(outcome: &Outcome) -> String {
-    let as_printed = |share: &Share| match share.paper {
-        Some(true) => Some((share.holds, share.of)),
-        Some(false) => Some((share.of - share.holds, share.of)),
-        None => None,
+fn of_trials(claims: &[PaperClaim<'_>]) -> String {
+    // Cases as the paper has it, and all cases, of the parts that are judged.
+    let as_printed = |claim: &PaperClaim<'_>| {
+        let parts = claim.parts.iter();
+        parts.fold((0, 0), |(like, of), it| match it.paper {
+            Some(false) => (like + it.of - it.holds, of + it.of),
+            _ => (like + it.holds, of + it.of),
+        })
     };
-    let all: Vec<(u64, u64)> = outcome.shares.iter().filter_map(as_printed).collect();
+    let all: Vec<(u64, u64)> = claims.iter().map(as_printed).collect();
     let count = |is: fn(&(u64, u64)) -> bool| all.iter().filter(|it| is(it)).count();
-    let (every, none, unknown) = (
-        count(|(like, of)| *of > 0 && like == of),
-        count(|(like, of)| *of > 0 && *like == 0),
-        count(|(_, of)| *of == 0),
+    let (every, none) = (
+        count(|(like, of)| *of > 1 && like == of),
+        count(|(like, of)| *of > 1 && *like == 0),
     );
-    let some = all.len() - every - none - unknown;
-    let unknown = match unknown {
+    let (single, unknown) = (count(|(_, of)| *of == 1), count(|(_, of)| *of == 0));
+    let some = all.len() - every - none - single - unknown;
+    let rest = [
+        (single, "of one case alone, not counted"),
+        (unknown, "could not be judged"),
+    ];
+    let rest = rest.map(|(n, what)| match n {
         0 => String::new(),
-        n => format!("; {n} could not be judged"),
-    };
+        n => format!("; {n} {what}"),
+    });
     format!(
-        "Of the paper's {} claims {every} come out in every case of these trials, {some} in some, \
-         {none} in none{unknown}. No wearer was drawn: nothing is said of others.",
-        all.len()
+        "{} in every case of these trials, {some} in some, {none} in none{}. No wearer was drawn: \
+         nothing is said of others.",
+        come_out(every, all.len()),
+        rest.concat()
     )
 }

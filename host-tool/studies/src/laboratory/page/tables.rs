@@ -1,47 +1,104 @@
 //! The tables of an experiment's page.
 
+use crate::laboratory::claims::Share;
+use crate::laboratory::numbers::{LARGE_T, digits, large_t};
+use crate::laboratory::paper_claims::{Standing, paper_claims};
 use crate::laboratory::result::Outcome;
 use host_core::html;
 use host_core::report::Html;
 
-/// A row for each claim, and for each point of a grid.
+/// A row for each claim of the paper, with the parts that it has; then what is ours. With a
+/// grid, a part at each of its points.
 pub(super) fn shares_table(outcome: &Outcome) -> Html {
     let is_grid = outcome.is_grid();
-    let rows = outcome.shares.iter().map(|share| {
-        let paper = match share.paper {
-            Some(true) => "yes",
-            Some(false) => "no",
-            None => "—",
-        };
-        let interval = share
-            .low
-            .zip(share.high)
-            .map_or_else(String::new, |(low, high)| {
-                format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
-            });
-        let place = if is_grid {
-            html!("<td>{}</td>", share.at)
-        } else {
-            Html::default()
-        };
-        html!(
-            "<tr><th scope=\"row\">{}</th>{}<td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-            share.claim,
-            place,
-            paper,
-            share.percent(),
-            interval,
-            format!("{} of {}", share.holds, share.of)
-        )
-    });
+    let (claims, beside) = paper_claims(outcome);
+    let name = |says: &str| html!("<th scope=\"row\">{}</th>", says);
+    let mut rows = Html::default();
+    for claim in &claims {
+        let standing = claim.standing().in_words();
+        match claim.parts.as_slice() {
+            [one] => rows += share_row(one, (&name(claim.says), is_grid), standing),
+            parts => {
+                let columns = if is_grid { "5" } else { "4" };
+                rows += html!(
+                    "<tr>{}<td colspan=\"{}\">{}</td><td>{}</td></tr>\n",
+                    name(claim.says),
+                    columns,
+                    claim.counts_in_words() + ":",
+                    standing
+                );
+                for part in parts {
+                    let name = html!(
+                        "<th scope=\"row\" style=\"font-weight:400\">· {}</th>",
+                        part.claim
+                    );
+                    rows += share_row(part, (&name, is_grid), part_in_words(part));
+                }
+            }
+        }
+    }
+    for share in &beside {
+        rows += share_row(share, (&name(&share.claim), is_grid), "beside the paper");
+    }
     let place = if is_grid { &["At"][..] } else { &[] };
     let heads = [
         &["Claim"],
         place,
-        &["Paper", "Holds in", "95 % interval", "Cases"],
+        &["Paper", "Holds in", "95 % interval", "Cases", "Verdict"],
     ]
     .concat();
-    table(&heads, rows.collect())
+    let table = table(&heads, rows);
+    match claims.is_empty() {
+        true => table,
+        false => html!("<p>{}</p>\n{}", RULE, table),
+    }
+}
+
+/// How a verdict comes about.
+const RULE: &str = "A row for each claim of the paper, with its parts below it (·); a claim comes \
+                    out only if all of its parts do. As the paper: the 95 % interval of the share \
+                    lies beyond one half, on the side that the paper says; not so: it lies on the \
+                    other; undecided: one half lies in it. A share of one independent case (n = 1) \
+                    is not counted, and no verdict is given of trials without drawn wearers. \
+                    Beside the paper: what it does not claim.";
+
+/// A part's own verdict.
+fn part_in_words(share: &Share) -> &'static str {
+    let standing = match share.verdict() {
+        Some(verdict) => Standing::Judged(verdict),
+        None if share.is_single() => Standing::Single,
+        None => Standing::Unjudged,
+    };
+    standing.in_words()
+}
+
+/// A share, after its name.
+fn share_row(share: &Share, (name, is_grid): (&Html, bool), verdict: &str) -> Html {
+    let paper = match share.paper {
+        Some(true) => "yes",
+        Some(false) => "no",
+        None => "—",
+    };
+    let interval = share
+        .low
+        .zip(share.high)
+        .map_or_else(String::new, |(low, high)| {
+            format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
+        });
+    let place = match is_grid {
+        true => html!("<td>{}</td>", share.at),
+        false => Html::default(),
+    };
+    html!(
+        "<tr>{}{}<td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+        name,
+        place,
+        paper,
+        share.percent(),
+        interval,
+        format!("{} of {}", share.holds, share.of),
+        verdict
+    )
 }
 
 /// Rows *paper | ours | interval*; without paper or interval where no row has one.
@@ -51,16 +108,21 @@ pub(super) fn rows_table(outcome: &Outcome) -> Html {
     let has_range = all.iter().any(|row| row.low.is_some());
     let rows = all.iter().map(|row| {
         let paper = has_paper.then(|| printed(row.paper, &row.unit));
+        let end =
+            |value: f64| large_t(&row.quantity, value).map_or_else(|| digits(value), str::to_owned);
         let range = row.low.zip(row.high);
         let range = range.map_or_else(
             || "—".to_owned(),
-            |(low, high)| format!("{} to {}", digits(low), digits(high)),
+            |(low, high)| format!("{} to {}", end(low), end(high)),
         );
-        let cells = [Some(row.unit.clone()), paper];
-        let ours = [
-            Some(printed(row.ours, &row.unit)),
-            has_range.then_some(range),
-        ];
+        let unit = match &*row.unit {
+            "" => "1",
+            unit => unit,
+        };
+        let cells = [Some(unit.to_owned()), paper];
+        let large = row.ours.and_then(|it| large_t(&row.quantity, it));
+        let ours = large.map_or_else(|| printed(row.ours, &row.unit), str::to_owned);
+        let ours = [Some(ours), has_range.then_some(range)];
         let cells = cells.into_iter().chain(ours).flatten();
         let cells: Html = cells.map(|cell| html!("<td>{}</td>", cell)).collect();
         html!(
@@ -78,7 +140,29 @@ pub(super) fn rows_table(outcome: &Outcome) -> Html {
     let heads = [("Paper", has_paper), ("Ours", true), (range, has_range)];
     let heads = heads.into_iter().filter(|it| it.1).map(|it| it.0);
     let heads: Vec<&str> = ["Quantity", "Unit"].into_iter().chain(heads).collect();
-    table(&[&heads[..], &[count]].concat(), rows.collect())
+    let table = table(&[&heads[..], &[count]].concat(), rows.collect());
+    let has_large = all.iter().any(|row| {
+        let numbers = [row.ours, row.low, row.high].into_iter().flatten();
+        numbers
+            .into_iter()
+            .any(|value| large_t(&row.quantity, value).is_some())
+    });
+    let has_ones = all.iter().any(|row| row.unit.is_empty());
+    let notes = [
+        (
+            has_ones,
+            "Unit 1: a ratio, a correlation, a probability or a test statistic.",
+        ),
+        (has_large, LARGE_T),
+    ];
+    let notes = notes.into_iter().filter(|it| it.0);
+    let notes: Html = notes
+        .map(|(_, text)| html!("<p class=\"note\">{}</p>\n", text))
+        .collect();
+    match table.is_empty() {
+        true => table,
+        false => table + notes,
+    }
 }
 
 /// A value in its unit: cases are whole.
@@ -104,15 +188,4 @@ pub(super) fn table(heads: &[&str], rows: Html) -> Html {
             rows
         ),
     }
-}
-
-/// Three digits that count.
-pub(super) fn digits(value: f64) -> String {
-    let places = match value.abs() {
-        small if small < 1.0 => 3,
-        some if some < 10.0 => 2,
-        many if many < 100.0 => 1,
-        _ => 0,
-    };
-    format!("{value:.places$}")
 }

@@ -1,0 +1,156 @@
+//! The comparison that an experiment is about, beside the paper's.
+
+use super::numbers::digits;
+use super::result::Outcome;
+use serde::Serialize;
+
+/// Which numbers of which experiment it is about.
+struct About {
+    study: &'static str,
+    /// Id of the measure, and for people. Less of it is better.
+    measure: (&'static str, &'static str),
+    /// The level whose number stands first.
+    this: &'static str,
+    /// The levels the best of which stands second.
+    than: &'static [&'static str],
+    /// What those are, for people.
+    best: &'static str,
+}
+
+const ABOUT: &[About] = &[About {
+    study: "hamana-4",
+    measure: ("rmse_deg", "RMSE"),
+    this: "two points",
+    than: &["one point, A", "one point, B"],
+    best: "the better point alone",
+}];
+
+/// The same number in two conditions, by what else the conditions are.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Comparison {
+    /// What is compared, and whether it is a median of wearers.
+    pub quantity: String,
+    /// Its unit.
+    pub unit: String,
+    /// What stands first.
+    pub this: &'static str,
+    /// What stands second.
+    pub than: &'static str,
+    /// A pair for each of the other levels.
+    pub pairs: Vec<Pair>,
+    /// What the paper printed of both.
+    pub paper: Option<[f64; 2]>,
+}
+
+/// Two numbers that are compared.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Pair {
+    /// The levels of the other factors.
+    pub levels: String,
+    /// The number that stands first.
+    pub this: f64,
+    /// The best of those that stand second.
+    pub than: f64,
+    /// The level that is the best.
+    pub best: &'static str,
+}
+
+/// The comparison that `outcome` is about; nothing where it is about none, or numbers are
+/// missing.
+#[must_use]
+pub fn comparison(outcome: &Outcome) -> Option<Comparison> {
+    let about = ABOUT.iter().find(|it| it.study == outcome.name)?;
+    let row = |levels: &[String]| {
+        let condition = outcome.conditions.iter().find(|it| it.levels == levels)?;
+        let id = format!("{}/{}", condition.name(), about.measure.0);
+        outcome.rows.iter().find(|row| row.id == id)
+    };
+    let (mut pairs, mut paper, mut unit) = (Vec::new(), None, String::new());
+    for condition in &outcome.conditions {
+        let Some(place) = condition.levels.iter().position(|it| it == about.this) else {
+            continue;
+        };
+        let with = |level: &str| {
+            let mut levels = condition.levels.clone();
+            level.clone_into(&mut levels[place]);
+            levels
+        };
+        let this = row(&condition.levels)?;
+        let than = about
+            .than
+            .iter()
+            .filter_map(|level| Some((*level, row(&with(level))?)))
+            .filter_map(|(level, row)| Some((level, row, row.ours?)));
+        let (best, than, value) = than.min_by(|a, b| a.2.total_cmp(&b.2))?;
+        let mut others = condition.levels.clone();
+        others.remove(place);
+        paper = paper.or(this.paper.zip(than.paper).map(|(a, b)| [a, b]));
+        unit.clone_from(&this.unit);
+        pairs.push(Pair {
+            levels: others.join(", "),
+            this: this.ours?,
+            than: value,
+            best,
+        });
+    }
+    (!pairs.is_empty()).then_some(Comparison {
+        quantity: match outcome.declared.draws {
+            0 => about.measure.1.to_owned(),
+            draws => format!("Median {} of {draws} wearers drawn,", about.measure.1),
+        },
+        unit,
+        this: about.this,
+        than: about.best,
+        pairs,
+        paper,
+    })
+}
+
+impl Comparison {
+    /// "RMSE with two points against the better point alone: 5.92° against 9.55° (…); the
+    /// paper's: 10.7° against 17.6°."
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let both = |[this, than]: [f64; 2]| {
+            let unit = match &*self.unit {
+                "°" => "°".to_owned(),
+                unit => format!(" {unit}"),
+            };
+            format!("{}{unit} against {}{unit}", digits(this), digits(than))
+        };
+        let pairs = self.pairs.iter().map(|pair| match &*pair.levels {
+            "" => both([pair.this, pair.than]),
+            levels => format!("{} ({levels})", both([pair.this, pair.than])),
+        });
+        let paper = self.paper.map(|it| format!("; the paper's: {}", both(it)));
+        format!(
+            "{} with {} against {}: {}{}.",
+            self.quantity,
+            self.this,
+            self.than,
+            pairs.collect::<Vec<_>>().join(", "),
+            paper.unwrap_or_default()
+        )
+    }
+
+    /// The same as a table for a terminal.
+    #[must_use]
+    pub fn in_columns(&self) -> String {
+        let row = |name: &str, [this, than]: [&str; 2]| {
+            format!("{name:<34} {this:>10} {than:>24}\n")
+                .trim_end()
+                .to_owned()
+                + "\n"
+        };
+        let head = format!("{}, {}", self.quantity.trim_end_matches(','), self.unit);
+        let mut text = row(&head, [self.this, self.than]);
+        for pair in &self.pairs {
+            let than = format!("{} ({})", digits(pair.than), pair.best);
+            text += &row(&pair.levels, [&digits(pair.this), &than]);
+        }
+        if let Some([this, than]) = self.paper {
+            text += &row("as the paper printed", [&digits(this), &digits(than)]);
+        }
+        text
+    }
+}

@@ -1,0 +1,278 @@
+//! Claims of a paper, each with the shares that are its parts.
+//!
+//! A declaration asks more than a paper claims: the same claim of several persons, at several
+//! walls, of wearers and of whole studies. Here those shares are put under the claim of the
+//! paper whose parts they are, so that a page counts claims of the paper.
+
+use super::claims::{Share, Verdict};
+use super::result::Outcome;
+
+/// A claim of a paper in one result.
+#[derive(Clone, Debug)]
+pub struct PaperClaim<'a> {
+    /// For people.
+    pub says: &'a str,
+    /// The shares that it consists of, at every point of a grid.
+    pub parts: Vec<&'a Share>,
+}
+
+/// What a paper's claim comes to, of all its parts.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Standing {
+    /// Every part that is counted has this verdict, or the worst of them has.
+    Judged(Verdict),
+    /// Every part has one independent case.
+    Single,
+    /// No part could be judged.
+    Unjudged,
+}
+
+/// How the shares of some studies belong together.
+struct Grouping {
+    /// Of these studies.
+    studies: &'static [&'static str],
+    /// Words of a claim and the ids of its parts, `*` for anything.
+    claims: &'static [(&'static str, &'static [&'static str])],
+    /// Ids of what is no claim of the paper, though the paper's word stands beside it.
+    beside: &'static [&'static str],
+}
+
+/// Shares of no study here are claims of their own, but for those of one id up to a `/`, which
+/// are parts of one.
+const GROUPINGS: &[Grouping] = &[
+    Grouping {
+        studies: &["hamana-3"],
+        claims: &[("others bend more 4 V above the greatest", &["over-*"])],
+        beside: &[],
+    },
+    Grouping {
+        studies: &["hamana-4"],
+        claims: &[
+            (
+                "two points follow better than one",
+                &["two-better-than-*", "two-better-*-paper", "table-8-paper"],
+            ),
+            (
+                "one and two points differ (table 9)",
+                &["table-9-points-paper"],
+            ),
+            (
+                "participants do not differ (table 9)",
+                &["table-9-participants-paper"],
+            ),
+            (
+                "points and participants do not interact (table 9)",
+                &["table-9-interaction-paper"],
+            ),
+        ],
+        // The paper has its own controller alone, and means without a range.
+        beside: &["*-recommended", "table-8-within-*"],
+    },
+    Grouping {
+        studies: &["hamana-posture"],
+        claims: &[
+            ("one point bends most at 0°", &["one-falls-*"]),
+            ("two points bend more than one at 90°", &["two-more-*"]),
+            ("two points still bend far at 45°", &["two-enough-*"]),
+        ],
+        beside: &[],
+    },
+    Grouping {
+        studies: &["hamana-hold"],
+        claims: &[("two points sink less than one", &["two-better-*"])],
+        beside: &[],
+    },
+    Grouping {
+        studies: &["two-points"],
+        claims: &[],
+        // Says nothing but that each holds of one wearer.
+        beside: &["all"],
+    },
+    Grouping {
+        studies: &["lee"],
+        claims: &[(
+            "the model agrees: mean NRMSE below 10 % at I5, at most 13.1 % below",
+            &["nrmse-i5", "nrmse"],
+        )],
+        beside: &[],
+    },
+    Grouping {
+        studies: &["harris-ramps"],
+        claims: &[(
+            "±15° do not alter the torque significantly",
+            &["angle-alike", "angle-significant"],
+        )],
+        beside: &[],
+    },
+    Grouping {
+        studies: &["harris-wall"],
+        claims: &[
+            (
+                "pre-wall: swings less",
+                &["pre-wall-swings-less", "pre-wall-swings-no-more"],
+            ),
+            (
+                "co-contraction: helps only with pre-wall",
+                &[
+                    "co-contraction-helps-with-pre-wall",
+                    "co-contraction-helps-without",
+                    "helps-only-with-pre-wall",
+                ],
+            ),
+            ("seeing: less deep", &["seeing-less-deep-*"]),
+            ("seeing: swings less", &["seeing-swings-less-*"]),
+        ],
+        beside: &[],
+    },
+    Grouping {
+        studies: &[
+            "harris-wall-decides",
+            "harris-wall-gentle",
+            "harris-wall-why",
+            "harris-wall-yields",
+        ],
+        claims: &[(
+            "co-contraction: helps only with pre-wall",
+            &["with", "without", "only-with"],
+        )],
+        // Two claims of one arm at once.
+        beside: &["as-concluded"],
+    },
+    Grouping {
+        studies: &["sierotowicz"],
+        claims: &[
+            ("C3: lower error than C2", &["c3-c2", "mann-whitney"]),
+            (
+                "C3: higher correlation than C2",
+                &["correlation", "wilcoxon"],
+            ),
+        ],
+        beside: &[],
+    },
+    Grouping {
+        studies: &["distributed"],
+        // The abstract does not say whether four shared the rate or had it each.
+        claims: &[(
+            "four electrodes hold longer than one, by both readings of the rate",
+            &["quarter-longer", "fast-longer"],
+        )],
+        beside: &[],
+    },
+];
+
+/// Whether `id` is meant by `pattern`, in which one `*` stands for anything.
+fn is_meant(pattern: &str, id: &str) -> bool {
+    match pattern.split_once('*') {
+        None => pattern == id,
+        Some((begin, end)) => {
+            id.len() >= begin.len() + end.len() && id.starts_with(begin) && id.ends_with(end)
+        }
+    }
+}
+
+/// The claims of the paper in their order, and the shares that are of none.
+#[must_use]
+pub fn paper_claims(outcome: &Outcome) -> (Vec<PaperClaim<'_>>, Vec<&Share>) {
+    let grouping = GROUPINGS
+        .iter()
+        .find(|it| it.studies.contains(&&*outcome.name));
+    let is_any = |patterns: &[&str], id: &str| patterns.iter().any(|it| is_meant(it, id));
+    let (mut claims, mut beside) = (Vec::<(&str, PaperClaim<'_>)>::new(), Vec::new());
+    for share in &outcome.shares {
+        let is_beside = grouping.is_some_and(|it| is_any(it.beside, &share.id));
+        if share.paper.is_none() || is_beside {
+            beside.push(share);
+            continue;
+        }
+        let own = grouping.and_then(|it| it.claims.iter().find(|it| is_any(it.1, &share.id)));
+        let id = share.id.split('/').next().unwrap_or_default();
+        let (key, says) = own.map_or((id, &*share.claim), |(says, _)| (*says, *says));
+        match claims.iter_mut().find(|it| it.0 == key) {
+            Some((_, claim)) => claim.parts.push(share),
+            None => {
+                let parts = vec![share];
+                claims.push((key, PaperClaim { says, parts }));
+            }
+        }
+    }
+    let named = claims.into_iter().map(|(_, claim)| claim.named());
+    (named.collect(), beside)
+}
+
+impl PaperClaim<'_> {
+    /// Called by what its parts say alike after a colon: "persons: it falls" and "studies: it
+    /// falls" are "it falls".
+    fn named(mut self) -> Self {
+        let tail = |share: &'_ Share| share.claim.find(": ").map(|at| at + 2);
+        if let [first, second, ..] = *self.parts
+            && self.says == first.claim
+            && let (Some(a), Some(b)) = (tail(first), tail(second))
+            && first.claim[a..] == second.claim[b..]
+        {
+            self.says = &self.says[a..];
+        }
+        self
+    }
+
+    /// The worst of its parts: it comes out only where all of them do. Parts of one
+    /// independent case, and parts of none, are not counted.
+    #[must_use]
+    pub fn standing(&self) -> Standing {
+        let of = |wanted| {
+            let mut counted = self.parts.iter().filter_map(|it| it.verdict());
+            counted.any(|it| it == wanted)
+        };
+        let worst = [Verdict::Unlike, Verdict::Undecided, Verdict::Like];
+        match worst.into_iter().find(|it| of(*it)) {
+            Some(worst) => Standing::Judged(worst),
+            None if self.parts.iter().any(|it| it.is_single()) => Standing::Single,
+            None => Standing::Unjudged,
+        }
+    }
+
+    /// How many of its parts are as the paper says, and how many are counted.
+    #[must_use]
+    pub fn counts(&self) -> (usize, usize) {
+        let counted = self.parts.iter().filter_map(|it| it.verdict());
+        let like = counted.clone().filter(|it| *it == Verdict::Like);
+        (like.count(), counted.count())
+    }
+
+    /// "as the paper in 2 of 3 counted parts".
+    #[must_use]
+    pub fn counts_in_words(&self) -> String {
+        match self.counts() {
+            (_, 0) => "no part is counted".to_owned(),
+            (like, 1) => format!("as the paper in {like} of 1 counted part"),
+            (like, counted) => format!("as the paper in {like} of {counted} counted parts"),
+        }
+    }
+}
+
+impl Standing {
+    /// In two or three words.
+    #[must_use]
+    pub const fn in_words(self) -> &'static str {
+        match self {
+            Self::Judged(Verdict::Like) => "as the paper",
+            Self::Judged(Verdict::Unlike) => "not so",
+            Self::Judged(Verdict::Undecided) => "undecided",
+            Self::Single => "n = 1, not counted",
+            Self::Unjudged => "not judged",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_meant;
+
+    #[test]
+    fn a_star_stands_for_anything() {
+        assert!(is_meant("over-*", "over-P"));
+        assert!(is_meant("two-better-*-paper", "two-better-P-paper"));
+        assert!(!is_meant("two-better-*-paper", "two-better-P-recommended"));
+        assert!(!is_meant("two-better-*-paper", "two-better-paper"));
+        assert!(is_meant("all", "all") && !is_meant("all", "allowed"));
+    }
+}

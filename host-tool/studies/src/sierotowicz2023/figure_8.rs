@@ -1,0 +1,161 @@
+//! Figure 8: root mean square errors by axis and condition, and Mann and Whitney's tests.
+
+use super::course::Condition;
+use super::metrics::{Target, force, median, size};
+use super::replication::{Replication, people};
+use crate::laboratory::{Along, Bar, Grid, Plot, Plots, Sheet};
+use host_core::statistics::{Spread, mann_whitney, mean};
+
+/// Axes of a force, then its whole size.
+const AXES: [&str; 4] = ["x", "y", "z", "norm"];
+/// The paper's conditions.
+const SHOWN: [&str; 4] = ["C1", "C2", "C3", "C4"];
+/// Conditions that are tested against each other, with the paper's p of each of [`AXES`].
+const PAIRS: [(&str, &str, [&str; 4]); 3] = [
+    (
+        "C2",
+        "C3",
+        ["< 0.001, less", "< 0.05, more", "-", "< 0.01, less"],
+    ),
+    ("C2", "C4", ["?", "?", "-", "< 0.05"]),
+    ("C3", "C4", ["?", "?", "-", "?"]),
+];
+/// The paper's level.
+const SIGNIFICANT: f64 = 0.05;
+
+/// Error of a target along an axis, or of its whole force, N.
+fn error_n(of: &Target, axis: usize) -> f64 {
+    let off: [f64; 3] = std::array::from_fn(|at| force(of.measured)[at] - of.wanted_n[at]);
+    off.get(axis).map_or_else(|| size(off), |it| it.abs())
+}
+
+/// Errors of every target of all participants of a study, N.
+fn errors_n(of: &Replication, name: &str, axis: usize) -> Vec<f64> {
+    let each = of.people.iter().filter_map(|it| it.condition(name));
+    let targets = each.flat_map(|it| &it.targets);
+    targets.map(|it| error_n(it, axis)).collect()
+}
+
+/// Each condition's error beside what was wanted at most, along each axis.
+pub(super) fn figure(all: &[Replication]) -> Sheet {
+    let plots: Vec<Plot> = (0..AXES.len()).map(|axis| plot(all, axis)).collect();
+    let caption = "Root mean square error of each condition's targets and the greatest wanted \
+                   force, along x (forward), y (to the left), z (up) and of the whole force: means \
+                   over participants with their 5th to 95th percentile, simulated. The paper has \
+                   the same of its three participants as a picture; tests are in the table below.";
+    Sheet::figure(
+        "Figure 8",
+        "errors by axis and condition",
+        caption.to_owned(),
+        Plots {
+            beside: 2,
+            series: ["RMSE", "greatest wanted"].map(str::to_owned).to_vec(),
+            plots,
+        },
+    )
+}
+
+fn plot(all: &[Replication], axis: usize) -> Plot {
+    let of = |name: &str, pick: fn(&Condition) -> [f64; 4]| {
+        let each = people(all).filter_map(|it| it.condition(name));
+        each.map(|it| pick(it)[axis]).collect::<Vec<f64>>()
+    };
+    let (mut bars, mut most) = (Vec::new(), 0.0_f64);
+    for (place, name) in SHOWN.into_iter().enumerate() {
+        let picks: [fn(&Condition) -> [f64; 4]; 2] =
+            [|it| it.measures.rmse_n, |it| it.measures.range_n];
+        for (series, pick) in picks.into_iter().enumerate() {
+            let each = of(name, pick);
+            let Some((value, spread)) = mean(&each).zip(Spread::of(&each)) else {
+                continue;
+            };
+            let left = place as f64 - 0.38 + 0.39 * series as f64;
+            most = most.max(spread.high);
+            bars.push(Bar {
+                series,
+                x: [left, left + 0.36],
+                value,
+                range: Some([spread.low, spread.high]),
+            });
+        }
+    }
+    Plot {
+        title: AXES[axis].to_owned(),
+        x: Along::of("", SHOWN.map(str::to_owned)),
+        y: Along::even("force (N)", [0.0, (1.05 * most).max(1.0)]),
+        bars,
+        ..Plot::default()
+    }
+}
+
+/// The tests of two conditions, made of each study along each axis as the paper makes them:
+/// errors of all targets of all participants.
+pub(super) fn tests(all: &[Replication]) -> Sheet {
+    let mut rows = Vec::new();
+    for (first, second, printed) in PAIRS {
+        for (axis, paper) in printed.into_iter().enumerate() {
+            let tested: Vec<(f64, bool)> = all
+                .iter()
+                .filter_map(|it| {
+                    let [a, b] = [first, second].map(|name| errors_n(it, name, axis));
+                    let p = mann_whitney(&a, &b).ok()?.p;
+                    Some((p, median(&b) < median(&a)))
+                })
+                .collect();
+            let p: Vec<f64> = tested.iter().map(|it| it.0).collect();
+            let count = |is_less: bool| {
+                let own = tested.iter();
+                own.filter(|it| it.0 < SIGNIFICANT && it.1 == is_less)
+                    .count()
+            };
+            let middle = match median(&p) {
+                _ if p.is_empty() => "-".to_owned(),
+                small if small < 1e-4 => "< 0.0001".to_owned(),
+                middle => format!("{middle:.4}"),
+            };
+            rows.push(vec![
+                format!("{first} and {second}, {}", AXES[axis]),
+                middle,
+                count(true).to_string(),
+                count(false).to_string(),
+                tested.len().to_string(),
+                paper.to_owned(),
+            ]);
+        }
+    }
+    let heads = [
+        "",
+        "median p",
+        "less, p < 0.05",
+        "more, p < 0.05",
+        "studies",
+        "paper's p",
+    ];
+    let caption = "Mann and Whitney's U test of the errors of single targets, all participants of a \
+                   study together, simulated: in how many studies the second condition errs less, \
+                   or more, with p below 0.05, uncorrected as in the paper. -: the paper finds \
+                   none along z; ?: it does not say, and of C2 and C4 not on which axis.";
+    let grid = Grid {
+        heads: heads.map(str::to_owned).to_vec(),
+        rows,
+    };
+    Sheet::table("Figure 8", "tests by axis", caption.to_owned(), grid)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_is_of_an_axis_or_of_the_whole_force() {
+        let target = Target {
+            command: 0,
+            wanted_n: [1.0, 0.0, 2.0],
+            measured: [4.0, -4.0, 2.0, 9.0, 9.0, 9.0],
+            currents_ma: [0.0; 9],
+            is_beyond: false,
+        };
+        let errors = [0, 1, 2, 3].map(|axis| error_n(&target, axis));
+        assert_eq!(errors, [3.0, 4.0, 0.0, 5.0]);
+    }
+}
