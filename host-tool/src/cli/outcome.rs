@@ -113,7 +113,8 @@ fn shares(result: &Outcome) -> String {
             [one] => text += &share(one, claim.says),
             parts => {
                 let counts = claim.counts_in_words();
-                text += &format!("{}: {counts}\n", claim.says);
+                text += &in_columns(&format!("{}: {counts}", claim.says), COLUMNS);
+                text += "\n";
                 let lines = parts.iter().map(|it| share(it, &format!("  {}", it.claim)));
                 text.extend(lines);
             }
