@@ -112,9 +112,8 @@ fn shares(result: &Outcome) -> String {
         match claim.parts.as_slice() {
             [one] => text += &share(one, claim.says),
             parts => {
-                let counts = claim.counts_in_words();
-                text += &in_columns(&format!("{}: {counts}", claim.says), COLUMNS);
-                text += "\n";
+                let line = format!("{}: {}", claim.says, claim.counts_in_words());
+                text += &(in_columns(&line, COLUMNS) + "\n");
                 let lines = parts.iter().map(|it| share(it, &format!("  {}", it.claim)));
                 text.extend(lines);
             }

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 const WALL: [&str; 4] = ["SystemTime", "UNIX_EPOCH", "Local::now", "Utc::now"];
 
 /// Where it may be a label: file below `src`, why.
-const LABELS: [(&str, &str); 2] = [
-    ("record/place.rs", "a folder's name"),
-    ("record/provenance.rs", "when a run began, in UTC"),
-];
+const LABELS: [(&str, &str); 1] = [(
+    "cli/moment.rs",
+    "a folder's name, and when a run began, in UTC",
+)];
 
 fn sources(dir: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(dir).unwrap() {

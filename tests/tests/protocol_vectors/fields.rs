@@ -58,7 +58,7 @@ fn named() -> BTreeSet<String> {
     let names = parts.split("=>").filter_map(literal);
     fields.extend(names.map(str::to_owned));
     // And a name alone on its line, in the list of refusals.
-    let refusal = std::fs::read_to_string(root.join("link/refusal.rs")).expect("text");
+    let refusal = std::fs::read_to_string(root.join("link/refusal/mod.rs")).expect("text");
     let alone = refusal.lines().filter_map(|l| l.trim().strip_suffix("\","));
     fields.extend(alone.filter_map(|l| l.strip_prefix('"')).map(str::to_owned));
     fields
