@@ -17,6 +17,7 @@ mod console;
 mod fresh;
 mod image;
 mod portable;
+mod profile;
 mod report;
 mod rules;
 mod setup;
@@ -49,6 +50,7 @@ const STEPS: &[(&str, Run)] = &[
     ("lints", lints),
     ("windows", windows::run),
     ("portable", portable::run),
+    ("profile", profile::run),
     ("image-lints", image::lint),
     ("images", image::build),
     ("budgets", |at, _| budget::run(at)),
