@@ -40,8 +40,9 @@ fn every_shipped_file_is_listed_and_found_by_its_name() {
     }
     let declared = files(&package.join("experiments"), &package.join("experiments"));
     std::fs::create_dir(dir.join("faults")).unwrap();
-    for name in &declared {
-        told(&dir, &format!("new {name}.toml --from {name}"));
+    for name in declared.union(&listed(&all, "studies")) {
+        let file = format!("{name}-copied.toml");
+        told(&dir, &format!("new {file} --from studies/{name}"));
     }
     let document = std::fs::read_to_string(package.join("../docs/laboratory.md")).unwrap();
     for name in listed(&all, "studies") {
@@ -65,7 +66,15 @@ fn shipped_files_are_copied_out_with_those_that_they_name() {
     let (exit, error) = failed(&dir, "new own.toml --from reciprocal");
     assert_eq!(exit, Some(1));
     assert!(error.contains("E525"), "{error}");
-    let (exit, error) = failed(&dir, "new other.toml --from recip");
+    for (typed, expected) in [
+        ("recip", "did you mean `reciprocal`?"),
+        ("distributed", "sessions/distributed or studies/distributed"),
+    ] {
+        let (exit, error) = failed(&dir, &format!("new other.toml --from {typed}"));
+        assert_eq!(exit, Some(2));
+        assert!(error.contains(expected), "{error}");
+    }
+    let (exit, error) = failed(&dir, "new other.toml --from nothing-like-it");
     assert_eq!(exit, Some(2));
     assert!(error.contains("flexor list"), "{error}");
     let (exit, error) = failed(&dir, "new other.toml --from reciprocal --seconds 3");
@@ -74,4 +83,36 @@ fn shipped_files_are_copied_out_with_those_that_they_name() {
         (Some(2), true),
         "{error}"
     );
+}
+
+/// Each session with its wearers, and the declarations that are run from a file with their
+/// sessions: a copy in a folder of its own passes the check, as the shipped file does.
+#[test]
+fn every_copy_stands_on_its_own() {
+    let dir = folder("stands_alone");
+    let all = told(&dir, "list");
+    for (index, name) in listed(&all, "sessions").iter().enumerate() {
+        std::fs::create_dir(dir.join(index.to_string())).unwrap();
+        told(
+            &dir,
+            &format!("new {index}/own.toml --from sessions/{name}"),
+        );
+        told(&dir, &format!("check {index}/own.toml"));
+    }
+    for name in [
+        "harris-wall",
+        "harris-wall-decides",
+        "harris-wall-gentle",
+        "hamana-4",
+    ] {
+        std::fs::create_dir(dir.join(name)).unwrap();
+        told(
+            &dir,
+            &format!("new {name}/study.toml --from studies/{name}"),
+        );
+        told(
+            &dir,
+            &format!("experiment {name}/study.toml --draws 0 --out {name}/played"),
+        );
+    }
 }

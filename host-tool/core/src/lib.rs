@@ -6,7 +6,8 @@
 //! limits and muscles, from a file, which `calibration` finds with an operator; `fields`
 //! holds such files and sessions against what they may say, `disk` replaces files as a
 //! whole. `statistics` is what analyses of experiments share, `identify` makes a muscle's
-//! numbers of measured force, `limb` finds muscles for a force at the hand, `clock` has the time.
+//! numbers of measured force, `limb` finds muscles for a force at the hand, `clock` has the time,
+//! `suggestion` finds the name that a misspelt one was meant to be.
 //!
 //! Without its features (docs/architecture.md, Features) the package reads no clock, opens no
 //! socket and starts no process, and builds for `wasm32-unknown-unknown`.
@@ -29,4 +30,5 @@ pub mod report;
 pub mod run;
 pub mod session;
 pub mod statistics;
+pub mod suggestion;
 pub mod wearer;

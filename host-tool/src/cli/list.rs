@@ -3,6 +3,7 @@
 use super::Output;
 use clap::Args;
 use host_core::session::{SHIPPED as SESSIONS, Session, visible};
+use host_core::suggestion;
 use host_core::wearer::{SHIPPED as WEARERS, Wearer};
 use serde_json::{Value, json};
 use studies::laboratory::search::SHIPPED as SEARCHES;
@@ -110,33 +111,133 @@ fn machines(groups: &[Group]) -> Value {
     all
 }
 
-/// The text of the shipped session, wearer, search or declaration of this name, and the
-/// command that uses it, where FILE stands for a copy's path. A study that is more than its
-/// declaration reads its own, not a copy.
-pub(super) fn shipped(name: &str) -> Option<(&'static str, &'static str)> {
-    type Files = &'static [(&'static str, &'static str)];
-    if let Some(name) = name.strip_prefix("faults/") {
-        return named(&faults::FILES, name).map(|text| (text, "flexor faults"));
+/// A file that the program has.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shipped {
+    /// What `flexor list --json` calls its kind.
+    pub kind: &'static str,
+    pub text: &'static str,
+    /// The command that uses it, where FILE stands for a copy's path. A study that is more than
+    /// its declaration reads its own and never a copy: its command names no FILE.
+    pub command: &'static str,
+}
+
+/// The shipped session, wearer, search and declaration of this name: several kinds may have one.
+/// `KIND/NAME` is the one of that kind.
+pub(super) fn shipped(name: &str) -> Vec<Shipped> {
+    let all = every();
+    let of_name = |wanted: &str| -> Vec<Shipped> {
+        let same = all.iter().filter(|(name, _)| name == wanted);
+        same.map(|(_, shipped)| *shipped).collect()
+    };
+    match name.split_once('/') {
+        Some((kind, rest)) if all.iter().any(|(_, shipped)| shipped.kind == kind) => {
+            let mut of_kind = of_name(rest);
+            of_kind.retain(|shipped| shipped.kind == kind);
+            of_kind
+        }
+        _ => of_name(name),
     }
-    let kinds: [(Files, &str); 5] = [
-        (SESSIONS, "flexor run FILE"),
-        (&WEARERS, "flexor check FILE"),
-        (SEARCHES, "flexor search FILE"),
-        (&experiments::DECLARATIONS, "flexor experiment FILE"),
+}
+
+/// The name of a shipped file that is most similar to a misspelt one, as a question.
+pub(super) fn did_you_mean(typed: &str) -> String {
+    let all = every();
+    suggestion::did_you_mean(typed, all.iter().map(|(name, _)| name.as_str()))
+}
+
+/// Names and files, each kind in the order of `flexor list`. A study has the name of its
+/// declaration's file, and under each name of its own the first of its declarations.
+fn every() -> Vec<(String, Shipped)> {
+    type Files = &'static [(&'static str, &'static str)];
+    let kinds: [(&str, Files, &str); 5] = [
+        ("sessions", SESSIONS, "flexor run FILE"),
+        ("wearers", &WEARERS, "flexor check FILE"),
+        ("searches", SEARCHES, "flexor search FILE"),
         (
+            "studies",
+            &experiments::DECLARATIONS,
+            "flexor experiment FILE",
+        ),
+        (
+            "studies",
             &[("recruitments.toml", limb::DECLARED)],
             "flexor chart limb",
         ),
     ];
     let studies = catalog::ENTRIES.iter();
-    let studies = studies.map(|entry| (entry.declarations, entry.command));
-    let mut kinds = kinds.into_iter().chain(studies);
-    kinds.find_map(|(files, command)| Some((named(files, name)?, command)))
+    let studies = studies.map(|entry| ("studies", entry.declarations, entry.command));
+    let mut all: Vec<(String, Shipped)> = Vec::new();
+    for (kind, files, command) in kinds.into_iter().chain(studies) {
+        for (file, text) in files {
+            let name = file.trim_end_matches(".toml").to_owned();
+            all.push((
+                name,
+                Shipped {
+                    kind,
+                    text,
+                    command,
+                },
+            ));
+        }
+    }
+    for (file, text) in &faults::FILES {
+        let name = format!("faults/{}", file.trim_end_matches(".toml"));
+        let (kind, command) = ("studies", "flexor faults");
+        all.push((
+            name,
+            Shipped {
+                kind,
+                text,
+                command,
+            },
+        ));
+    }
+    for entry in &catalog::ENTRIES {
+        let Some((_, text)) = entry.declarations.first() else {
+            continue;
+        };
+        for (name, _) in entry.names {
+            let (kind, command) = ("studies", entry.command);
+            all.push((
+                (*name).to_owned(),
+                Shipped {
+                    kind,
+                    text,
+                    command,
+                },
+            ));
+        }
+    }
+    // A file that several studies share, or a study that is called as its file is.
+    let mut seen = std::collections::BTreeSet::new();
+    all.retain(|(name, shipped)| seen.insert((name.clone(), shipped.kind)));
+    all
 }
 
-/// The text of the file of this name.
-fn named(files: &[(&str, &'static str)], name: &str) -> Option<&'static str> {
-    let is = |file: &str| file.trim_end_matches(".toml") == name;
-    let found = files.iter().find(|(file, _)| is(file));
-    found.map(|(_, text)| *text)
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_that_is_listed_can_be_copied() {
+        for (_, kind, _, names) in groups() {
+            for (name, _) in names {
+                let found = shipped(&format!("{kind}/{name}"));
+                assert_eq!(found.len(), 1, "{kind}/{name}");
+                assert!(
+                    shipped(&name).iter().any(|found| found.kind == kind),
+                    "{name}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_name_of_two_kinds_finds_both() {
+        let kinds = shipped("distributed").into_iter().map(|found| found.kind);
+        assert_eq!(kinds.collect::<Vec<_>>(), ["sessions", "studies"]);
+        assert!(shipped("harris_wall/1_pre_wall").len() == 1);
+        assert!(shipped("wearers/distributed").is_empty());
+    }
 }

@@ -113,40 +113,68 @@ pub fn main(args: &New, output: Output) -> anyhow::Result<()> {
     write(args, &accepted(&answers).map_err(WrongUse)?, RUN, output)
 }
 
-/// Where shipped files name their wearers, and their sessions.
-const BESIDE: [&str; 2] = ["../wearers/", "../sessions/"];
-
 /// Copies what the program has by this name, and beside it the files that it names.
 ///
 /// # Errors
-/// E518: there is none of this name. E525: a file is there. What stands against writing it.
+/// E518: there is none of this name, or several. E525: a file is there. What stands against
+/// writing it.
 fn copy(args: &New, name: &str, output: Output) -> anyhow::Result<()> {
     let name = name.strip_suffix(".toml").unwrap_or(name);
-    let Some((text, command)) = list::shipped(name) else {
-        return wrong(format!(
-            "--from is `{name}`, which is not the name of a shipped file; flexor list shows them"
-        ));
+    let shipped = match &list::shipped(name)[..] {
+        [shipped] => *shipped,
+        [] => {
+            return wrong(format!(
+                "--from is `{name}`, which is not the name of a shipped file{}; flexor list \
+                 shows them",
+                list::did_you_mean(name)
+            ));
+        }
+        several => {
+            let names = several
+                .iter()
+                .map(|shipped| format!("{}/{name}", shipped.kind));
+            let names = names.collect::<Vec<_>>().join(" or ");
+            return wrong(format!(
+                "--from is `{name}`, which several files have: say {names}"
+            ));
+        }
     };
     let folder = args.session.parent().unwrap_or(Path::new(""));
-    let mut own = text.to_owned();
-    for beside in BESIDE {
-        while let Some((before, after)) = own.split_once(beside) {
-            let file = after.split('"').next().unwrap_or_default();
-            let other = list::shipped(file.trim_end_matches(".toml"));
+    let text = beside(folder, shipped.text)?;
+    write(args, &text, shipped.command, output)
+}
+
+/// Where shipped files name wearers and sessions; the longer path first, for it holds another.
+const FOLDERS: [(&str, &str); 3] = [
+    ("../../wearers/", "wearers"),
+    ("../wearers/", "wearers"),
+    ("../sessions/", "sessions"),
+];
+
+/// `text` with the wearers and sessions that it names lying in `folder`, into which they are
+/// copied, with what they name in turn.
+fn beside(folder: &Path, text: &str) -> anyhow::Result<String> {
+    let mut text = text.to_owned();
+    for (path, kind) in FOLDERS {
+        let marker = format!("\"{path}");
+        while let Some((before, after)) = text.split_once(&marker) {
+            let Some((file, rest)) = after.split_once('"') else {
+                break;
+            };
             let file_name = file.rsplit('/').next().unwrap_or_default();
-            let path = folder.join(file_name);
-            // Several conditions of a declaration may name the same file.
-            let lies_there = |text: &str| std::fs::read_to_string(&path).is_ok_and(|is| is == text);
-            if let Some((other, _)) = other.filter(|(other, _)| !lies_there(other)) {
-                create(&path, other)?;
+            let name = format!("{kind}/{}", file.trim_end_matches(".toml"));
+            if let [companion] = list::shipped(&name)[..] {
+                let companion = beside(folder, companion.text)?;
+                let copy = folder.join(file_name);
+                // Several conditions of a declaration may name the same file.
+                if std::fs::read_to_string(&copy).ok().as_ref() != Some(&companion) {
+                    create(&copy, &companion)?;
+                }
             }
-            own = format!(
-                "{before}{file_name}{}",
-                after.strip_prefix(file).unwrap_or_default()
-            );
+            text = format!("{before}\"{file_name}\"{rest}");
         }
     }
-    write(args, &own, command, output)
+    Ok(text)
 }
 
 /// The session on a wearer file, as `flexor check` accepts it.
@@ -179,13 +207,24 @@ fn write(args: &New, session: &str, command: &str, output: Output) -> anyhow::Re
     output.say(
         || {
             format!(
-                "{0} is written; next: {1}",
+                "{0} is written; {1}",
                 args.session.display(),
-                command.replace("FILE", &args.session.display().to_string())
+                next(command, &args.session)
             )
         },
         || serde_json::json!({ "session": args.session, "error": null }),
     )
+}
+
+/// The command that takes the file, or that none does.
+fn next(command: &str, file: &Path) -> String {
+    match command.contains("FILE") {
+        true => format!(
+            "next: {}",
+            command.replace("FILE", &file.display().to_string())
+        ),
+        false => format!("to read: {command} takes its own, as preregistered"),
+    }
 }
 
 /// Writes a file that is not there yet.

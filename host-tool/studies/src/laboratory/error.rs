@@ -3,6 +3,7 @@
 use host_core::record::RecordError;
 use host_core::run::{BeginError, OpenError, RunError};
 use host_core::session::{Problem, SessionError};
+use host_core::suggestion::did_you_mean;
 use std::fmt;
 use std::path::Path;
 
@@ -83,7 +84,8 @@ pub enum LaboratoryError {
     },
     /// No such experiment.
     #[error(
-        "E609 no experiment `{name}`; there are {known}, or give a declaration's file, NAME.toml"
+        "E609 no experiment `{name}`{}; there are {known}, or give a declaration's file, NAME.toml",
+        did_you_mean(.name, .known.split(", "))
     )]
     Unknown {
         /// As asked.

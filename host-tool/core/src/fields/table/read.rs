@@ -11,6 +11,7 @@ use super::super::document::Document;
 use super::super::error::{Place, Problem};
 use super::super::field::{Field, Kind, Need, Number, Section, When, instead};
 use super::{Entry, Table, Value};
+use crate::suggestion::nearest;
 
 impl<'a> Table<'a> {
     /// The file itself.
@@ -148,7 +149,7 @@ impl<'a> Table<'a> {
                 known.push(field.name);
             }
         }
-        let close = closest(name, known.iter().copied());
+        let close = nearest(name, known.iter().copied());
         let (known, likely) = (known.join(", "), close.map(Into::into));
         (
             Problem::UnknownField {
@@ -192,7 +193,7 @@ impl<'a> Table<'a> {
             Kind::Flag => file.as_bool().map(|is| Some(Value::Flag(is))),
             Kind::Choice(words) => file.as_str().map(|given| {
                 let word = words.iter().find(|word| **word == given);
-                let likely = || closest(given, words.iter().copied());
+                let likely = || nearest(given, words.iter().copied());
                 let close = instead(given, words).or_else(likely).map(Into::into);
                 let known = words.join(", ");
                 let unknown = || wrong(Problem::UnknownChoice { close, known });
@@ -387,14 +388,4 @@ fn kind(value: &DeValue<'_>) -> &'static str {
         DeValue::Array(_) => "a list",
         DeValue::Table(_) => "a table",
     }
-}
-
-/// The candidate that `name` is most likely a slip of the pen of. A name longer than
-/// any field is none.
-fn closest<'n>(name: &str, candidates: impl Iterator<Item = &'n str>) -> Option<&'n str> {
-    let likeness = |candidate: &str| strsim::jaro_winkler(name, candidate);
-    candidates
-        .filter(|_| name.len() < 100)
-        .filter(|candidate| likeness(candidate) > 0.8)
-        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)))
 }
