@@ -206,9 +206,12 @@ impl Playback {
         tim1_events(stream, self.dma[1].stream(stream).channel()).unwrap_or(0)
     }
 
-    /// The level that TIM2's channel 1 sees at PA15 (AF1, DS8626 table 9).
+    /// The level that TIM2's channel 1 sees at PA0, PA5 or PA15, whichever has AF1 (DS8626
+    /// table 9).
     pub(super) fn feed_capture(&mut self, at: Cycle) -> Modelled {
-        let high = self.gpio.has_function(0, 15, 1) && self.gpio.level(0, 15);
+        let high = [0, 5, 15]
+            .into_iter()
+            .any(|pin| self.gpio.has_function(0, pin, 1) && self.gpio.level(0, pin));
         if high != self.capture_input {
             self.capture_input = high;
             self.timers[1].set_input(high, at)?;

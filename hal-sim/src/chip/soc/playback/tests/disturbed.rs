@@ -118,21 +118,25 @@ fn a_sample_trigger_comes_at_its_microsecond() {
     assert_eq!(*scene.playback.triggers_mut(), [expected]);
 }
 
+/// TIM2's channel 1 is on three pins (DS8626 table 9).
 #[test]
-fn the_trigger_input_is_captured_in_device_time() {
-    let (mut scene, first) = playing(Pace::Lazy);
-    scene.write(Block::Gpio(0), gpio::AFRH, 1 << 28);
-    scene.write(Block::Gpio(0), gpio::PUPDR, 2 << 30);
-    scene.write(Block::Gpio(0), gpio::MODER, 2 << 30);
-    scene.sleep(first + 50 * US);
-    let edge = first + 100 * US + 80;
-    let Scene { playback, ram, .. } = &mut scene;
-    let expected = Ok(Some(true));
-    assert_eq!(playback.drive(0, 15, Level::High, edge, ram), expected);
-    scene.sleep(edge + 200);
-    assert_eq!(scene.read(Block::Timer(2), tim::SR) & 2, 2);
-    assert_eq!(scene.read(Block::Timer(2), tim::CCR1), 100);
-    assert_eq!(scene.read(Block::Timer(2), tim::SR) & 2, 0);
+fn the_trigger_input_is_captured_in_device_time_on_each_of_its_pins() {
+    for pin in [0, 5, 15] {
+        let (mut scene, first) = playing(Pace::Lazy);
+        let functions = [gpio::AFRL, gpio::AFRH][pin / 8];
+        scene.write(Block::Gpio(0), functions, 1 << (4 * (pin % 8)));
+        scene.write(Block::Gpio(0), gpio::PUPDR, 2 << (2 * pin));
+        scene.write(Block::Gpio(0), gpio::MODER, 2 << (2 * pin));
+        scene.sleep(first + 50 * US);
+        let edge = first + 100 * US + 80;
+        let Scene { playback, ram, .. } = &mut scene;
+        let expected = Ok(Some(true));
+        assert_eq!(playback.drive(0, pin, Level::High, edge, ram), expected);
+        scene.sleep(edge + 200);
+        assert_eq!(scene.read(Block::Timer(2), tim::SR) & 2, 2, "PA{pin}");
+        assert_eq!(scene.read(Block::Timer(2), tim::CCR1), 100, "PA{pin}");
+        assert_eq!(scene.read(Block::Timer(2), tim::SR) & 2, 0, "PA{pin}");
+    }
 }
 
 #[test]
