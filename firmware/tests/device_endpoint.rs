@@ -95,8 +95,10 @@ fn expected(force_mn: [i32; 3]) -> Vec<Option<Amplitude>> {
     let [x, y, z] = force_mn.map(|mn| mn as f32 / 1e3);
     let given = limb.refresh(&before_the_trunk()).unwrap();
     let made = limb.recruit(&given, &Wrench::of_force(x, y, z)).unwrap();
-    let of = |channel| made.orders.iter().find(|(it, _)| *it == channel);
-    (0..9).map(|channel| of(channel).map(|it| it.1)).collect()
+    let of = |channel| made.orders.iter().find(|(value, _)| *value == channel);
+    (0..9)
+        .map(|channel| of(channel).map(|pair| pair.1))
+        .collect()
 }
 
 fn mistakes(draft: &Draft) -> Vec<(Part, Rule)> {
@@ -265,7 +267,8 @@ fn a_force_that_can_no_longer_be_made_is_given_not_at_all() {
     assert!(lost.amplitudes.iter().all(Option::is_none), "{lost:?}");
     assert!(lost.limiting);
     assert_eq!(
-        lost.wrench.map(|it| (it.target_mn, it.made_permille)),
+        lost.wrench
+            .map(|wrench| (wrench.target_mn, wrench.made_permille)),
         Some((WANTED, 0))
     );
     assert_eq!(

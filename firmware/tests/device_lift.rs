@@ -101,7 +101,7 @@ fn sample(hold: Hold, phase: MotionPhase, centideg: i16) -> Option<LiftSample> {
 
 /// Every joint's flexor and extensor.
 fn each(flexor: Option<u32>, extensor: Option<u32>) -> Vec<Option<Amplitude>> {
-    let pair = [flexor, extensor].map(|it| it.map(Amplitude::new));
+    let pair = [flexor, extensor].map(|value| value.map(Amplitude::new));
     pair.repeat(4)
 }
 

@@ -63,7 +63,7 @@ fn a_list_takes_the_place_of_the_trains_pulses() {
         let pulses: Vec<_> = seen.iter().step_by(2).copied().collect();
         let begins = pulses
             .iter()
-            .position(|it| it.2 == code(8_000))
+            .position(|pulse| pulse.2 == code(8_000))
             .expect("the list");
         // Its own pulses before it: the list comes with the next slot, after its wait.
         let slot = pulses[begins].0 - u64::from(first_us);
@@ -87,7 +87,10 @@ fn a_list_takes_the_place_of_the_trains_pulses() {
             "{own:?}"
         );
         // Both phases of each are equal.
-        assert!(seen.chunks(2).all(|it| it[0].1 == it[1].1), "{seen:?}");
+        assert!(
+            seen.chunks(2).all(|chunk| chunk[0].1 == chunk[1].1),
+            "{seen:?}"
+        );
     }
 }
 
@@ -179,7 +182,7 @@ fn later_orders_hold() {
     desk.keep_alive(1, 30_000);
     desk.must(all(1, 5_000));
     desk.wait(20_000);
-    let listed = phases(&desk, 0, 0).last().map(|it| (it.1, it.2));
+    let listed = phases(&desk, 0, 0).last().map(|phase| (phase.1, phase.2));
     assert_eq!(listed, Some((100, code(10_000))));
     desk.must(all(1, 0));
     let from = desk.time() + 1_000;
@@ -197,7 +200,7 @@ fn a_stop_lets_a_list_fall() {
     desk.wait(100_000);
     assert_eq!(desk.state(), State::Idle);
     let seen = phases(&desk, 0, from);
-    let falls = seen.windows(2).all(|it| it[0].2 >= it[1].2);
+    let falls = seen.windows(2).all(|window| window[0].2 >= window[1].2);
     assert!(!seen.is_empty() && falls, "{seen:?}");
     assert!(
         seen.iter().all(|it| it.1 == 100 && it.2 < code(10_000)),

@@ -116,7 +116,7 @@ fn an_order_takes_effect_in_the_window_that_contains_its_time() {
             let expected = [LOW_UA, there, 10_000].map(code);
             assert_eq!(codes[1].0, burst);
             assert_eq!(
-                codes.iter().map(|it| it.1).collect::<Vec<_>>(),
+                codes.iter().map(|code| code.1).collect::<Vec<_>>(),
                 expected,
                 "{after} {shift}"
             );
@@ -144,7 +144,7 @@ fn orders_are_carried_out_in_turn_and_no_more_wait_than_may() {
     stay(&mut desk, wait);
     assert_eq!(desk.answer(more), Ok(()));
     stay(&mut desk, (MAX_TIMED as u64 + 2) * PERIOD);
-    let codes = bursts(&desk, first).into_iter().map(|it| it.1);
+    let codes = bursts(&desk, first).into_iter().map(|burst| burst.1);
     let expected = (0..MAX_TIMED).map(ua).chain([500, 500]).map(code);
     assert_eq!(
         codes.take(MAX_TIMED + 2).collect::<Vec<_>>(),
@@ -246,7 +246,10 @@ fn times_never_go_back() {
     stay(&mut desk, PERIOD);
     assert_eq!(bursts(&desk, from + 500)[0].1, code(6_000));
     stay(&mut desk, 500_000);
-    assert_eq!(bursts(&desk, 0).last().map(|it| it.1), Some(code(9_000)));
+    assert_eq!(
+        bursts(&desk, 0).last().map(|burst| burst.1),
+        Some(code(9_000))
+    );
 }
 
 /// Held to the limits as it comes, in the states in which an untimed one is taken.
@@ -271,7 +274,10 @@ fn it_is_judged_when_it_comes() {
     };
     assert_eq!(desk.code(order), Some(Code::NoTrain));
     stay(&mut desk, 250_000);
-    assert_eq!(bursts(&desk, 0).last().map(|it| it.1), Some(code(20_000)));
+    assert_eq!(
+        bursts(&desk, 0).last().map(|burst| burst.1),
+        Some(code(20_000))
+    );
 }
 
 /// What depends on the moment is judged when it is due: acknowledged, and refused then.
@@ -292,7 +298,10 @@ fn a_step_too_large_is_refused_when_it_is_due() {
     stay(&mut desk, 2_000);
     assert_eq!(refusals(&mut desk), [(Some(seq), Code::TooLargeStep)]);
     stay(&mut desk, 2 * PERIOD);
-    assert_eq!(bursts(&desk, 0).last().map(|it| it.1), Some(code(LOW_UA)));
+    assert_eq!(
+        bursts(&desk, 0).last().map(|burst| burst.1),
+        Some(code(LOW_UA))
+    );
     assert_eq!(desk.status().counters.refused, before + 1);
 }
 
@@ -315,7 +324,11 @@ fn orders_that_wait_do_not_keep_a_host_alive() {
     let from = (from - BOOT).us().cast_unsigned().into();
     assert!(end > from && end <= from + heard_us + fall, "{from} {end}");
     // The first was due at 90 ms, the second would have been at 180.
-    assert!(bursts(&desk, from).iter().all(|it| it.1 <= code(7_000)));
+    assert!(
+        bursts(&desk, from)
+            .iter()
+            .all(|burst| burst.1 <= code(7_000))
+    );
 }
 
 /// How stimulation or arming may end with an order waiting.
@@ -412,7 +425,7 @@ fn nothing_that_waits_survives_an_end() {
         let is_first_due = matches!(end, Silence | Owner | Finished);
         let high = bursts(&desk, from + if is_first_due { 180_000 } else { 0 });
         assert!(
-            high.len() > 10 && high.iter().all(|it| it.1 <= code(LOW_UA)),
+            high.len() > 10 && high.iter().all(|high| high.1 <= code(LOW_UA)),
             "{end:?}"
         );
     }
@@ -428,7 +441,7 @@ fn what_waits_plays_without_an_end() {
     desk.must(timed(now + us(900_000), 15_000)); // armed, and started before it is due
     desk.must_all([Request::Start, all(1, LOW_UA)]);
     stay(&mut desk, 1_000_000);
-    let codes: Vec<u16> = bursts(&desk, 0).into_iter().map(|it| it.1).collect();
+    let codes: Vec<u16> = bursts(&desk, 0).into_iter().map(|burst| burst.1).collect();
     assert!(codes.contains(&code(LOW_UA)) && codes.last() == Some(&code(15_000)));
 }
 

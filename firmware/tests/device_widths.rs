@@ -76,7 +76,9 @@ fn a_burst_has_the_pair_that_was_ordered_before_it() {
     desk.wait(30_000);
     let seen = phases(&desk, 0, from);
     // From the first whole burst on.
-    let pauses = seen.windows(2).position(|it| it[1].0 - it[0].0 > 10_000);
+    let pauses = seen
+        .windows(2)
+        .position(|window| window[1].0 - window[0].0 > 10_000);
     let seen = &seen[pauses.unwrap() + 1..];
     let bursts: Vec<_> = seen.chunks(4).filter(|burst| burst.len() == 4).collect();
     let shown = |burst: &&[(u64, u64, u16)]| {
@@ -94,7 +96,7 @@ fn a_burst_has_the_pair_that_was_ordered_before_it() {
     wanted.push((200, code(7_000)));
     let begins = shown
         .iter()
-        .position(|it| *it == wanted[0])
+        .position(|pair| *pair == wanted[0])
         .expect("the first order");
     assert!(begins <= 1, "{shown:?}");
     assert_eq!(shown[begins..begins + wanted.len()], wanted);

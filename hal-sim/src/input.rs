@@ -36,7 +36,7 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// Something else is (`InvalidInput`).
 pub fn may_go_on(path: &Path) -> io::Result<()> {
     path.metadata()
-        .map_or(Ok(()), |it| is_regular(it.file_type()))
+        .map_or(Ok(()), |metadata| is_regular(metadata.file_type()))
 }
 
 /// The bytes of the regular file at `path`, at most `longest`.

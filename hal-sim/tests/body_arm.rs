@@ -162,7 +162,7 @@ fn contractions_differ_by_the_noise_that_is_fixed() {
         arm.advance(now_us);
     }
     let mean = peaks.iter().sum::<f64>() / 60.0;
-    let sd = (peaks.iter().map(|it| (it - mean).powi(2)).sum::<f64>() / 59.0).sqrt();
+    let sd = (peaks.iter().map(|peak| (peak - mean).powi(2)).sum::<f64>() / 59.0).sqrt();
     // Three standard errors of a deviation from 60.
     assert!(
         (sd / mean - 0.08).abs() < 3.0 * 0.08 / 118f64.sqrt(),
@@ -258,11 +258,14 @@ fn every_muscle_has_a_moment() {
     for muscle in ALL {
         let arms = arm.arms_m(muscle);
         let wrench = arm.to_wrench() * arms;
-        let mm: Vec<String> = arms.iter().map(|it| format!("{:6.1}", 1e3 * it)).collect();
+        let mm: Vec<String> = arms
+            .iter()
+            .map(|arm| format!("{:6.1}", 1e3 * arm))
+            .collect();
         let n: Vec<String> = wrench
             .iter()
             .take(3)
-            .map(|it| format!("{it:6.3}"))
+            .map(|wrench| format!("{wrench:6.3}"))
             .collect();
         println!(
             "{:24} {} | N/N {}",

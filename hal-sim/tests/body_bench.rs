@@ -45,7 +45,10 @@ fn at_the_reference_it_is_table_4_s_model() {
             1.5,
             1e-3,
         );
-        let peak = truth.iter().map(|it| it.force_n).fold(0.0, f64::max);
+        let peak = truth
+            .iter()
+            .map(|sample| sample.force_n)
+            .fold(0.0, f64::max);
         // The reference begins at 0, the body's first millisecond ends at 1.
         for (ours, theirs) in force.iter().zip(truth.iter().skip(1)) {
             assert!((ours - theirs.force_n).abs() < 1e-6 * peak, "K{subject}");

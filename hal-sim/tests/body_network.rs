@@ -116,7 +116,7 @@ impl Dense<'_> {
         let matrix = self.matrix();
         let scaled: Vec<Vec<f64>> = matrix
             .iter()
-            .map(|row| row.iter().map(|it| it * t_s).collect())
+            .map(|row| row.iter().map(|row| row * t_s).collect())
             .collect();
         let exponential = exponential(scaled);
         let n = volts.len();
@@ -139,13 +139,13 @@ fn exponential(matrix: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let n = matrix.len();
     let norm = matrix
         .iter()
-        .map(|row| row.iter().map(|it| it.abs()).sum::<f64>())
+        .map(|row| row.iter().map(|row| row.abs()).sum::<f64>())
         .fold(0.0, f64::max);
     let squarings = (norm.max(1e-300).log2().ceil() as i32 + 4).max(0);
     let part = 0.5f64.powi(squarings);
     let small: Vec<Vec<f64>> = matrix
         .iter()
-        .map(|row| row.iter().map(|it| it * part).collect())
+        .map(|row| row.iter().map(|row| row * part).collect())
         .collect();
     let identity = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();
     let mut sum: Vec<Vec<f64>> = (0..n).map(identity).collect();
@@ -237,7 +237,7 @@ fn every_piece_is_what_a_general_circuit_gives() {
             let terminals = terminals(&mut draws, network.actives());
             let lasts_s = 10f64.powf(draws.between(-5.0, -2.0));
             let pieces = network.segment(&mut charge, &terminals, lasts_s).unwrap();
-            let whole: f64 = pieces.iter().map(|it| it.duration_s).sum();
+            let whole: f64 = pieces.iter().map(|piece| piece.duration_s).sum();
             assert!((whole - lasts_s).abs() < 1e-12);
             for piece in &pieces {
                 let n = skins.len();
@@ -248,7 +248,7 @@ fn every_piece_is_what_a_general_circuit_gives() {
                     imposed: imposed(&terminals, piece, limit_a),
                 };
                 pieces_seen += 1;
-                limited += usize::from(piece.is_limited.iter().any(|it| *it));
+                limited += usize::from(piece.is_limited.iter().any(|flag| *flag));
                 for part in [0.0, 0.1, 0.5, 1.0] {
                     let t_s = part * piece.duration_s;
                     let wanted = dense.currents(&dense.after(&volts, t_s));
@@ -305,7 +305,7 @@ fn halving_a_pulse_tells_what_freezing_costs() {
             for _ in 0..parts {
                 let lasts_s = 200e-6 / f64::from(parts);
                 let pieces = network.segment(&mut charge, &terminals, lasts_s).unwrap();
-                sum += pieces.iter().map(|it| it.charge_c(0)).sum::<f64>();
+                sum += pieces.iter().map(|piece| piece.charge_c(0)).sum::<f64>();
             }
             sum
         };

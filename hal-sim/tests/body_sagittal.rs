@@ -134,7 +134,7 @@ fn arms_are_the_published_ones() {
         let arms = geometry.at([80.0, deg]).arms_m;
         println!(
             "shoulder at {deg}°: {:?}",
-            arms.map(|it| (1e4 * it[SHOULDER]).round() / 10.0)
+            arms.map(|arm| (1e4 * arm[SHOULDER]).round() / 10.0)
         );
         assert!(arms[2][SHOULDER] > 0.01, "deltoid, anterior");
         assert!(arms[3][SHOULDER] < -0.01, "deltoid, posterior");

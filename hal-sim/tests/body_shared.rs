@@ -77,7 +77,7 @@ fn train(channel: usize, ma: f64, period_us: u64, offset_us: u64, for_us: u64) -
 
 fn merged(trains: &[Vec<Pulse>]) -> Vec<Pulse> {
     let mut all = trains.concat();
-    all.sort_by_key(|it| it.t_us);
+    all.sort_by_key(|pulse| pulse.t_us);
     all
 }
 
@@ -142,7 +142,8 @@ fn a_unit_that_two_electrodes_reach_fires_at_both() {
     let own = [1.0, 0.0, 0.0, 0.0];
     let (spec, for_us) = (spec(&[own, own]), 2_000_000);
     let force = |offset_us| {
-        let trains = [0, 1].map(|it| train(it, 20.0, 160_000, it as u64 * offset_us, for_us));
+        let trains =
+            [0, 1].map(|index| train(index, 20.0, 160_000, index as u64 * offset_us, for_us));
         read(&spec, &merged(&trains), for_us).0
     };
     let alone = read(&spec, &train(0, 20.0, 160_000, 0, for_us), for_us).0;
@@ -163,12 +164,12 @@ fn interleaving_alone_makes_force_smooth_and_tires_alike() {
     let (spec, for_us) = (spec(&own), 60_000_000);
     let at = |offset_us: u64| {
         let trains: Vec<_> = (0..4)
-            .map(|it| train(it, 20.0, 160_000, it as u64 * offset_us, for_us))
+            .map(|index| train(index, 20.0, 160_000, index as u64 * offset_us, for_us))
             .collect();
         let (readings, left) = read(&spec, &merged(&trains), for_us);
         let last = &readings[readings.len() - 32 * 20..]; // twenty periods
         let mean = last.iter().sum::<f64>() / last.len() as f64;
-        let square: f64 = last.iter().map(|it| (it - mean).powi(2)).sum();
+        let square: f64 = last.iter().map(|value| (value - mean).powi(2)).sum();
         (mean, (square / last.len() as f64).sqrt() / mean, left)
     };
     let (at_once, interleaved) = (at(0), at(40_000));
@@ -205,7 +206,9 @@ fn what_cannot_be_is_named() {
     let wrong = |change: &dyn Fn(&mut SharedSpec)| {
         let mut spec = spec(&[[1.0; 4]]);
         change(&mut spec);
-        Shared::new(spec).err().map(|it| it.0)
+        Shared::new(spec)
+            .err()
+            .map(|invalid_shared| invalid_shared.0)
     };
     assert_eq!(wrong(&|_| ()), None);
     assert_eq!(wrong(&|it| it.strength_n = 0.0), Some("strength_n"));

@@ -329,7 +329,7 @@ fn a_signal_ends_it_with_a_dump_that_is_whole() {
     let running = command.spawn().unwrap();
     let dump = folder.join("pins.vcd");
     let begin = Instant::now();
-    while std::fs::metadata(&dump).map_or(0, |it| it.len()) < 50_000 {
+    while std::fs::metadata(&dump).map_or(0, |metadata| metadata.len()) < 50_000 {
         assert!(begin.elapsed() < Duration::from_secs(300), "no dump grows");
         std::thread::sleep(Duration::from_millis(10));
     }

@@ -79,7 +79,7 @@ fn a_simulator_is_measured_to_the_end_and_never_passes_as_a_board() {
     assert!(answers.iter().all(|answer| answer["holds"] == true));
     let loads: Vec<_> = answers
         .iter()
-        .map(|it| it["load_ohm"].as_u64().unwrap())
+        .map(|value| value["load_ohm"].as_u64().unwrap())
         .collect();
     assert!([500, 2_000, 10_000].iter().all(|ohm| loads.contains(ohm)));
     // What lies there is neither replaced nor called anything else.
@@ -120,7 +120,7 @@ fn a_wrong_value_fails_its_step_by_name() {
         .as_array()
         .unwrap()
         .iter()
-        .filter(|it| it["holds"] == false)
+        .filter(|value| value["holds"] == false)
         .count();
     assert_eq!(failed, 2);
 }
@@ -203,7 +203,7 @@ fn typed_values_are_asked_for_again_and_an_end_is_gone_on_from() {
         .as_array()
         .unwrap()
         .iter()
-        .map(|it| it["id"].clone())
+        .map(|value| value["id"].clone())
         .collect();
     assert_eq!(ids, ["pump-period", "2000-peak"]);
     // The rest another day: what was measured is not asked for again.

@@ -219,7 +219,7 @@ fn a_level_changed_in_the_journal_is_no_limit() {
     let journal = read(&folder, "w.toml.journal");
     let found = journal
         .lines()
-        .find(|it| it.contains("\"step\":\"comfort\",\"value\""));
+        .find(|line| line.contains("\"step\":\"comfort\",\"value\""));
     let found = found.unwrap();
     let level = found.split("\"level\":").nth(1).unwrap();
     let level = level.split('}').next().unwrap();
@@ -263,7 +263,9 @@ impl Driven {
     }
 
     pub fn ready(&mut self) -> serde_json::Value {
-        self.next(|it| it["event"] == "view" && it["phase"] == "ready" && it["question"].is_null())
+        self.next(|value| {
+            value["event"] == "view" && value["phase"] == "ready" && value["question"].is_null()
+        })
     }
 
     pub fn ended(mut self) -> Said {
@@ -299,28 +301,29 @@ fn order_by_lines() {
         "\u{7f}",
     ] {
         driven.order(nonsense);
-        let told = driven.next(|it| it["event"] == "refused");
+        let told = driven.next(|value| value["event"] == "refused");
         assert!(
             told["error"].as_str().unwrap().starts_with("E678 "),
             "{told}"
         );
     }
     driven.order("{\"order\":\"yes\"}");
-    let told = driven.next(|it| it["event"] == "refused");
+    let told = driven.next(|value| value["event"] == "refused");
     assert!(
         told["error"].as_str().unwrap().starts_with("E671 "),
         "{told}"
     );
     driven.order("{\"order\":\"raise\"}");
-    driven.next(|it| it["event"] == "view" && it["phase"] == "on" && it["given"] == 2.0);
+    driven
+        .next(|value| value["event"] == "view" && value["phase"] == "on" && value["given"] == 2.0);
     // A second raise at once is no second step.
     driven.order("{\"order\":\"raise\"}");
-    let told = driven.next(|it| it["event"] == "refused");
+    let told = driven.next(|value| value["event"] == "refused");
     assert!(
         told["error"].as_str().unwrap().contains("being given"),
         "{told}"
     );
-    driven.next(|it| it["question"].is_string());
+    driven.next(|value| value["question"].is_string());
     driven.order("{\"order\":\"no\"}");
     driven.order("{\"order\":\"abort\"}");
     let (exit, rest, error) = driven.ended();
@@ -335,14 +338,14 @@ fn an_input_that_ends_and_a_signal_end_it_with_the_journal_whole() {
     let mut driven = Driven::start(&folder);
     driven.ready();
     driven.order("{\"order\":\"raise\"}");
-    driven.next(|it| it["phase"] == "on");
+    driven.next(|value| value["phase"] == "on");
     let (exit, _, error) = driven.ended();
     assert!(exit == Some(1) && error.contains("E684"), "{error}");
     std::fs::remove_file(folder.join("w.toml.journal")).unwrap();
     let mut driven = Driven::start(&folder);
     driven.ready();
     driven.order("{\"order\":\"raise\"}");
-    driven.next(|it| it["phase"] == "on");
+    driven.next(|value| value["phase"] == "on");
     let id = driven.process.id().to_string();
     let sent = std::process::Command::new("sh")
         .args(["-c", &format!("kill -INT {id}")])
@@ -376,11 +379,11 @@ fn a_board_behind_a_port_is_ordered_by_lines_until_it_is_lost() {
         "a board has no instrument: {view}"
     );
     driven.order("{\"order\":\"raise\"}");
-    driven.next(|it| it["question"].is_string());
+    driven.next(|value| value["question"].is_string());
     driven.order("{\"order\":\"no\"}");
     driven.ready();
     driven.order("{\"order\":\"raise\"}");
-    driven.next(|it| it["phase"] == "on" && it["given"] == 4.0);
+    driven.next(|value| value["phase"] == "on" && value["given"] == 4.0);
     drop(board);
     let mut rest = String::new();
     std::io::Read::read_to_string(&mut driven.lines, &mut rest).unwrap();

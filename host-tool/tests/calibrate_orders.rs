@@ -32,7 +32,7 @@ pub fn entries(folder: &Path, kind: &str) -> Vec<Value> {
     let journal = std::fs::read_to_string(folder.join("w.toml.journal")).unwrap_or_default();
     let lines = journal
         .lines()
-        .filter_map(|it| serde_json::from_str(it).ok());
+        .filter_map(|line| serde_json::from_str(line).ok());
     lines
         .filter(|line: &Value| line["entry"].get(kind).is_some())
         .collect()
@@ -62,11 +62,11 @@ impl Driven {
     }
 
     fn phase(&mut self, phase: &str) -> Value {
-        self.next(|it| it["phase"] == phase)
+        self.next(|value| value["phase"] == phase)
     }
 
     fn ready(&mut self) -> Value {
-        self.next(|it| it["phase"] == "ready" && it["question"].is_null())
+        self.next(|value| value["phase"] == "ready" && value["question"].is_null())
     }
 
     fn given(&self) -> usize {
@@ -103,7 +103,7 @@ fn a_block_of_orders_is_one_order() {
     driven.ready();
     driven.send(&format!("{RAISE}{NO}").repeat(2000));
     driven.phase("on");
-    driven.next(|it| it["question"].is_string());
+    driven.next(|value| value["question"].is_string());
     // In a block, too, nothing is for what it comes before.
     driven.send(&format!("{NO}{RAISE}{RAISE}"));
     driven.ready();
@@ -118,7 +118,7 @@ fn a_block_of_orders_is_one_order() {
     let levels: Vec<Value> = entries(&folder, "given");
     let levels: Vec<&Value> = levels
         .iter()
-        .map(|it| &it["entry"]["given"]["level"])
+        .map(|value| &value["entry"]["given"]["level"])
         .collect();
     assert_eq!(levels.len(), 2, "{levels:?}");
 }
@@ -128,7 +128,7 @@ fn what_was_refused_is_told_by_number() {
     let mut driven = Driven::start("calibrate_refused", PLAN);
     driven.ready();
     driven.send(&RAISE.repeat(40));
-    let told = driven.next(|it| it["event"] == "refused");
+    let told = driven.next(|value| value["event"] == "refused");
     let told = told["error"].as_str().unwrap().to_owned();
     assert!(
         told.starts_with("E671 not now: this order came before"),
@@ -150,7 +150,7 @@ fn too_much_and_the_end_overtake_what_is_pending() {
         "{}{{\"order\":\"too-much\"}}\n",
         RAISE.repeat(3000)
     ));
-    let told = driven.next(|it| it["entry"].get("too-much").is_some());
+    let told = driven.next(|value| value["entry"].get("too-much").is_some());
     let given = entries(&driven.folder, "given");
     let on_s = told["t_s"].as_f64().unwrap() - given[0]["t_s"].as_f64().unwrap();
     assert!(on_s < 10.0, "{on_s}");

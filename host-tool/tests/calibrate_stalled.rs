@@ -38,24 +38,24 @@ fn goes_on_after_a_stall() {
     let mut driven = Driven::start_on(&folder, &["--device", &at]);
     driven.ready();
     driven.order("{\"order\":\"raise\"}");
-    driven.next(|it| it["phase"] == "on" && it["given"] == 2.0);
+    driven.next(|value| value["phase"] == "on" && value["given"] == 2.0);
     signal(driven.process.id(), "STOP");
     std::thread::sleep(Duration::from_millis(500));
     signal(driven.process.id(), "CONT");
-    let told = driven.next(|it| it["entry"].get("stalled").is_some());
+    let told = driven.next(|value| value["entry"].get("stalled").is_some());
     let stalled = &told["entry"]["stalled"];
     let pause_ms = stalled["pause_ms"].as_u64().unwrap();
     assert!(pause_ms >= 400 && stalled["channel"] == 3, "{told}");
     // Nothing is asked of what was cut short, and a raise gives the same.
-    let view = driven.next(|it| it["phase"] == "ready");
+    let view = driven.next(|value| value["phase"] == "ready");
     assert!(
         view["question"].is_null() && view["step"] == "placement",
         "{view}"
     );
     assert_eq!(view["raise"], 2.0, "{view}");
     driven.order("{\"order\":\"raise\"}");
-    driven.next(|it| it["phase"] == "on" && it["given"] == 2.0);
-    let asked = driven.next(|it| it["question"].is_string());
+    driven.next(|value| value["phase"] == "on" && value["given"] == 2.0);
+    let asked = driven.next(|value| value["question"].is_string());
     assert_eq!(asked["level"], 2.0, "{asked}");
     driven.order("{\"order\":\"abort\"}");
     let (exit, rest, error) = driven.ended();

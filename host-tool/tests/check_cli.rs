@@ -20,7 +20,9 @@ fn checked(folder: &Path, files: &[&str]) -> (Option<i32>, serde_json::Value, St
 /// The numbers of a file's mistakes, and whether each says where and what to do.
 fn numbers(checked: &serde_json::Value, file: usize) -> Vec<&str> {
     let mistakes = checked["sessions"][file]["mistakes"].as_array().unwrap();
-    let each = mistakes.iter().map(|it| it["number"].as_str().unwrap());
+    let each = mistakes
+        .iter()
+        .map(|value| value["number"].as_str().unwrap());
     each.collect()
 }
 

@@ -37,7 +37,7 @@ fn the_commands_of_the_document_show_what_differs() {
     let (section, _) = section.split_once("\n## ").unwrap();
     let commands = section
         .lines()
-        .filter_map(|it| it.strip_prefix("    flexor "));
+        .filter_map(|line| line.strip_prefix("    flexor "));
     let commands: Vec<&str> = commands.collect();
     assert_eq!(commands.len(), 3, "{commands:?}");
     let mut text = String::new();
@@ -54,11 +54,11 @@ fn the_commands_of_the_document_show_what_differs() {
     // Channel 2 alone differs: 25 pulses of 200 µs that rise to 6 or 8 mA.
     let place = lines
         .iter()
-        .position(|it| it.starts_with("  channel 2 "))
+        .position(|line| line.starts_with("  channel 2 "))
         .unwrap();
     let peaks: Vec<&str> = lines[place + 1..][..2]
         .iter()
-        .map(|it| it[..14].trim())
+        .map(|line| line[..14].trim())
         .collect();
     assert_eq!(peaks, ["1   6.00 mA", "2   8.00 mA"]);
     let change = line(&lines, "    setpoints.values[channel 2].value");
@@ -212,7 +212,7 @@ fn experiments_and_sweeps_are_compared_by_what_they_have_in_common() {
     let channels = both["rows"][0]["channels"].as_array().unwrap();
     let uc = channels
         .iter()
-        .map(|it| it["cathodic_uc"].as_f64().unwrap());
+        .map(|value| value["cathodic_uc"].as_f64().unwrap());
     let counted_mc = uc.sum::<f64>() / 1e3;
     assert!(
         (counted_mc / told_mc - 1.0).abs() < 0.05,

@@ -61,7 +61,7 @@ fn the_table_is_for_people_and_machines() {
     assert_eq!(it["model"], "calcium-force-fatigue");
     let models = it["models"].as_array().unwrap();
     let error = |name: &str| {
-        let found = models.iter().find(|it| it["model"] == name).unwrap();
+        let found = models.iter().find(|value| value["model"] == name).unwrap();
         found["report_pct"].as_f64().unwrap()
     };
     assert!((10.0..60.0).contains(&error("calcium-force")), "{it}");

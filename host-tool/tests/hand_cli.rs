@@ -41,7 +41,7 @@ fn twice(name: &str, arguments: &[&str]) -> Value {
 /// What the paper printed of each of these rows.
 fn papers(result: &Value) -> BTreeMap<&str, &Value> {
     let rows = result["rows"].as_array().unwrap().iter();
-    rows.map(|it| (it["id"].as_str().unwrap(), &it["paper"]))
+    rows.map(|value| (value["id"].as_str().unwrap(), &value["paper"]))
         .collect()
 }
 
@@ -49,7 +49,7 @@ fn papers(result: &Value) -> BTreeMap<&str, &Value> {
 fn cells(result: &Value, number: &str, title: &str) -> Vec<Vec<String>> {
     let mut sheets = result["sheets"].as_array().unwrap().iter();
     let sheet = sheets
-        .find(|it| it["number"] == number && it["title"] == title)
+        .find(|value| value["number"] == number && value["title"] == title)
         .unwrap();
     let rows = sheet["shows"]["table"]["rows"].clone();
     serde_json::from_value(rows).unwrap()
@@ -57,7 +57,9 @@ fn cells(result: &Value, number: &str, title: &str) -> Vec<Vec<String>> {
 
 fn numbers(result: &Value) -> Vec<&str> {
     let sheets = result["sheets"].as_array().unwrap().iter();
-    sheets.map(|it| it["number"].as_str().unwrap()).collect()
+    sheets
+        .map(|value| value["number"].as_str().unwrap())
+        .collect()
 }
 
 fn draws(folder: &str) -> String {
@@ -75,7 +77,10 @@ fn a_hold_is_told_for_each_wearer() {
     assert_eq!(result["simulated"], true);
     assert_eq!(result["declared"]["as_declared"], false);
     let shares = result["shares"].as_array().unwrap();
-    let who: Vec<&str> = shares.iter().map(|it| it["id"].as_str().unwrap()).collect();
+    let who: Vec<&str> = shares
+        .iter()
+        .map(|value| value["id"].as_str().unwrap())
+        .collect();
     let names = [
         "two-better-P",
         "two-better-Q",
@@ -94,11 +99,11 @@ fn a_hold_is_told_for_each_wearer() {
     }
     assert_eq!(numbers(result), ["Figure 32"]);
     let rows = draws("hand_hold");
-    let row = rows.lines().find(|it| it.contains(",whole,")).unwrap();
+    let row = rows.lines().find(|line| line.contains(",whole,")).unwrap();
     let last: Vec<f64> = row
         .rsplit(',')
         .take(3)
-        .map(|it| it.parse().unwrap())
+        .map(|part| part.parse().unwrap())
         .collect();
     assert!((last[2] - last[1] - last[0]).abs() < 2e-3, "{row}");
 }
@@ -139,7 +144,7 @@ fn a_sine_is_followed_through_the_device() {
     // R failed in the paper.
     assert_eq!(papers["R, one point, paper's law/RMSE (°)"], &Value::Null);
     let shares = result["shares"].as_array().unwrap().iter();
-    let ids: Vec<&str> = shares.map(|it| it["id"].as_str().unwrap()).collect();
+    let ids: Vec<&str> = shares.map(|value| value["id"].as_str().unwrap()).collect();
     for id in [
         "two-better-R-paper",
         "table-8-recommended",
@@ -151,14 +156,18 @@ fn a_sine_is_followed_through_the_device() {
     assert_eq!(table[0][..3], ["number of points, F", "4.30", "4.32"]);
     assert_eq!(table[1][..3], ["number of points, p", "0.0489", "0.0485"]);
     let figures = ["Table 7", "Table 8", "Table 9", "Figures 25 to 28"];
-    assert!(figures.iter().all(|it| numbers(result).contains(it)));
+    assert!(
+        figures
+            .iter()
+            .all(|figure| numbers(result).contains(figure))
+    );
     // Two laws, three methods, five trials.
     let rows = draws("hand_control");
-    let whole = rows.lines().filter(|it| it.contains(",whole,")).count();
+    let whole = rows.lines().filter(|line| line.contains(",whole,")).count();
     assert!(whole > 0 && whole % 30 == 0, "{whole}");
     let mean_of_one = mean_of_better(&rows, "R", "paper");
     let row = result["rows"].as_array().unwrap().iter();
-    let mut row = row.filter(|it| it["id"] == "R, one point, paper's law/RMSE (°)");
+    let mut row = row.filter(|value| value["id"] == "R, one point, paper's law/RMSE (°)");
     let ours = row.next().unwrap()["ours"].as_f64();
     match (ours, mean_of_one) {
         (Some(ours), Some(mean)) => assert!((ours - mean).abs() < 1e-3, "{ours} {mean}"),
@@ -175,7 +184,7 @@ fn mean_of_better(rows: &str, who: &str, law: &str) -> Option<f64> {
             is.then(|| cells[13].parse::<f64>().ok())
         });
         let all: Option<Vec<f64>> = own.collect();
-        let all = all.filter(|it| !it.is_empty())?;
+        let all = all.filter(|values| !values.is_empty())?;
         Some(all.iter().sum::<f64>() / all.len() as f64)
     };
     ["A", "B"].into_iter().filter_map(mean).reduce(f64::min)

@@ -26,7 +26,7 @@ fn a_signal_leaves_what_was_computed() {
     assert!(cut_short.starts_with("Cut short after"), "{cut_short}");
     let rows = std::fs::read_to_string(folder.join("broken/draws.csv")).unwrap();
     let fields: Vec<usize> = rows.lines().map(|row| row.matches(',').count()).collect();
-    assert!(rows.ends_with('\n') && fields.iter().all(|it| *it == fields[0]));
+    assert!(rows.ends_with('\n') && fields.iter().all(|field| *field == fields[0]));
 }
 
 #[test]

@@ -54,7 +54,7 @@ fn wanted(session: &Session, degrees: [f64; 2], phase: MotionPhase) -> String {
     });
     let given = joints.filter(|(_, amplitude)| amplitude.get() > 0);
     let given = given.map(|(channel, amplitude)| {
-        let channel = session.channels.iter().find(|it| it.index() == channel);
+        let channel = session.channels.iter().find(|item| item.index() == channel);
         let name = &channel.unwrap().name;
         format!("{name} {} mA", f64::from(amplitude.get()) / 1e3)
     });
@@ -66,7 +66,7 @@ fn degrees(line: &str) -> [f64; 2] {
     let (_, from) = line.split_once("at ").unwrap();
     let (both, _) = from.split_once(" degrees").unwrap();
     let (elbow, shoulder) = both.split_once(" and ").unwrap();
-    [elbow, shoulder].map(|it| it.parse().unwrap())
+    [elbow, shoulder].map(|text| text.parse().unwrap())
 }
 
 /// At rest above and on each shelf the amplitudes are the quartics' at the angles that the

@@ -25,7 +25,9 @@ fn monitor() -> Command {
 
 fn objects(text: &str) -> Vec<Value> {
     let lines = text.lines();
-    lines.map(|it| serde_json::from_str(it).unwrap()).collect()
+    lines
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
 }
 
 /// All events of all lines, in order.

@@ -89,8 +89,11 @@ fn a_record_of_odd_files_is_refused() {
     told(&folder, &format!("run {file} --out one"));
     told(&folder, &format!("run {file} --seed 2 --out two"));
     let trial = fs::read_dir(folder.join("one")).unwrap().flatten();
-    let trial = trial.map(|it| it.file_name().into_string().unwrap());
-    let trial = trial.into_iter().find(|it| it.starts_with("01-")).unwrap();
+    let trial = trial.map(|entry| entry.file_name().into_string().unwrap());
+    let trial = trial
+        .into_iter()
+        .find(|trial| trial.starts_with("01-"))
+        .unwrap();
     let lines = [
         ("report one", "E583"),
         ("rerun one --out again", "E583"),
@@ -103,7 +106,7 @@ fn a_record_of_odd_files_is_refused() {
         "session.toml",
         "wearer.toml",
     ];
-    let of_trial = of_trial.map(|it| format!("one/{trial}/{it}"));
+    let of_trial = of_trial.map(|of_trial| format!("one/{trial}/{of_trial}"));
     let files = ["one/run.json".to_owned(), "one/summary.json".to_owned()];
     for file in files.iter().chain(&of_trial) {
         are_refused(&folder, file, &lines);

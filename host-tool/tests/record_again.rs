@@ -278,7 +278,7 @@ fn the_demo_repeats() {
     let played = record::load(&folder.join("first")).unwrap();
     for row in json["trials"].as_array().unwrap() {
         let mut trials = played.trials.iter();
-        let own = trials.find(|it| row["trial"] == *it.name).unwrap();
+        let own = trials.find(|trial| row["trial"] == *trial.name).unwrap();
         assert_eq!(row["pulses"].as_u64(), own.pulses, "{row}");
     }
     let page = fs::read_to_string(folder.join("first/report.html")).unwrap();

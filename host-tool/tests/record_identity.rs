@@ -202,13 +202,19 @@ fn a_force_at_the_hand_is_given_behind_every_port() {
         let run = record::load(&dir).unwrap();
         // When, the stalls of this computer decide.
         let samples = &run.trials[0].samples;
-        let found = samples.iter().filter(|it| given(it) == expected).count();
+        let found = samples
+            .iter()
+            .filter(|sample| given(sample) == expected)
+            .count();
         println!(
             "{wire}: {found} of {} samples are at the force",
             samples.len()
         );
         assert!(found >= 5, "{wire}: {:?}", samples.last());
-        assert!(samples.iter().all(|it| it.hand_true_n.is_empty()), "{wire}");
+        assert!(
+            samples.iter().all(|sample| sample.hand_true_n.is_empty()),
+            "{wire}"
+        );
         assert!(
             run.trials[0].pulses.unwrap() > 50,
             "{wire}: {:?}",

@@ -99,7 +99,7 @@ fn played(force_n: &str) -> String {
                 .wearer
                 .electrodes
                 .iter()
-                .find(|it| it.channel == channel)?;
+                .find(|electrode| electrode.channel == channel)?;
             let ma = (amplitude.as_ref()? * 1e3).round() / 1e3;
             Some(format!("{} {ma} mA", electrode.place))
         });

@@ -25,7 +25,7 @@ fn files(dir: &Path, under: &Path) -> BTreeSet<String> {
 fn listed(all: &serde_json::Value, key: &str) -> BTreeSet<String> {
     let names = all[key].as_array().unwrap().iter();
     names
-        .map(|it| it["name"].as_str().unwrap().to_owned())
+        .map(|value| value["name"].as_str().unwrap().to_owned())
         .collect()
 }
 

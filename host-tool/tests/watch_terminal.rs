@@ -15,8 +15,8 @@ const PATIENCE: Duration = Duration::from_secs(50);
 /// The rows of the record's markers that a key made: kind, intensity, text.
 fn keys(folder: &Path) -> Vec<(String, String, String)> {
     let dir = std::fs::read_dir(folder.join("out")).unwrap();
-    let mut trials = dir.map(|it| it.unwrap().path());
-    let Some(trial) = trials.find(|it| it.join("markers.csv").is_file()) else {
+    let mut trials = dir.map(|entry| entry.unwrap().path());
+    let Some(trial) = trials.find(|path| path.join("markers.csv").is_file()) else {
         return Vec::new();
     };
     let text = std::fs::read_to_string(trial.join("markers.csv")).unwrap();
@@ -31,7 +31,7 @@ fn keys(folder: &Path) -> Vec<(String, String, String)> {
 /// Reads the terminal until the record has a row of this kind.
 fn records(seated: &mut Seated, folder: &Path, kind: &str) {
     let begin = Instant::now();
-    while !folder.join("out").is_dir() || !keys(folder).iter().any(|it| it.0 == kind) {
+    while !folder.join("out").is_dir() || !keys(folder).iter().any(|key| key.0 == kind) {
         seated.read();
         assert!(begin.elapsed() < PATIENCE, "no {kind}");
     }
@@ -100,7 +100,7 @@ fn a_key_held_down_raises_by_its_press() {
     waits(&mut seated, 200);
     seated.types("q");
     assert_eq!(seated.ended(), Some(0), "{}", seated.seen);
-    let raised = keys(&folder).into_iter().filter(|it| it.0 == "raise");
+    let raised = keys(&folder).into_iter().filter(|key| key.0 == "raise");
     // A computer that stalls may part one press from the rest.
     let raised = raised.count();
     assert!((1..=3).contains(&raised), "{raised}");
@@ -116,7 +116,7 @@ fn a_terminal_that_is_closed_stops_the_session_and_keeps_the_record() {
     seated.types(UP);
     records(&mut seated, &folder, "raise");
     assert_eq!(seated.close().code(), Some(129));
-    assert!(keys(&folder).iter().any(|it| it.0 == "raise"));
+    assert!(keys(&folder).iter().any(|key| key.0 == "raise"));
     let summary = std::fs::read_to_string(folder.join("out/summary.json")).unwrap();
     assert!(summary.contains("SIGHUP"), "{summary}");
 }

@@ -20,7 +20,7 @@ pub fn of_session(session: &Session, epoch_us: u64, end_us: u64) -> Expectation 
     let is_driven = |index: u8| {
         values
             .iter()
-            .any(|(c, it)| *c == index && it.amplitude.get() > 0)
+            .any(|(c, stimulus)| *c == index && stimulus.amplitude.get() > 0)
     };
     let driven = session.channels.iter().filter(|c| is_driven(c.index()));
     let trains = driven.map(|c| train(c.index(), &c.spec.train, epoch_us..end_us + 1));

@@ -123,7 +123,7 @@ fn it_keeps_them_while_an_arm_is_driven() {
         for (name, it) in named.clone() {
             println!("{:6.2} % {name}", found.percent(it.cycles));
         }
-        let cycles: u64 = named.map(|(_, it)| it.cycles).sum();
+        let cycles: u64 = named.map(|(_, cost)| cost.cycles).sum();
         println!(
             "of it the arm's own functions: {:.2} %",
             found.percent(cycles)

@@ -35,15 +35,15 @@ fn edges(rate: &str, device: &DeviceName) -> Vec<Edge> {
 fn codes(edges: &[Edge], channel: u8) -> Vec<u16> {
     let driven = edges
         .iter()
-        .filter(|it| it.state.is_driven() && it.channel == channel);
-    driven.step_by(2).map(|it| it.dac_code).collect() // two phases
+        .filter(|edge| edge.state.is_driven() && edge.channel == channel);
+    driven.step_by(2).map(|edge| edge.dac_code).collect() // two phases
 }
 
 #[test]
 fn the_native_device_recruits_at_both_rates() {
     let counts = ["rate_hz = 200", "rate_hz = 20"].map(|rate| {
         let edges = edges(rate, &DeviceName::Native);
-        let playing: BTreeSet<u8> = edges.iter().map(|it| it.channel).collect();
+        let playing: BTreeSet<u8> = edges.iter().map(|edge| edge.channel).collect();
         assert!(playing.len() >= 3, "{playing:?}");
         // How many amplitudes each channel came to, one after the other.
         let changes = |channel: &u8| {
@@ -138,20 +138,24 @@ fn stale_after(device: &DeviceName) -> (i64, i64) {
     let error = outcome.error.unwrap().to_string();
     assert!(error.contains("fault 5: SensorStale"), "{error}");
     let events = &outcome.trial.events;
-    let faulted = events.iter().find(|(_, it)| it.starts_with("fault 5"));
+    let faulted = events.iter().find(|(_, text)| text.starts_with("fault 5"));
     let epoch_us = outcome.epoch_us.unwrap();
     let fault_us = epoch_us + (faulted.unwrap().0 * 1e6).round() as u64;
     let mut port = port.unwrap();
     let trace = &port.world().unwrap().recorder.trace;
-    let driven = || trace.edges_from(epoch_us).filter(|it| it.state.is_driven());
+    let driven = || {
+        trace
+            .edges_from(epoch_us)
+            .filter(|edge| edge.state.is_driven())
+    };
     assert!(driven().any(|it| it.dac_code > 0 && it.t_us + 30_000 > fault_us));
-    let last_us = driven().map(|it| it.t_us).max().unwrap();
+    let last_us = driven().map(|edge| edge.t_us).max().unwrap();
     // All of them, not only those that played.
     let mut states = std::collections::BTreeMap::new();
-    states.extend(trace.edges_from(0).map(|it| (it.channel, it.state)));
+    states.extend(trace.edges_from(0).map(|edge| (edge.channel, edge.state)));
     let isolated = states
         .values()
-        .filter(|it| **it == hal_sim::trace::State::Isolated);
+        .filter(|state| **state == hal_sim::trace::State::Isolated);
     assert_eq!(isolated.count(), states.len(), "{states:?}");
     let told_us = told_us.load(Ordering::Relaxed);
     let after = |at: u64, since: u64| at as i64 - since as i64;

@@ -42,7 +42,7 @@ fn edges(device: &DeviceName) -> Vec<Edge> {
 /// Beginnings of a channel's first phases.
 fn starts(edges: &[Edge], channel: u8) -> Vec<u64> {
     let first = |it: &&Edge| it.channel == channel && it.state == State::Cathodic;
-    edges.iter().filter(first).map(|it| it.t_us).collect()
+    edges.iter().filter(first).map(|edge| edge.t_us).collect()
 }
 
 #[test]

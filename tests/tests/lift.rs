@@ -31,7 +31,7 @@ fn the_flashed_image_lifts_as_the_native_device_does() {
             println!("native {native:?}\n  chip {chip:?}");
         }
         assert_eq!((differ.count(), chip.len()), (0, native.len()), "{name}");
-        let playing: BTreeSet<u8> = native.iter().map(|it| it.channel).collect();
+        let playing: BTreeSet<u8> = native.iter().map(|edge| edge.channel).collect();
         assert_eq!(playing.len(), 8);
         println!("{name}: {} edges are the same", native.len());
     }
@@ -90,7 +90,7 @@ fn by_one_word(session: &Session, burst: &Edge) -> f64 {
     let mut joints = session.modulations.iter();
     let found = joints.find_map(|joint| {
         let mut muscles = joint.spec.muscles();
-        let muscle = muscles.find(|it| it.channel == burst.channel)?;
+        let muscle = muscles.find(|modulated_spec| modulated_spec.channel == burst.channel)?;
         let quartic = muscle.lift.as_ref().or(muscle.drop.as_ref())?;
         let code = |word: u64| {
             let deg = f64::from(joint.angle_at(word * WORD_US)) / 100.0;
@@ -173,13 +173,14 @@ fn check(session: &Session, edges: &[Edge], way_s: u32) -> usize {
         let joint = session
             .modulations
             .iter()
-            .find(|it| it.spec.joint == spec.joint);
+            .find(|session_joint| session_joint.spec.joint == spec.joint);
         let joint = joint.unwrap();
         for muscle in spec.muscles() {
             let phases = [(&muscle.lift, spans[0]), (&muscle.drop, spans[1])];
             for (quartic, (from, to)) in phases {
-                let own = edges.iter().filter(|it| it.channel == muscle.channel);
-                let driven = own.filter(|it| it.state.is_driven() && (from..to).contains(&it.t_us));
+                let own = edges.iter().filter(|edge| edge.channel == muscle.channel);
+                let driven =
+                    own.filter(|edge| edge.state.is_driven() && (from..to).contains(&edge.t_us));
                 let Some(quartic) = quartic else {
                     assert_eq!(driven.count(), 0, "{muscle:?}");
                     continue;

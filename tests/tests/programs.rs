@@ -59,9 +59,9 @@ fn at_us(number: u64, pass: u64) -> u64 {
 fn bursts(played: &Played, number: u64, end_us: u64) -> Vec<(u64, u16)> {
     let edges = played
         .edges()
-        .filter(|it| u64::from(it.channel) + 1 == number);
-    let begins = edges.filter(|it| it.state == State::Cathodic && it.t_us < end_us);
-    begins.map(|it| (it.t_us, it.dac_code)).collect()
+        .filter(|edge| u64::from(edge.channel) + 1 == number);
+    let begins = edges.filter(|edge| edge.state == State::Cathodic && edge.t_us < end_us);
+    begins.map(|edge| (edge.t_us, edge.dac_code)).collect()
 }
 
 /// Holds every burst of a channel to the program's words: the number of bursts and the
@@ -140,8 +140,10 @@ fn ten_minutes_of_ten_programs_are_as_they_are_written() {
 fn edges(seconds: u64, device: &DeviceName) -> Vec<(u64, u8, State, u16)> {
     let played = play(&ten(seconds), device);
     judge_all(&played, seconds);
-    let within = played.edges().filter(|it| it.t_us < seconds * 1_000_000);
-    let all = within.map(|it| (it.t_us, it.channel, it.state, it.dac_code));
+    let within = played
+        .edges()
+        .filter(|edge| edge.t_us < seconds * 1_000_000);
+    let all = within.map(|edge| (edge.t_us, edge.channel, edge.state, edge.dac_code));
     all.collect()
 }
 
@@ -189,7 +191,7 @@ fn programs_end_with_their_host() {
     world.run_until(silent_us + 1_000_000).unwrap();
     let edges = world.recorder.trace.edges_from(silent_us);
     let last = edges
-        .filter(|it| it.state != State::Isolated && it.dac_code > 0)
+        .filter(|edge| edge.state != State::Isolated && edge.dac_code > 0)
         .last();
     let last_us = last.unwrap().t_us - silent_us;
     let spec = &file.session.wearer;

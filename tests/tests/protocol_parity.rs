@@ -73,7 +73,8 @@ fn conducted(device: &DeviceName) -> Course {
 
 #[test]
 fn a_protocol_is_the_same_edges_on_native_and_chip() {
-    let [native, chip] = [DeviceName::Native, DeviceName::Chip].map(|it| conducted(&it));
+    let [native, chip] =
+        [DeviceName::Native, DeviceName::Chip].map(|device_name| conducted(&device_name));
     assert_eq!((native.trials.len(), native.of), (8, 8));
     for (native, chip) in native.trials.iter().zip(&chip.trials) {
         let name = &native.trial.name;

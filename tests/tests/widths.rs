@@ -32,10 +32,15 @@ fn edges(device: &DeviceName) -> Vec<Edge> {
 
 /// First phases of a channel: start, width, code.
 fn pulses(edges: &[Edge], channel: u8) -> Vec<(u64, u64, u16)> {
-    let own: Vec<_> = edges.iter().filter(|it| it.channel == channel).collect();
-    let pairs = own.windows(2).filter(|it| it[0].state == State::Cathodic);
+    let own: Vec<_> = edges
+        .iter()
+        .filter(|edge| edge.channel == channel)
+        .collect();
+    let pairs = own
+        .windows(2)
+        .filter(|window| window[0].state == State::Cathodic);
     pairs
-        .map(|it| (it[0].t_us, it[1].t_us - it[0].t_us, it[0].dac_code))
+        .map(|pair| (pair[0].t_us, pair[1].t_us - pair[0].t_us, pair[0].dac_code))
         .collect()
 }
 
@@ -43,29 +48,32 @@ fn pulses(edges: &[Edge], channel: u8) -> Vec<(u64, u64, u16)> {
 fn the_native_device_plays_the_ramp_and_the_list() {
     let edges = edges(&DeviceName::Native);
     let ramp = pulses(&edges, 0);
-    let widths: Vec<_> = ramp.iter().map(|it| it.1).collect();
+    let widths: Vec<_> = ramp.iter().map(|ramp| ramp.1).collect();
     assert!(widths.is_sorted() && widths.len() > 90, "{widths:?}");
     assert!(
         widths[0] >= 10 && *widths.last().unwrap() == 300,
         "{widths:?}"
     );
     // 20 ms of 1.5 s are 4 µs.
-    let steps: Vec<_> = widths.windows(2).map(|it| it[1] - it[0]).collect();
+    let steps: Vec<_> = widths
+        .windows(2)
+        .map(|window| window[1] - window[0])
+        .collect();
     assert!(steps.iter().all(|step| *step <= 8), "{steps:?}");
     // The first is 20 of 120 ms; 35 mA from 500 ms after it on: while the width grows too, its
     // charge rises no faster than the slope.
     let code = (35_000_u64 * 65_535 / 100_000) as u16;
     assert_eq!(ramp[0].2, (35_000_u64 / 6 * 65_535 / 100_000) as u16);
-    let full = ramp.iter().filter(|it| it.0 >= ramp[0].0 + 500_000);
+    let full = ramp.iter().filter(|pair| pair.0 >= ramp[0].0 + 500_000);
     assert!(full.clone().all(|it| it.2 == code));
     // The list, to the microsecond, between the train's own pulses.
     let listed = pulses(&edges, 1);
     let code = |ma: u64| (ma * 1_000 * 65_535 / 100_000) as u16;
-    let place = listed.iter().position(|it| it.2 == code(8)).unwrap();
+    let place = listed.iter().position(|pair| pair.2 == code(8)).unwrap();
     let from_us = listed[place].0;
     let seen: Vec<_> = listed[place - 1..place + 4]
         .iter()
-        .map(|it| (it.0 as i64 - from_us as i64, it.2))
+        .map(|pair| (pair.0 as i64 - from_us as i64, pair.2))
         .collect();
     let own = code(5);
     let wanted = [

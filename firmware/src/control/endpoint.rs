@@ -275,8 +275,13 @@ impl Endpoint {
         };
         let orders = recruited.unwrap_or_default();
         let amplitude = |&channel: &u8| {
-            let mut named = orders.iter().filter(|(it, _)| *it == channel);
-            (channel, named.next().map_or(Amplitude::ZERO, |(_, it)| *it))
+            let mut named = orders.iter().filter(|(value, _)| *value == channel);
+            (
+                channel,
+                named
+                    .next()
+                    .map_or(Amplitude::ZERO, |(_, amplitude)| *amplitude),
+            )
         };
         Ok(Some(EndpointOrders {
             target_mn: wanted.map(millinewton),

@@ -21,7 +21,7 @@ pub fn opposed<'a>(
     let used = move || {
         (0u8..)
             .zip(channels)
-            .filter_map(|(n, it)| Some((n, it.as_ref()?)))
+            .filter_map(|(n, channel)| Some((n, channel.as_ref()?)))
     };
     used().flat_map(move |(n, own)| {
         let later = used().filter(move |(m, _)| *m > n);

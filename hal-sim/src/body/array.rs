@@ -99,8 +99,8 @@ impl Array {
         Ok(Self {
             points,
             loads: [Load::NOMINAL; CHANNELS],
-            muscles: dynamics.map(|it| [Muscle::new(it); 2]),
-            steps: dynamics.map(|it| Step::new(&it, STEP_US as f64 * 1e-6)),
+            muscles: dynamics.map(|parameters| [Muscle::new(parameters); 2]),
+            steps: dynamics.map(|parameters| Step::new(&parameters, STEP_US as f64 * 1e-6)),
             hurt_us: None,
             sensor: Sensor::new(sensor, seed)?,
             tick: 0,

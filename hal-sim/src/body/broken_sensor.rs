@@ -55,7 +55,7 @@ impl BrokenSensor {
     #[must_use]
     pub fn breaking(&self, at_us: u64, fault: SensorFault, from_us: u64) -> Self {
         let mut broken = Self::new(fault, from_us);
-        let earlier = self.earlier.iter().take_while(|it| it.0 < at_us);
+        let earlier = self.earlier.iter().take_while(|pair| pair.0 < at_us);
         for &(t_us, deg) in earlier {
             broken.read(t_us, deg);
         }
@@ -66,7 +66,7 @@ impl BrokenSensor {
     pub fn read(&mut self, t_us: u64, deg: f64) -> f64 {
         if let SensorFault::Delayed(by_us) = self.fault {
             self.earlier.push_back((t_us, deg));
-            while (self.earlier.get(1)).is_some_and(|it| it.0.saturating_add(by_us) <= t_us) {
+            while (self.earlier.get(1)).is_some_and(|pair| pair.0.saturating_add(by_us) <= t_us) {
                 self.earlier.pop_front();
             }
         }
@@ -81,7 +81,7 @@ impl BrokenSensor {
             SensorFault::Outlier(..) => deg,
             SensorFault::Step(off_deg) => deg + off_deg,
             SensorFault::Drift(deg_per_s) => deg + deg_per_s * (t_us - self.from_us) as f64 * 1e-6,
-            SensorFault::Delayed(_) => self.earlier.front().map_or(deg, |it| it.1),
+            SensorFault::Delayed(_) => self.earlier.front().map_or(deg, |pair| pair.1),
             SensorFault::Reversed(about_deg) => 2.0 * about_deg - deg,
         };
         let [low, high] = self.said_deg.unwrap_or([said; 2]);

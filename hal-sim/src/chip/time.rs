@@ -61,9 +61,11 @@ impl Time {
     }
 
     fn ps(&self, cycle: Cycle) -> u128 {
-        let after = self.stretches.partition_point(|it| it.cycle <= cycle);
+        let after = self
+            .stretches
+            .partition_point(|stretch| stretch.cycle <= cycle);
         let stretch = self.stretches.get(after.saturating_sub(1));
-        stretch.map_or(0, |it| it.ps_at(cycle))
+        stretch.map_or(0, |stretch| stretch.ps_at(cycle))
     }
 
     /// The first cycle at or after `us`.
@@ -77,9 +79,9 @@ impl Time {
     }
 
     fn cycle_of(&self, ps: u128) -> Cycle {
-        let after = self.stretches.partition_point(|it| it.ps <= ps);
+        let after = self.stretches.partition_point(|stretch| stretch.ps <= ps);
         let stretch = self.stretches.get(after.saturating_sub(1));
-        stretch.map_or(0, |it| it.cycle_of(ps))
+        stretch.map_or(0, |stretch| stretch.cycle_of(ps))
     }
 }
 

@@ -53,7 +53,10 @@ pub fn sum(flash: &[u8]) -> u32 {
 pub fn write_sum(path: &Path) -> Result<(), SumError> {
     let bytes = std::fs::read(path)?;
     let elf = ElfFile32::<Endianness>::parse(&*bytes)?;
-    let Some(section) = elf.section_by_name(SECTION).filter(|it| it.size() != 0) else {
+    let Some(section) = elf
+        .section_by_name(SECTION)
+        .filter(|elf_section| elf_section.size() != 0)
+    else {
         return Ok(());
     };
     let flash = loaded(&elf, &bytes)?;

@@ -136,7 +136,7 @@ fn no_current_is_lost_and_slopes_are_those_of_the_potential() {
                 "{pad:?} {at:?}"
             );
         }
-        let bends = differences.map(|it| it[1]);
+        let bends = differences.map(|difference| difference[1]);
         let largest = bends.map(f64::abs).into_iter().fold(0.0, f64::max);
         assert!(
             (here.curvature - bends[0]).abs() < 1e-3 * largest,
@@ -183,7 +183,7 @@ fn resistance_is_the_mean_potential_under_either_pad() {
             let at = |[x, y]: &[f64; 2]| [to.x_m + x, to.y_m + y, 2e-4];
             let potentials = points
                 .iter()
-                .map(|it| field.transfer(from, at(it)).potential);
+                .map(|point| field.transfer(from, at(point)).potential);
             let mean = potentials.sum::<f64>() / points.len() as f64;
             assert!(
                 (mean / known - 1.0).abs() < 5e-4,

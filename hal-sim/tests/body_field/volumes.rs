@@ -147,7 +147,7 @@ fn system(
     let cells = counts[0] * counts[1] * counts[2];
     // The plane of symmetry through the pad leaves half of its ampere here.
     let total: f64 = covered.iter().sum();
-    let mut current: Vec<f64> = covered.iter().map(|it| 0.5 * it / total).collect();
+    let mut current: Vec<f64> = covered.iter().map(|value| 0.5 * value / total).collect();
     current.resize(cells, 0.0);
     let (mut own, mut before) = (vec![0.0; cells], [0, 1, 2].map(|_| vec![0.0; cells]));
     for (cell, axis) in (0..cells).flat_map(|cell| [0, 1, 2].map(|axis| (cell, axis))) {

@@ -54,7 +54,7 @@ impl Outputs for AllPins {
     fn take(&mut self, piece: &Trace, epoch_us: u64) {
         for edge in piece.edges_from(epoch_us) {
             let own = &mut self.0[usize::from(edge.channel)];
-            if let Some(begun) = own.driven.take().filter(|it| it.dac_code > 0) {
+            if let Some(begun) = own.driven.take().filter(|edge| edge.dac_code > 0) {
                 let width_us = edge.t_us - begun.t_us;
                 let ma = f64::from(begun.dac_code) * own.ma_per_code;
                 let uc = ma * width_us as f64 / 1e3;
@@ -98,7 +98,9 @@ fn played(text: &str) -> (Trial, AllPins) {
 fn judge(name: &str, dose: &ChannelDose, pins: &Pins, trial: &Trial) {
     let duration_s = trial.duration_s;
     let channels = trial.session().unwrap().channels;
-    let own = channels.iter().find(|it| it.number == dose.channel);
+    let own = channels
+        .iter()
+        .find(|channel| channel.number == dose.channel);
     let per_burst = u64::from(own.unwrap().spec.train.burst_count);
     let at = format!("{name}, channel {}", dose.channel);
     let near = |what: &str, told: Option<f64>, exact: f64, missed: f64| {

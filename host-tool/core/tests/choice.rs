@@ -69,11 +69,13 @@ fn the_cheapest_that_will_do_is_taken() {
             let within = need
                 .tried
                 .iter()
-                .filter(|it| it.error() <= tolerance.part());
-            let cheapest = within.map(|it| it.cost()).fold(f64::INFINITY, f64::min);
+                .filter(|trial| trial.error() <= tolerance.part());
+            let cheapest = within
+                .map(|trial| trial.cost())
+                .fold(f64::INFINITY, f64::min);
             match need.enough {
                 Some(rung) => {
-                    let own = need.tried.iter().find(|it| it.rung == rung).unwrap();
+                    let own = need.tried.iter().find(|trial| trial.rung == rung).unwrap();
                     assert_eq!(own.cost(), cheapest);
                     assert!(need.together <= tolerance.part());
                 }
@@ -90,13 +92,13 @@ fn no_channel_s_error_depends_on_another_s_rung() {
     let session = two();
     let all = choose(&session, Share(1), SEED).unwrap();
     for (need, place) in all.needs.iter().zip(0..) {
-        for rung in rungs().filter(|it| *it <= Rung::CalciumForceFatigue) {
+        for rung in rungs().filter(|level| *level <= Rung::CalciumForceFatigue) {
             let mut alone = session.clone();
             let muscle = alone.channels[place].muscle.as_mut().unwrap();
             muscle.model = Model::Fixed(rung);
             let alone = choose(&alone, Share(1), SEED).unwrap();
             let singly = alone.needs[place].together;
-            let tried = need.tried.iter().find(|it| it.rung == rung).unwrap();
+            let tried = need.tried.iter().find(|trial| trial.rung == rung).unwrap();
             assert_eq!(singly.to_bits(), tried.error().to_bits(), "{rung:?}");
         }
     }

@@ -153,7 +153,10 @@ fn files(dir: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 /// The intensities that a channel may have at `t_us`: every one since the setpoint before.
 fn intensities(markers: &[Marker], channel: u8, t_us: u64, late_us: u64) -> Vec<u64> {
     let mut known = vec![100];
-    for marker in markers.iter().filter(|it| it.channel == Some(channel)) {
+    for marker in markers
+        .iter()
+        .filter(|marker| marker.channel == Some(channel))
+    {
         if marker.host_us > t_us {
             break;
         }
@@ -189,9 +192,9 @@ fn judge(markers: &[Marker], (trace, epoch_us): (&Trace, u64), late_us: u64) -> 
     }
     // Since when it is paused, or was last resumed, µs.
     let edges: Vec<_> = trace.edges_from(epoch_us).collect();
-    for edge in edges.iter().filter(|it| it.state == State::Cathodic) {
+    for edge in edges.iter().filter(|edge| edge.state == State::Cathodic) {
         let (channel, t_us) = (edge.channel + 1, edge.t_us - epoch_us);
-        let (_, asked, limit) = ASKED.into_iter().find(|it| it.0 == channel).unwrap();
+        let (_, asked, limit) = ASKED.into_iter().find(|pair| pair.0 == channel).unwrap();
         let most = intensities(markers, channel, t_us, late_us)
             .into_iter()
             .max()
@@ -206,8 +209,9 @@ fn judge(markers: &[Marker], (trace, epoch_us): (&Trace, u64), late_us: u64) -> 
     }
     let mut longest = None;
     let mut paused_us = None;
-    let by_hand = markers.iter().filter(|it| it.text.is_empty());
-    let ends = by_hand.filter(|it| matches!(it.kind, MarkerKind::Pause | MarkerKind::Resume));
+    let by_hand = markers.iter().filter(|marker| marker.text.is_empty());
+    let ends =
+        by_hand.filter(|marker| matches!(marker.kind, MarkerKind::Pause | MarkerKind::Resume));
     let mut ends: Vec<_> = ends.collect();
     let last = Marker {
         host_us: u64::MAX,
@@ -220,9 +224,10 @@ fn judge(markers: &[Marker], (trace, epoch_us): (&Trace, u64), late_us: u64) -> 
             (MarkerKind::Pause, _) => paused_us = Some(end.host_us),
             (_, Some(from_us)) => {
                 let is_within = |t_us: u64| (from_us..end.host_us).contains(&(t_us - epoch_us));
-                let within = edges.iter().filter(|it| is_within(it.t_us));
-                let pulses = within.filter(|it| it.state != State::Isolated && it.dac_code > 0);
-                let over = pulses.map(|it| it.t_us - epoch_us - from_us).max();
+                let within = edges.iter().filter(|edge| is_within(edge.t_us));
+                let pulses =
+                    within.filter(|edge| edge.state != State::Isolated && edge.dac_code > 0);
+                let over = pulses.map(|edge| edge.t_us - epoch_us - from_us).max();
                 longest = longest.max(over);
                 paused_us = None;
             }
@@ -291,12 +296,12 @@ fn a_key_never_raises_above_the_limit() {
     let keys = (1..60).map(|index| (index * 30_000, Control::Raise(5)));
     let (markers, trace, epoch_us) = recorded(&session(), &dir, Person(keys.collect()));
     judge(&markers, (&trace, epoch_us), SETPOINT_US);
-    let refused = markers.iter().filter(|it| !it.text.is_empty());
-    let texts: Vec<_> = refused.map(|it| it.text.as_str()).collect();
+    let refused = markers.iter().filter(|marker| !marker.text.is_empty());
+    let texts: Vec<_> = refused.map(|marker| marker.text.as_str()).collect();
     assert_eq!(texts.len(), 59 - 10, "9 mA are 150 % of 6 mA");
     assert!(texts[0].contains("at its limit"), "{}", texts[0]);
-    let codes = trace.edges_from(epoch_us).filter(|it| it.channel == 4);
-    assert_eq!(codes.map(|it| it.dac_code).max(), Some(5_898)); // 9 mA of 100
+    let codes = trace.edges_from(epoch_us).filter(|edge| edge.channel == 4);
+    assert_eq!(codes.map(|code| code.dac_code).max(), Some(5_898)); // 9 mA of 100
     std::fs::remove_dir_all(dir).unwrap();
 }
 

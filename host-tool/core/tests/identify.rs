@@ -30,7 +30,7 @@ fn records(spec: WristSpec, seed: u64, frequencies_hz: &[u64]) -> Vec<ForceRecor
         let samples_n = (0..2_500).map(sample).collect();
         begin_us += 10_000_000;
         ForceRecord {
-            pulses_us: pulses.iter().map(|it| *it as u32).collect(),
+            pulses_us: pulses.iter().map(|pulse| *pulse as u32).collect(),
             samples_n,
             gain: 1.0,
         }
@@ -92,11 +92,11 @@ fn intervals_are_as_wide_as_the_bound_and_cover() {
         // What is claimed is what is possible, and what happens: χ² of 40 is above 1.9 · 40
         // once in a thousand.
         assert!(
-            errors.iter().all(|it| (0.98..1.05).contains(it)),
+            errors.iter().all(|error| (0.98..1.05).contains(error)),
             "{errors:?}"
         );
         assert!(
-            squares.iter().all(|it| *it < 1.9),
+            squares.iter().all(|square| *square < 1.9),
             "{weighting:?} {squares:?}"
         );
         // Of 40 with 0.95: below 33 once in ten thousand.

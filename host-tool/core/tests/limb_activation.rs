@@ -70,7 +70,7 @@ fn the_least_activations_are_those_of_the_best_active_set() {
         let found = muscles.activations(wanted);
         match (by_enumeration(&muscles, wanted.into()), found) {
             (Some(best), Ok(found)) => {
-                bounded += usize::from(found.iter().any(|it| *it >= 1.0));
+                bounded += usize::from(found.iter().any(|value| *value >= 1.0));
                 for (a, b) in best.iter().zip(&found) {
                     worst = worst.max((a - b).abs());
                 }

@@ -52,7 +52,8 @@ fn the_nine_angles_are_those_of_the_device_s_chain() {
             .pose(&angles.map(|deg| Exact(deg.to_radians())));
         let axes = |segment: usize| {
             let turn = &pose.segments[segment].1;
-            let [x, y, z] = [turn.x, turn.y, turn.z].map(|it| it.to_array().map(|it| it.0));
+            let [x, y, z] =
+                [turn.x, turn.y, turn.z].map(|vector| vector.to_array().map(|exact| exact.0));
             Matrix3::from_columns(&[x.into(), y.into(), z.into()])
         };
         let bones = body.skeleton();
@@ -118,7 +119,7 @@ fn muscles_turn_what_they_are_known_for() {
         assert!(sign * free[axis] > 0.1, "{muscle:?}, axis {axis}: {free:?}");
         let most = |all: [f64; 9]| {
             all.into_iter()
-                .fold(0.0, |most: f64, it| most.max(it.abs()))
+                .fold(0.0, |most: f64, value| most.max(value.abs()))
         };
         assert!((0.1..3.0).contains(&most(held)), "{muscle:?}: {held:?}");
     }

@@ -61,7 +61,9 @@ fn the_example_says_an_arm_and_its_nine_lines() {
     assert_eq!(limb.spec.ranges_mdeg, nominal.ranges_mdeg);
     assert_eq!(limb.lines, nominal.lines);
     let requests = session.requests();
-    let lines = requests.iter().filter(|it| matches!(it, Request::Line(_)));
+    let lines = requests
+        .iter()
+        .filter(|request| matches!(request, Request::Line(_)));
     assert_eq!(lines.count(), 9);
     let Course::Wrench(course) = &session.setpoints.course else {
         panic!("{:?}", session.setpoints.course);
@@ -266,7 +268,7 @@ fn a_line_over_two_joints_is_played_at_the_one_it_names() {
         let pose = arm.skeleton().pose(&arm.radians(&posture).unwrap());
         arm.lines()[0]
             .torques(&pose)
-            .map(|it| it.to_array().map(|Exact(m)| m))
+            .map(|vector| vector.to_array().map(|Exact(m)| m))
     });
     assert_eq!((one[1], one[2]), ([0.0; 3], two[2]));
     let shoulder_m = two[1].iter().map(|m| m * m).sum::<f64>().sqrt();
@@ -278,12 +280,12 @@ fn a_line_over_two_joints_is_played_at_the_one_it_names() {
         outcome.trial.samples
     });
     let biceps = |samples: &Samples| -> Vec<Option<f64>> {
-        samples.iter().map(|it| it.amplitudes[0]).collect()
+        samples.iter().map(|sample| sample.amplitudes[0]).collect()
     };
     let playing = biceps(&two)
         .iter()
         .flatten()
-        .filter(|it| **it > 0.0)
+        .filter(|bicep| **bicep > 0.0)
         .count();
     assert!(playing > 50, "{playing}");
     assert_eq!(biceps(&one), biceps(&two));
@@ -383,7 +385,7 @@ fn out_of_its_range_an_arm_gets_nothing() {
         .trial
         .events
         .iter()
-        .find(|(_, it)| it.contains("el_flexion"));
+        .find(|(_, text)| text.contains("el_flexion"));
     let (_, told) = refused.unwrap_or_else(|| panic!("{:?}", outcome.trial.events));
     assert!(told.contains("allowed 0 to 130000"), "{told}");
     let away = outcome

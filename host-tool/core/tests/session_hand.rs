@@ -222,7 +222,11 @@ fn a_session_with_a_hand_runs() {
     let port = DeviceName::Native.open(&file.session, 1).unwrap();
     let (outcome, _) = run(&file, port, None, |_| ());
     assert!(outcome.error.is_none(), "{:?}", outcome.error);
-    let angles = outcome.trial.samples.iter().filter_map(|it| it.true_deg);
+    let angles = outcome
+        .trial
+        .samples
+        .iter()
+        .filter_map(|sample| sample.true_deg);
     let most = angles.fold(f64::NEG_INFINITY, f64::max);
     assert!(most > 8.0, "{most}");
 }

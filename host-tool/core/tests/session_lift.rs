@@ -50,12 +50,15 @@ fn the_examples_say_four_joints_and_eight_channels() {
         let session = load(name);
         assert_eq!(session.channels.len(), 8);
         let requests = session.requests();
-        let joints = requests.iter().filter_map(|it| match it {
+        let joints = requests.iter().filter_map(|request| match request {
             Request::Modulation(spec) => Some(*spec),
             _ => None,
         });
         let joints: Vec<_> = joints.collect();
-        let numbers: Vec<_> = joints.iter().map(|it| (it.joint, it.phase_joint)).collect();
+        let numbers: Vec<_> = joints
+            .iter()
+            .map(|modulation_spec| (modulation_spec.joint, modulation_spec.phase_joint))
+            .collect();
         assert_eq!(numbers, [(0, 0), (1, 0), (2, 2), (3, 2)]);
         let mut channels: Vec<u8> = Vec::new();
         for spec in &joints {
@@ -68,7 +71,7 @@ fn the_examples_say_four_joints_and_eight_channels() {
             assert!(lifts.lift.is_some() && lifts.drop.is_none());
             assert!(drops.drop.is_some() && drops.lift.is_none());
             assert!(matches!(flexor.form, Form::AboveThreshold { .. }));
-            channels.extend(spec.muscles().map(|it| it.channel));
+            channels.extend(spec.muscles().map(|modulated_spec| modulated_spec.channel));
         }
         assert_eq!(channels, [0, 1, 2, 3, 4, 5, 6, 7]);
         for channel in &session.channels {

@@ -110,7 +110,10 @@ fn every_mistake_of_a_program_is_named_with_its_line() {
     }
     insta::assert_snapshot!(all);
     let expected: Vec<u16> = (483..=492).collect();
-    let missing: Vec<_> = expected.iter().filter(|it| !numbers.contains(it)).collect();
+    let missing: Vec<_> = expected
+        .iter()
+        .filter(|value| !numbers.contains(value))
+        .collect();
     assert_eq!(missing, [&0; 0], "told are {numbers:?}");
 }
 

@@ -44,7 +44,7 @@ impl Bench {
     }
 
     fn text(&self, duration_s: u64, programs: &str) -> String {
-        let [limit, start] = [self.limit, self.start].map(|it| it as f64 / 1e3);
+        let [limit, start] = [self.limit, self.start].map(|value| value as f64 / 1e3);
         format!(
             "title = \"program\"\nduration_s = {duration_s}\n[wearer]\nmax_charge_uc = 40\n\
              rise_ms = {}\nrise_bursts = {}\n[[channel]]\nnumber = 3\nname = \"it\"\n\
@@ -341,7 +341,7 @@ fn channels_are_staggered_and_counted() {
         programs
             .at(t_us)
             .iter()
-            .map(|it| it.1.amplitude.get() > 0)
+            .map(|pair| pair.1.amplitude.get() > 0)
             .collect()
     };
     let on: Vec<[bool; 2]> = (0..20)
@@ -449,7 +449,7 @@ fn compare(benches: &[(u8, Bench)], session: &Session) {
         let until_us = until_us.max(client.port().now_us());
         while client.next(until_us).unwrap().is_some() {}
         let orders = programs.at(at_us).into_iter();
-        let own = orders.filter(|it| it.0 == channel).collect();
+        let own = orders.filter(|order| order.0 == channel).collect();
         client
             .post(Setpoint::Amplitudes(own).request(None))
             .unwrap();
@@ -472,7 +472,7 @@ pub(super) fn assert_played(
     let mut codes: [Vec<(u64, u16)>; CHANNELS] = Default::default();
     for edge in trace
         .edges_from(epoch_us)
-        .filter(|it| it.state == State::Cathodic)
+        .filter(|edge| edge.state == State::Cathodic)
     {
         codes[usize::from(edge.channel)].push((edge.t_us - epoch_us, edge.dac_code));
     }
@@ -481,7 +481,7 @@ pub(super) fn assert_played(
         let mut expected = Vec::new();
         for at_us in bench.bursts(session.duration_us) {
             let orders = programs.at(at_us);
-            let order = orders.iter().find(|it| it.0 == channel).unwrap().1;
+            let order = orders.iter().find(|order| order.0 == channel).unwrap().1;
             let width_us = match order.width_us {
                 0 => bench.own_us as u16,
                 width_us => width_us,

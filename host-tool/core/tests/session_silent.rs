@@ -21,7 +21,7 @@ fn two(setpoints: &str) -> String {
 fn silent(text: &str) -> Vec<u8> {
     let session = Session::parse("two.toml", text).unwrap_or_else(|e| panic!("{}", e.lines()));
     let notes = session.notes.iter();
-    let silent = notes.filter(|it| it.contains("never receives an amplitude"));
+    let silent = notes.filter(|note| note.contains("never receives an amplitude"));
     let number = |note: &String| {
         let (number, _) = note.strip_prefix("channel ")?.split_once(':')?;
         number.parse().ok()

@@ -203,7 +203,7 @@ fn mistakes_of_the_file_and_of_the_session_are_told_at_once() {
     let text = with(LEAST, &[("duration_s = 1.0", "duration_s = 0.0")]);
     let (numbers, lines) = told(&text, &bad);
     assert_eq!(
-        numbers.iter().filter(|it| **it == 653).count(),
+        numbers.iter().filter(|number| **number == 653).count(),
         2,
         "{lines}"
     );

@@ -167,6 +167,8 @@ fn a_session_of_its_own_is_stepped_on_another_thread_and_recorded() {
 }
 
 fn first_folder(dir: &Path) -> std::path::PathBuf {
-    let mut inside = std::fs::read_dir(dir).unwrap().map(|it| it.unwrap().path());
+    let mut inside = std::fs::read_dir(dir)
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
     inside.find(|path| path.is_dir()).unwrap()
 }

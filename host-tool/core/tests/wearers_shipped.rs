@@ -40,9 +40,9 @@ fn the_folder_is_what_the_program_has() {
     let folder = root().join("host-tool/wearers");
     let files = std::fs::read_dir(folder)
         .unwrap()
-        .map(|it| it.unwrap().path());
+        .map(|entry| entry.unwrap().path());
     let files: Vec<PathBuf> = files
-        .filter(|it| it.extension().unwrap() == "toml")
+        .filter(|path| path.extension().unwrap() == "toml")
         .collect();
     assert_eq!(files.len(), SHIPPED.len());
     for path in files {
@@ -184,7 +184,7 @@ fn p_q_r_and_s_are_hamanas_participants() {
         let found = wearer
             .electrodes
             .iter()
-            .map(|it| f64::from(it.limit.get()) * 1e-3);
+            .map(|electrode| f64::from(electrode.limit.get()) * 1e-3);
         let most = volts.into_iter().flatten().map(|[_, most]| most);
         assert!(found.eq(most), "{name}");
     }
@@ -204,7 +204,8 @@ fn simulated_fingers_have_the_voltages_of_the_files() {
         let wearer = wearer(name);
         let volts = |it: Amplitude| f64::from(it.get()) / 1e3;
         let known = wearer.electrodes.iter();
-        let known = known.map(|it| [volts(it.motor_threshold), volts(it.limit)]);
+        let known =
+            known.map(|electrode| [volts(electrode.motor_threshold), volts(electrode.limit)]);
         assert!(known.eq(simulated), "{name}");
     }
 }

@@ -51,8 +51,8 @@ enum Good {
 fn read(path: &Path) -> Result<Good, SessionError> {
     let is_wearer = Session::text(path).is_ok_and(|text| wearer::is_one(&text));
     match is_wearer {
-        true => Wearer::read(path).map(|it| Good::Wearer(Box::new(it))),
-        false => Session::load(path).map(|it| Good::Session(Box::new(it))),
+        true => Wearer::read(path).map(|wearer| Good::Wearer(Box::new(wearer))),
+        false => Session::load(path).map(|session| Good::Session(Box::new(session))),
     }
 }
 
@@ -130,10 +130,10 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
     let checked: Vec<_> = checked.collect();
     let wrong: Vec<&SessionError> = checked
         .iter()
-        .filter_map(|(_, it)| it.as_ref().err())
+        .filter_map(|(_, session)| session.as_ref().err())
         .collect();
-    let opposed = checked.iter().map(|(_, it)| {
-        let good = it.as_ref().ok();
+    let opposed = checked.iter().map(|(_, session)| {
+        let good = session.as_ref().ok();
         good.and_then(|good| good.mistake_on(args.supply))
     });
     let opposed: Vec<Option<String>> = opposed.collect();
@@ -142,7 +142,7 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
     let files: Vec<Value> = checked
         .iter()
         .zip(&opposed)
-        .map(|((path, it), opposed)| match (it, opposed) {
+        .map(|((path, session), opposed)| match (session, opposed) {
             (Ok(_), Some(told)) => json!({ "session": path, "mistakes": [mistake_of(told)] }),
             (Ok(good), None) => good.machines(path),
             (Err(e), _) => json!({ "session": path, "mistakes": mistakes_of(e) }),
@@ -160,9 +160,12 @@ pub fn main(args: &Check, output: Output) -> anyhow::Result<()> {
     }
     let wrong_files = wrong.len() + is_opposed;
     let people = || {
-        let good = checked.iter().zip(&opposed).filter(|(_, it)| it.is_none());
-        let lines = good.filter_map(|((path, it), _)| {
-            let (told, notes) = it.as_ref().ok()?.people();
+        let good = checked
+            .iter()
+            .zip(&opposed)
+            .filter(|(_, text)| text.is_none());
+        let lines = good.filter_map(|((path, session), _)| {
+            let (told, notes) = session.as_ref().ok()?.people();
             let good = format!("{}: good: {told}", path.display());
             let lines = std::iter::once(good).chain(notes.iter().cloned());
             Some(lines.collect::<Vec<_>>().join("\n  "))

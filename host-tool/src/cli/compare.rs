@@ -102,7 +102,7 @@ pub fn main(args: &Compare, output: Output) -> anyhow::Result<()> {
         || {
             let damaged: Vec<&String> = records
                 .iter()
-                .filter_map(|it| it.damaged.as_ref())
+                .filter_map(|comparison| comparison.damaged.as_ref())
                 .collect();
             serde_json::json!({
                 "rows": compare_rows(&records), "files": session_differences(&records),
@@ -143,7 +143,7 @@ fn read_all(dirs: &[PathBuf]) -> anyhow::Result<Vec<Folder>> {
         0 => Ok(folders),
         1 => Err(mistakes.remove(0)),
         count => {
-            let lines: Vec<String> = mistakes.iter().map(|it| format!("{it:#}")).collect();
+            let lines: Vec<String> = mistakes.iter().map(|error| format!("{error:#}")).collect();
             anyhow::bail!(
                 "E588 {count} of {} folders cannot be compared:\n{}",
                 dirs.len(),

@@ -85,7 +85,7 @@ pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<Told> {
         std::fs::write(&path, picture)
             .with_context(|| format!("cannot write {}", path.display()))?;
         let compared = comparison(&came.outcome);
-        about = compared.as_ref().map(|it| it.in_columns());
+        about = compared.as_ref().map(|comparison| comparison.in_columns());
         Ok(serde_json::json!({
             "comparison": compared, "trials": trials(&order.experiment, came), "report": dir.join("report.html"),
             "speed_factor": speed_factor, "ten_channel_simulator_speed_factor": ten.simulator,
@@ -94,7 +94,7 @@ pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<Told> {
     })?;
     told["seconds"] = begin.elapsed().as_secs_f64().into();
     Ok(Told {
-        people: about.map_or_else(String::new, |it| it + "\n") + &table(&told),
+        people: about.map_or_else(String::new, |text| text + "\n") + &table(&told),
         machines: told,
     })
 }
@@ -103,7 +103,7 @@ pub(super) fn carry_out(args: &Demo, output: Output) -> anyhow::Result<Told> {
 fn trials(experiment: &Experiment, came: &Came) -> Vec<serde_json::Value> {
     let is_rmse = |measure: &str| measure == "rmse_deg";
     let mut all: Vec<&Conducted> = came.course.trials.iter().collect();
-    all.sort_by_key(|it| it.place.condition);
+    all.sort_by_key(|measurement| measurement.place.condition);
     let row = |it: &&Conducted| {
         let condition = experiment.conditions.get(it.place.condition);
         let measures = experiment.measures().zip(&it.measured);
@@ -111,7 +111,7 @@ fn trials(experiment: &Experiment, came: &Came) -> Vec<serde_json::Value> {
         let declaration = &experiment.declaration;
         let mut printed = condition
             .into_iter()
-            .flat_map(|it| declaration.printed_of(&it.levels))
+            .flat_map(|condition| declaration.printed_of(&condition.levels))
             .filter(|printed| is_rmse(&printed.measure));
         serde_json::json!({
             "trial": it.trial.name,

@@ -146,7 +146,11 @@ impl Cost {
 
     /// Mean and most of the draws, s.
     fn draw_s(&self, of: impl Fn(&Spent) -> Duration) -> [f64; 2] {
-        let all: Vec<f64> = self.draws.iter().map(|it| of(it).as_secs_f64()).collect();
+        let all: Vec<f64> = self
+            .draws
+            .iter()
+            .map(|cost| of(cost).as_secs_f64())
+            .collect();
         [
             mean(&all).unwrap_or(f64::NAN),
             all.iter().copied().fold(0.0, f64::max),
@@ -156,12 +160,12 @@ impl Cost {
     /// Searches, trials, experiment 3, all.
     fn parts(&self) -> [(&'static str, [f64; 2]); 4] {
         [
-            ("searches", self.draw_s(|it| it.searches)),
-            ("trials", self.draw_s(|it| it.trials)),
-            ("intensities", self.draw_s(|it| it.intensities)),
+            ("searches", self.draw_s(|cost| cost.searches)),
+            ("trials", self.draw_s(|cost| cost.trials)),
+            ("intensities", self.draw_s(|cost| cost.intensities)),
             (
                 "all",
-                self.draw_s(|it| it.searches + it.trials + it.intensities),
+                self.draw_s(|cost| cost.searches + cost.trials + cost.intensities),
             ),
         ]
     }

@@ -255,10 +255,14 @@ impl Order<'_> {
         let begin = Instant::now();
         let course = experiment.conduct(dir, (self.device, seed), &mut beside)?;
         let took = begin.elapsed();
-        record.trials = course.trials.iter().map(|it| it.trial.clone()).collect();
+        record.trials = course
+            .trials
+            .iter()
+            .map(|measurement| measurement.trial.clone())
+            .collect();
         let outcome = came_to(self, dir, &course, &beside);
         bar.finish();
-        let whole = outcome.and_then(|it| ended(course, it, &interruption));
+        let whole = outcome.and_then(|outcome| ended(course, outcome, &interruption));
         let came = whole.map(|(course, outcome)| Came {
             course,
             took,
@@ -330,7 +334,7 @@ impl Order<'_> {
         };
         let title = &self.experiment.declaration.title;
         let mut record = Run::begin(title, &device, Some(seed), plan, moment::now());
-        record.host.rerun_of = self.again.map(|it| it.dir.display().to_string());
+        record.host.rerun_of = self.again.map(|again| again.dir.display().to_string());
         record
     }
 }
@@ -342,7 +346,7 @@ fn compare(experiment: &Experiment, record: &mut Run, came: &Came) {
         let condition = experiment.conditions.get(it.place.condition);
         let levels = condition.map_or(&[][..], |condition| &condition.levels);
         let printed = experiment.declaration.printed_of(levels);
-        let printed = printed.filter(|it| it.measure == "rmse_deg");
+        let printed = printed.filter(|printed_value| printed_value.measure == "rmse_deg");
         record.paper.extend(printed.map(|printed| PaperRow {
             trial: it.trial.name.clone(),
             values: printed.values.clone(),
@@ -352,7 +356,7 @@ fn compare(experiment: &Experiment, record: &mut Run, came: &Came) {
     let told = |role, text: String| Assumption { role, text };
     let put_in = experiment.declaration.assumed.iter().cloned();
     record.assumptions = put_in.map(|text| told(Role::PutIn, text)).collect();
-    record.finding = comparison(&came.outcome).map(|it| it.sentence());
+    record.finding = comparison(&came.outcome).map(|comparison| comparison.sentence());
     let shares = came.outcome.shares.iter();
     record.assumptions.extend(shares.map(|share| {
         let (at, claim, holds, of) = (&share.at, &share.claim, share.holds, share.of);
@@ -403,13 +407,19 @@ fn came_to(
 /// Whether all of these trials are simulated, as their devices said; in this process they
 /// are. Unknown where a device behind a port has not answered.
 fn simulated(trials: &[Conducted], is_port: bool) -> Option<bool> {
-    let said = trials.iter().map(|it| it.trial.identity.as_ref());
+    let said = trials
+        .iter()
+        .map(|measurement| measurement.trial.identity.as_ref());
     let said: Option<Vec<bool>> = said
-        .map(|it| it.map_or((!is_port).then_some(true), |it| Some(it.simulated)))
+        .map(|identity| {
+            identity.map_or((!is_port).then_some(true), |identity| {
+                Some(identity.simulated)
+            })
+        })
         .collect();
     match said {
         Some(said) if said.is_empty() => (!is_port).then_some(true),
-        said => said.map(|said| said.iter().all(|it| *it)),
+        said => said.map(|said| said.iter().all(|flag| *flag)),
     }
 }
 

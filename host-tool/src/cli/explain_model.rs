@@ -89,9 +89,9 @@ fn people(session: &Session, choice: &Choice) -> String {
         let Some(own) = coarsest(all, choice.tolerance.part()) else {
             continue;
         };
-        let each = all.iter().map(|it| match it.error.is_finite() {
-            true => format!("{} {:.2} %", it.us / 1_000, it.error * 100.0),
-            false => format!("{} swings", it.us / 1_000),
+        let each = all.iter().map(|effect| match effect.error.is_finite() {
+            true => format!("{} {:.2} %", effect.us / 1_000, effect.error * 100.0),
+            false => format!("{} swings", effect.us / 1_000),
         });
         out.push_str(&format!(
             "\n{name}: every {} ms; changes by ms: {}\n",
@@ -105,7 +105,7 @@ fn people(session: &Session, choice: &Choice) -> String {
 /// Whether the file names the channel's model.
 fn is_given(session: &Session, need: &Need) -> bool {
     let muscle = session.channels[need.place].muscle.as_ref();
-    muscle.is_some_and(|it| it.model != Model::Auto)
+    muscle.is_some_and(|muscle| muscle.model != Model::Auto)
 }
 
 fn block(out: &mut String, session: &Session, need: &Need, tolerance: Share) {
@@ -133,7 +133,7 @@ fn block(out: &mut String, session: &Session, need: &Need, tolerance: Share) {
         ));
     }
     let muscle = channel.muscle.as_ref();
-    for (at_us, rung) in muscle.iter().flat_map(|it| &it.changes) {
+    for (at_us, rung) in muscle.iter().flat_map(|muscle| &muscle.changes) {
         let at_s = *at_us as f64 / 1e6;
         let name = rung_name(*rung);
         out.push_str(&format!(
@@ -173,8 +173,8 @@ fn percent(part: Option<f64>) -> String {
 
 /// "83/215": cycles of a tick without and with a pulse.
 fn cost(cycles: Option<Cycles>) -> String {
-    cycles.map_or("-".into(), |it| {
-        format!("{}/{}", it.tick, it.tick_with_pulse)
+    cycles.map_or("-".into(), |cycles| {
+        format!("{}/{}", cycles.tick, cycles.tick_with_pulse)
     })
 }
 
@@ -193,7 +193,7 @@ fn machines(session: &Session, choice: &Choice) -> Value {
     };
     let channels = choice.needs.iter().map(|need| {
         let channel = &session.channels[need.place];
-        let changes = channel.muscle.iter().flat_map(|it| &it.changes);
+        let changes = channel.muscle.iter().flat_map(|muscle| &muscle.changes);
         let changes = changes
             .map(|(at_us, rung)| json!({ "at_s": *at_us as f64 / 1e6, "model": rung_name(*rung) }));
         json!({
@@ -209,10 +209,10 @@ fn machines(session: &Session, choice: &Choice) -> Value {
         })
     });
     let effects = |all: &[Effect]| {
-        let own = coarsest(all, choice.tolerance.part()).map(|it| it.us);
+        let own = coarsest(all, choice.tolerance.part()).map(|effect| effect.us);
         let tried = all
             .iter()
-            .map(|it| json!({ "us": it.us, "change_pct": it.error * 100.0 }));
+            .map(|effect| json!({ "us": effect.us, "change_pct": effect.error * 100.0 }));
         json!({ "chosen_us": own, "tried": tried.collect::<Vec<_>>() })
     };
     let fidelity = &choice.fidelity;

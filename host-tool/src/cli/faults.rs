@@ -99,7 +99,7 @@ pub fn main(args: &FaultsArgs, output: Output) -> anyhow::Result<()> {
             break;
         }
     }
-    let error = all.last_mut().and_then(|it| it.error.take());
+    let error = all.last_mut().and_then(|run| run.error.take());
     let machines = match args.class {
         Asked::One(_) => all.first().map_or(Value::Null, Played::machines),
         Asked::All => json!({ "campaigns": all.iter().map(Played::machines).collect::<Vec<_>>() }),
@@ -294,7 +294,7 @@ fn in_words(played: u64, begun: Instant) -> String {
 
 fn people(all: &[Played]) -> String {
     let mut text = Outcome::head();
-    for (outcome, _) in all.iter().filter_map(|it| it.analysed.as_ref()) {
+    for (outcome, _) in all.iter().filter_map(|run| run.analysed.as_ref()) {
         text += &format!("\n{}", outcome.lines());
     }
     for it in all {

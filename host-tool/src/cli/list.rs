@@ -31,16 +31,16 @@ type Group = (
 
 fn groups() -> [Group; 4] {
     let titled = |name: &str, text: &str| {
-        let title = Session::parse(name, text).map(|it| visible(&it.title));
+        let title = Session::parse(name, text).map(|session| visible(&session.title));
         (name.to_owned(), title.unwrap_or_default())
     };
     let sessions = SESSIONS.iter().map(|(name, text)| titled(name, text));
     let wearers = WEARERS.iter().map(|(file, text)| {
         let name = file.trim_end_matches(".toml");
-        let what = Wearer::parse(file, text).map(|it| {
-            let count = it.electrodes.len();
+        let what = Wearer::parse(file, text).map(|wearer| {
+            let count = wearer.electrodes.len();
             let s = if count == 1 { "" } else { "s" };
-            format!("{}, {count} electrode{s}", it.evidence.word())
+            format!("{}, {count} electrode{s}", wearer.evidence.word())
         });
         (name.to_owned(), what.unwrap_or_default())
     });
@@ -52,7 +52,7 @@ fn groups() -> [Group; 4] {
     let mut studies: Vec<(String, String)> = drawn.collect();
     for name in experiments::names() {
         if studies.iter().all(|(known, _)| known != name) {
-            let title = experiments::named(name).map(|it| it.declaration.title);
+            let title = experiments::named(name).map(|experiment| experiment.declaration.title);
             studies.push((name.to_owned(), title.unwrap_or_default()));
         }
     }

@@ -259,7 +259,7 @@ fn misread(error: &clap::Error) -> ExitCode {
     }
     let text = error.render().to_string();
     let why = text.strip_prefix("error: ").unwrap_or(&text).trim_end();
-    let json = std::env::args_os().any(|it| it == "--json");
+    let json = std::env::args_os().any(|name| name == "--json");
     failed(&WrongUse(why.to_owned()).into(), Output { json })
 }
 

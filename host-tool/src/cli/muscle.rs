@@ -204,7 +204,7 @@ impl Muscle {
     /// The device's refusal in this command's words.
     fn refused(&self, e: &OutOfRange) -> anyhow::Error {
         let all = self.parameters();
-        let Some((_, name, given, factor)) = all.into_iter().find(|it| it.0 == e.field) else {
+        let Some((_, name, given, factor)) = all.into_iter().find(|pair| pair.0 == e.field) else {
             return anyhow::anyhow!("{e}"); // a calcium-force model has no others
         };
         let [min, max] = [e.min, e.max].map(|bound| f64::from(bound) / factor);

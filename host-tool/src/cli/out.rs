@@ -52,7 +52,7 @@ impl OutArgs {
         let Ok(real) = out.canonicalize() else {
             return Ok(());
         };
-        let is_out = |record: &&PathBuf| record.canonicalize().is_ok_and(|it| it == real);
+        let is_out = |record: &&PathBuf| record.canonicalize().is_ok_and(|path| path == real);
         match records.iter().find(is_out) {
             None => Ok(()),
             Some(record) => Err(RecordError::Source(

@@ -59,7 +59,7 @@ fn numbers(rows: &[Row]) -> String {
             unit => format!("{}, {unit}", row.quantity),
         };
         let numbers = [row.ours, row.low, row.high, row.paper];
-        let [ours, low, high, paper] = numbers.map(|it| printed(row, it));
+        let [ours, low, high, paper] = numbers.map(|number| printed(row, number));
         format!(
             "{name:<42.42}{:>4}{ours:>9}{low:>8}{high:>8}{paper:>9}\n",
             row.n
@@ -73,7 +73,7 @@ fn numbers(rows: &[Row]) -> String {
         let numbers = [row.ours, row.low, row.high].into_iter().flatten();
         numbers
             .into_iter()
-            .any(|it| large_t(&row.quantity, it).is_some())
+            .any(|number| large_t(&row.quantity, number).is_some())
     };
     let note = match rows.iter().any(is_large) {
         true => format!("{}\n", in_columns(LARGE_T, COLUMNS)),
@@ -86,7 +86,7 @@ fn numbers(rows: &[Row]) -> String {
 fn fingers(rows: &[Row]) -> String {
     let mut text = format!("{:<36}{:>4}", "median, % of the finger's range", "n");
     let names = rows.iter().take(5);
-    let names = names.filter_map(|it| it.quantity.rsplit(", ").next());
+    let names = names.filter_map(|row| row.quantity.rsplit(", ").next());
     text.extend(names.map(|name| format!("{name:>8}")));
     for all in rows.chunks(5) {
         let Some(first) = all.first() else { continue };
@@ -96,7 +96,7 @@ fn fingers(rows: &[Row]) -> String {
         for it in all {
             let ours = it
                 .ours
-                .map_or_else(|| "-".to_owned(), |it| format!("{it:.1}"));
+                .map_or_else(|| "-".to_owned(), |value| format!("{value:.1}"));
             text += &format!("{ours:>8}");
         }
     }
@@ -114,12 +114,14 @@ fn shares(result: &Outcome) -> String {
             parts => {
                 let line = format!("{}: {}", claim.says, claim.counts_in_words());
                 text += &(in_columns(&line, COLUMNS) + "\n");
-                let lines = parts.iter().map(|it| share(it, &format!("  {}", it.claim)));
+                let lines = parts
+                    .iter()
+                    .map(|part| share(part, &format!("  {}", part.claim)));
                 text.extend(lines);
             }
         }
     }
-    text.extend(beside.iter().map(|it| share(it, &it.claim)));
+    text.extend(beside.iter().map(|item| share(item, &item.claim)));
     text
 }
 

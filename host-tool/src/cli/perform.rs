@@ -138,7 +138,7 @@ pub fn perform(
         .trial
         .identity
         .iter()
-        .flat_map(|it| &it.option_bytes)
+        .flat_map(|identity| &identity.option_bytes)
     {
         eprintln!("note: {}", visible(told));
     }

@@ -42,7 +42,7 @@ pub fn main(args: &ReportArgs, output: Output) -> anyhow::Result<()> {
     output.say(
         || {
             let made = format!("{}{mark}: {}", run.title, page.display());
-            let more = result.iter().map(|it| it.display().to_string());
+            let more = result.iter().map(|path| path.display().to_string());
             let made = more.fold(made, |made, page| format!("{made}\n{page}"));
             damaged
                 .iter()

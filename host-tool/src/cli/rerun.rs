@@ -97,7 +97,7 @@ pub fn main(args: &Rerun, output: Output) -> anyhow::Result<()> {
 fn planned(dir: &Path, record: &Run) -> Result<Plan, RerunError> {
     let dir = dir.to_owned();
     let identity = record.trials.iter().find_map(|t| t.identity.as_ref());
-    if let Some(board) = identity.filter(|it| it.kind == DeviceKind::Board) {
+    if let Some(board) = identity.filter(|identity| identity.kind == DeviceKind::Board) {
         let id = board.unique_id.clone().unwrap_or_default();
         return Err(RerunError::Board { dir, id });
     }
@@ -154,7 +154,7 @@ fn session_again(
     if !choice::recall(&mut session.session, trial) {
         output.settle(&mut session.session)?; // an older record
     }
-    let kind = trial.identity.as_ref().map(|it| it.kind);
+    let kind = trial.identity.as_ref().map(|identity| identity.kind);
     let device = kind.and_then(DeviceName::of);
     let device = device.ok_or(unknown("which device ran it"))?;
     let chip = ChipArgs::with_image(plan.image.then(|| dir.join("image.elf")));
@@ -199,7 +199,10 @@ fn tell(
         true => "samples as far as the record goes".to_owned(),
         false => "samples and every edge".to_owned(),
     };
-    for file in compared(is_cut).iter().filter(|it| dir.join(it).is_file()) {
+    for file in compared(is_cut)
+        .iter()
+        .filter(|text| dir.join(text).is_file())
+    {
         whole += &format!(", {file}");
     }
     if !told.people.is_empty() {

@@ -46,7 +46,7 @@ pub fn main(args: &TwoPointsArgs, output: Output) -> anyhow::Result<()> {
         return merge(args, output);
     }
     let Some(cells) = Cells::declared(args.cell)? else {
-        let most = Cells::declared(None)?.map_or(0, |it| it.count()) - 1;
+        let most = Cells::declared(None)?.map_or(0, |cells| cells.count()) - 1;
         let cell = args.cell.unwrap_or_default();
         return wrong(format!("--cell is {cell}, allowed is 0 to {most}"));
     };

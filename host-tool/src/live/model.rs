@@ -178,7 +178,9 @@ impl Model {
                 _ => {}
             }
             let place = hands.channels.iter();
-            let place = place.into_iter().position(|it| Some(*it) == marker.channel);
+            let place = place
+                .into_iter()
+                .position(|place| Some(*place) == marker.channel);
             if let Some(slot) = place.and_then(|place| hands.intensities.get_mut(place))
                 && let Some(percent) = marker.intensity_percent
             {

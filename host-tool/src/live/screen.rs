@@ -96,7 +96,7 @@ fn take_key(shared: &Shared, key: KeyEvent) {
         Some(Act::Note(why)) => {
             let (t_s, is_told) = (
                 model.t_s,
-                model.notes.back().is_some_and(|it| it.text == why),
+                model.notes.back().is_some_and(|note| note.text == why),
             );
             if !is_told {
                 model.note(t_s, why.to_owned(), true);

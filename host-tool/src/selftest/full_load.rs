@@ -286,7 +286,7 @@ impl Load {
                 self.accepted.pop_front();
             }
             let index = usize::from(edge.channel);
-            let mut asked = self.accepted.iter().take_while(|it| it.0 <= edge.t_us);
+            let mut asked = self.accepted.iter().take_while(|pair| pair.0 <= edge.t_us);
             let is_asked = asked.any(|(_, codes)| codes[index] == edge.dac_code);
             self.found.unasked += u64::from(!is_asked);
         }

@@ -94,7 +94,7 @@ mod tests {
         let found = keep_alives(period, Duration::from_millis(200), 2, |_| ()).unwrap();
         let count = found.keep_alives.count();
         assert!((1..=100).contains(&count), "{count}");
-        let [median, worst] = [0.5, 1.0].map(|it| found.keep_alives.quantile_us(it));
+        let [median, worst] = [0.5, 1.0].map(|value| found.keep_alives.quantile_us(value));
         assert!(median <= worst && worst.is_some());
         assert!((1..=40).contains(&found.looks.count()));
     }

@@ -216,7 +216,7 @@ impl Entry {
         let has = |entry: &&Self| entry.names.iter().any(|(name, _)| *name == asked.name);
         let found = ENTRIES.iter().find(has);
         let is_file = |it: &str| it.ends_with(".toml") || shipped(it).is_some();
-        let has_word = asked.wearer.is_some_and(|it| !is_file(it));
+        let has_word = asked.wearer.is_some_and(|wearer| !is_file(wearer));
         match found {
             Some(_) if asked.name == CONTROL && !asked.has_participant() => Ok(None),
             Some(entry) => Ok(Some(entry)),
@@ -237,8 +237,11 @@ impl Entry {
 
     /// The names of those with participants, in words.
     fn with_participants() -> String {
-        let own = ENTRIES.iter().filter(|it| it.has_participants);
-        let names: Vec<&str> = own.flat_map(|it| it.names).map(|(name, _)| *name).collect();
+        let own = ENTRIES.iter().filter(|entry| entry.has_participants);
+        let names: Vec<&str> = own
+            .flat_map(|entry| entry.names)
+            .map(|(name, _)| *name)
+            .collect();
         names.join(", ")
     }
 
@@ -261,7 +264,7 @@ impl Entry {
                 names.join(", ")
             ));
         }
-        if let Some(draws) = asked.decided.1.filter(|it| !self.draws.contains(it)) {
+        if let Some(draws) = asked.decided.1.filter(|value| !self.draws.contains(value)) {
             let (least, most) = (self.draws.start(), self.draws.end());
             mistakes.push(format!("--draws is {draws}, allowed is {least} to {most}"));
         }

@@ -12,7 +12,7 @@ use studies::buatier2024::{
 fn person(study: &Study, changed: &[(&str, f64)]) -> Person {
     let mut values = middle(study);
     for (field, value) in changed {
-        let place = study.ranges.iter().position(|it| it.field == *field);
+        let place = study.ranges.iter().position(|range| range.field == *field);
         values[place.unwrap()] = *value;
     }
     Person::new(study, values, 5).unwrap()
@@ -33,7 +33,9 @@ fn the_device_stimulates_what_the_condition_says() {
     for condition in Condition::ALL {
         let mut device = Device::new(&study, &found, condition, &[TOLD; 8]).unwrap();
         assert_eq!(
-            device.amplitudes([[60.0, 40.0]; 2]).map(|it| it.get()),
+            device
+                .amplitudes([[60.0, 40.0]; 2])
+                .map(|amplitudes| amplitudes.get()),
             [0; 8]
         );
         for (rate, phase) in [(0.05, MotionPhase::Lift), (-0.05, MotionPhase::Drop)] {
@@ -61,7 +63,7 @@ fn the_device_stimulates_what_the_condition_says() {
                     let b = found.muscles[function]
                         .bernstein
                         .unwrap()
-                        .map(|it| 1e-6 * f64::from(it));
+                        .map(|value| 1e-6 * f64::from(value));
                     let v = 1.0 - u;
                     let c = b[0] * v.powi(4)
                         + 4.0 * b[1] * u * v.powi(3)
@@ -86,7 +88,7 @@ fn extensors_rest_without_co_contraction() {
     let mut study = Study::declared().unwrap();
     study.model.co_contraction = 0.0;
     let found = curves(&study, 1.66, 57.7).unwrap();
-    let peaks = found.muscles.each_ref().map(|it| it.peak);
+    let peaks = found.muscles.each_ref().map(|curve| curve.peak);
     println!("largest k: {peaks:?}");
     assert!(peaks[0] > 0.1 && peaks[2] > 0.1, "{peaks:?}");
     assert!(peaks[1] < 0.05 && peaks[3] < 1e-6, "{peaks:?}");
@@ -147,8 +149,8 @@ fn pulses_come_sixty_times_a_second() {
     let most = trace
         .pulses
         .iter()
-        .flat_map(|it| it.1)
-        .map(|it| it.get())
+        .flat_map(|pulse| pulse.1)
+        .map(|amplitude| amplitude.get())
         .max();
     assert!(most.unwrap() > 1000, "{most:?}");
 }
@@ -177,7 +179,7 @@ fn claims_are_judged_by_their_sides() {
     let claim = study
         .claims
         .iter()
-        .find(|it| it.id == "resist-costs-more")
+        .find(|claim| claim.id == "resist-costs-more")
         .unwrap();
     assert_eq!(holds(&study, &with(0.6, 0.7), claim), Some(true));
     assert_eq!(holds(&study, &with(0.7, 0.6), claim), Some(false));
@@ -230,8 +232,12 @@ fn shipped_sessions_have_the_functions_of_the_wearer_in_the_middle() {
             let own = usize::from(joint.spec.joint) % 2;
             let muscles = || joint.spec.muscles();
             let [lift, drop] = [
-                muscles().find_map(|it| it.lift).unwrap(),
-                muscles().find_map(|it| it.drop).unwrap(),
+                muscles()
+                    .find_map(|modulated_spec| modulated_spec.lift)
+                    .unwrap(),
+                muscles()
+                    .find_map(|modulated_spec| modulated_spec.drop)
+                    .unwrap(),
             ];
             for (share, muscle) in [(lift, 2 * own), (drop, 2 * own + 1)] {
                 // Of coefficients a millionth's half in each value makes at most eight.

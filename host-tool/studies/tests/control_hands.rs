@@ -15,7 +15,7 @@ fn campaign() -> Hands {
         draws: DRAWS,
     };
     let mut few = contenders().unwrap();
-    few.retain(|it| it.arithmetic() == "fixed");
+    few.retain(|contender| contender.arithmetic() == "fixed");
     Hands::run(plan, None, few, |_| {}).unwrap()
 }
 
@@ -37,7 +37,7 @@ fn a_campaign_on_hands_repeats_to_the_bit_and_counts_every_draw() {
             case.outcomes
                 .iter()
                 .flatten()
-                .all(|it| it.rmse_deg.is_finite())
+                .all(|outcome| outcome.rmse_deg.is_finite())
         );
     }
     let text = table::text(&found);
@@ -60,7 +60,7 @@ fn a_wearer_files_hand_is_drawn_but_for_what_the_file_says() {
             continue;
         };
         let [one, _] = drawn.ways;
-        let [a, b, extensor] = one.ranges_v.map(|range| range.map(|it| it[0]));
+        let [a, b, extensor] = one.ranges_v.map(|range| range.map(|range| range[0]));
         assert_eq!(a.or(b), if a.is_some() { Some(24.0) } else { Some(28.0) });
         assert_eq!(extensor, Some(14.0));
         held.push(drawn.holds_deg);
@@ -72,7 +72,7 @@ fn a_wearer_files_hand_is_drawn_but_for_what_the_file_says() {
         draws: DRAWS,
     };
     let mut few = contenders().unwrap();
-    few.retain(|it| it.name() == "device default");
+    few.retain(|contender| contender.name() == "device default");
     let found = Hands::run(plan, Some(&whom), few, |_| {}).unwrap();
     assert_eq!(found.cases.len(), held.len());
     assert_eq!(found.stem(), "control_wearer_P");

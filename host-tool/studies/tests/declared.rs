@@ -50,7 +50,7 @@ fn a_wearer_that_no_session_takes_is_blamed_on_its_draw_or_grid() {
 #[test]
 fn every_declaration_of_the_program_can_be_run() {
     for name in names() {
-        let read = named(name).map(|it| it.asked);
+        let read = named(name).map(|experiment| experiment.asked);
         assert_eq!(read.map_err(|error| error.to_string()), Ok(name.to_owned()));
     }
 }
@@ -274,18 +274,18 @@ fn other() -> String {
 fn a_declaration_is_played_on_another_wearer() {
     let declared = named("harris-wall").unwrap();
     let files = declared.hashes.iter().map(|(file, _)| &**file);
-    assert!(files.clone().any(|it| it == "../wearers/harris-1.toml"));
+    assert!(files.clone().any(|file| file == "../wearers/harris-1.toml"));
     let whole = declared.clone().on_wearer("x/X-1.toml", &other()).unwrap();
     let fields = |it: &Experiment| -> Vec<String> {
         it.declaration
             .drawn
             .iter()
-            .map(|it| it.field.clone())
+            .map(|draw| draw.field.clone())
             .collect()
     };
     let gone: Vec<String> = fields(&declared)
         .into_iter()
-        .filter(|it| !fields(&whole).contains(it))
+        .filter(|field| !fields(&whole).contains(field))
         .collect();
     let known = ["triceps_threshold_ma", "triceps_nm", "biceps_threshold_ma"];
     assert_eq!(gone, known.map(|it| format!("body.{it}")));
@@ -311,7 +311,7 @@ fn a_declaration_is_played_on_another_wearer() {
         it.sessions(&[])
             .unwrap()
             .into_iter()
-            .map(|it| it.text)
+            .map(|session_file| session_file.text)
             .collect::<Vec<_>>()
     };
     assert_eq!(texts(&again), texts(&whole));

@@ -131,10 +131,11 @@ fn without_crosstalk_phase_is_ripple_alone() {
         phase: Phase::Together,
         ..even.clone()
     };
-    let [even, at_once] = [even, &at_once].map(|it| play(&declared, it, &person).unwrap());
-    let [smooth, rough] = [&even, &at_once].map(|it| it.ripple().unwrap());
+    let [even, at_once] =
+        [even, &at_once].map(|condition| play(&declared, condition, &person).unwrap());
+    let [smooth, rough] = [&even, &at_once].map(|series| series.ripple().unwrap());
     assert!(smooth < 0.2 * rough, "{smooth} {rough}");
-    let [long, alike] = [even, at_once].map(|it| it.endurance());
+    let [long, alike] = [even, at_once].map(|series| series.endurance());
     assert!(long.seconds > 30.0 && !long.is_longer, "{long:?}");
     assert!(
         (alike.seconds / long.seconds - 1.0).abs() < 0.05,
@@ -152,7 +153,7 @@ fn feedback_raises_the_amplitude_of_a_tiring_muscle() {
     let reached = held
         .windows
         .iter()
-        .position(|it| it.mean_n >= 30.0)
+        .position(|window| window.mean_n >= 30.0)
         .unwrap(); // 20 % of 150 N
     let at = |nth: usize| held.windows[nth].amplitude_ma;
     let most = held.windows.last().unwrap();

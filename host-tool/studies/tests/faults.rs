@@ -64,14 +64,16 @@ fn flips_are_found_and_not_severe() {
             .is_some_and(|kind| !kind.starts_with("refill"))
     };
     let at_rest: Vec<_> = outcome.kinds.iter().filter(at_rest).collect();
-    let found = at_rest.iter().map(|it| (it.found, it.to_find));
+    let found = at_rest
+        .iter()
+        .map(|outcome| (outcome.found, outcome.to_find));
     assert!(found.clone().all(|(found, to_find)| found == to_find));
     assert!(found.map(|(found, _)| found).sum::<u64>() > 0);
     assert_eq!(outcome.stopped, 0);
     let kinds: Vec<_> = outcome
         .kinds
         .iter()
-        .filter_map(|it| it.kind.as_deref())
+        .filter_map(|outcome| outcome.kind.as_deref())
         .collect();
     assert!(
         kinds.contains(&"tape") && kinds.contains(&"guard and plan"),
@@ -82,7 +84,7 @@ fn flips_are_found_and_not_severe() {
 /// What comes of a case, but for why it ended, and how often what is severe is: a fork that
 /// goes on as the unbroken board is not judged in the fall of a silent host.
 fn known(case: &Case) -> Fate {
-    let once = |found: &String| found.rsplit_once(", ").map(|it| it.0.to_owned());
+    let once = |found: &String| found.rsplit_once(", ").map(|pair| pair.0.to_owned());
     Fate {
         ended: Ended::Played,
         severe: case.fate.severe.iter().filter_map(once).collect(),
@@ -102,7 +104,7 @@ fn a_fork_that_ends_early_has_the_fate_of_one_that_does_not() {
     let whole = Campaign::on_chip(SEED, &declaration, &image).unwrap();
     let mut seen = Vec::new();
     for index in 100..124 {
-        let [early, whole] = [&early, &whole].map(|it| it.case(index).unwrap());
+        let [early, whole] = [&early, &whole].map(|campaign| campaign.case(index).unwrap());
         assert_eq!(known(&early), known(&whole), "{index}: {}", early.what);
         seen.push(early.fate.ended);
     }
@@ -117,7 +119,7 @@ fn registers_are_found_and_not_severe() {
     assert!(outcome.found > 0);
     // What is written again each microsecond is over before anybody could look.
     let missed = outcome.listed.iter().map(|case| &case.what);
-    let missed: Vec<_> = missed.filter(|it| !it.contains("_ODR")).collect();
+    let missed: Vec<_> = missed.filter(|text| !text.contains("_ODR")).collect();
     assert!(missed.is_empty(), "{missed:?}");
 }
 
@@ -259,14 +261,15 @@ fn a_link_that_ends_early_has_the_fate_of_one_that_is_played_on() {
     let mut long = Declaration::of(Class::Link).unwrap();
     long.to_the_end = true;
     let image = chip_image(None).unwrap();
-    let chip = [&early, &long].map(|it| Campaign::on_chip(SEED, it, &image).unwrap());
-    let native = [&early, &long].map(|it| Campaign::native(SEED, it).unwrap());
+    let chip =
+        [&early, &long].map(|declaration| Campaign::on_chip(SEED, declaration, &image).unwrap());
+    let native = [&early, &long].map(|declaration| Campaign::native(SEED, declaration).unwrap());
     // On the chip a cable, a flood, pauses, and one that ends as any.
     let (on_chip, natively) = (vec![0, 21, 24, 38, 49, 50], (0..100).collect());
     for ([early, long], indices) in [(&chip, on_chip), (&native, natively)] {
         let mut seen = 0;
         for index in indices {
-            let [mut early, mut long] = [early, long].map(|it| it.case(index).unwrap());
+            let [mut early, mut long] = [early, long].map(|campaign| campaign.case(index).unwrap());
             seen += u32::from(early.fate.ended == Ended::Isolated);
             for fate in [&mut early.fate, &mut long.fate] {
                 (fate.ended, fate.changed_us) = (Ended::Played, None);
@@ -296,7 +299,7 @@ fn a_forked_scene_has_the_fate_of_one_that_is_played_from_its_begin() {
     let whole = Campaign::on_chip(SEED, &declaration, &image).unwrap();
     let mut seen = Vec::new();
     for index in FORKED {
-        let [forked, whole] = [&forked, &whole].map(|it| it.case(index).unwrap());
+        let [forked, whole] = [&forked, &whole].map(|campaign| campaign.case(index).unwrap());
         seen.push(forked.fate.ended);
         let ended = Ended::Played;
         let known = Fate {

@@ -93,7 +93,7 @@ fn half_a_period_apart_points_know_nothing_of_each_other() {
             let [a, b] = [A, B].map(|point| period(Points::One(point)));
             let both = it.hand.respond(&period(apart)).unwrap();
             let sum = it.hand.superposed(&a, (&b, 10_000)).unwrap();
-            let of = [both, sum].map(|it| it.torques.flexors_nm[INDEX]);
+            let of = [both, sum].map(|response| response.torques.flexors_nm[INDEX]);
             assert!(
                 (of[0] / of[1] - 1.0).abs() < 0.01,
                 "{index} {isolated}: {of:?}"

@@ -116,7 +116,7 @@ fn rows_that_no_study_writes_are_refused() {
         .position(|line| line.contains(",whole,"))
         .unwrap();
     let with = |column: &str, value: &str| {
-        let place = columns.iter().position(|it| *it == column).unwrap();
+        let place = columns.iter().position(|text| *text == column).unwrap();
         let mut fields: Vec<&str> = lines[nth].split(',').collect();
         fields[place] = value;
         let row = fields.join(",");
@@ -176,9 +176,9 @@ fn rows_that_no_study_writes_are_refused() {
 
 #[test]
 fn what_is_no_whole_is_not_joined() {
-    let [one, two] = ["1/2", "2/2"].map(|it| part(&format!("points_part{}", &it[..1]), it));
+    let [one, two] = ["1/2", "2/2"].map(|text| part(&format!("points_part{}", &text[..1]), text));
     let refused = |parts: &[&PathBuf], why: &str| {
-        let parts: Vec<PathBuf> = parts.iter().map(|it| (*it).clone()).collect();
+        let parts: Vec<PathBuf> = parts.iter().map(|path| (*path).clone()).collect();
         let out = folder("points_no_whole");
         let error = join(&parts, &out, &cells()).err().unwrap().to_string();
         assert!(
@@ -249,13 +249,13 @@ fn rows_give_every_share() {
     assert_eq!(wearers.len() as u64, DRAWS, "none is dropped");
     let found: Vec<_> = wearers
         .iter()
-        .filter(|it| it["became"] == "whole")
+        .filter(|map| map["became"] == "whole")
         .collect();
     assert!(
         found.len() < wearers.len(),
         "a draw without voltages is there"
     );
-    let judged = found.iter().map(|it| claims(it));
+    let judged = found.iter().map(|map| claims(map));
     let judged: Vec<[Option<bool>; 8]> = judged.collect();
     let result = fs::read_to_string(whole().join("result.json")).unwrap();
     let result: Value = serde_json::from_str(&result).unwrap();
@@ -263,20 +263,20 @@ fn rows_give_every_share() {
     let of = |nth: usize| (shares[nth]["holds"].as_u64(), shares[nth]["of"].as_u64());
     let counted = |holds: usize, of: usize| (Some(holds as u64), Some(of as u64));
     for nth in 0..8 {
-        let own: Vec<bool> = judged.iter().filter_map(|it| it[nth]).collect();
-        let holds = own.iter().filter(|it| **it).count();
+        let own: Vec<bool> = judged.iter().filter_map(|values| values[nth]).collect();
+        let holds = own.iter().filter(|flag| **flag).count();
         assert_eq!(of(nth), counted(holds, own.len()), "{}", shares[nth]["id"]);
     }
     let jointly = judged
         .iter()
-        .filter(|it| it.iter().all(|it| *it == Some(true)));
+        .filter(|values| values.iter().all(|flag| *flag == Some(true)));
     assert_eq!(shares[8]["id"], "all");
     assert_eq!(of(8), counted(jointly.count(), found.len()));
     assert_eq!(shares[9]["id"], "found");
     assert_eq!(of(9), counted(found.len(), wearers.len()));
     for row in result["rows"].as_array().unwrap() {
         assert!(row["paper"].is_null() && row["n"].as_u64() <= Some(found.len() as u64));
-        let [low, ours, high] = ["low", "ours", "high"].map(|it| row[it].as_f64().unwrap());
+        let [low, ours, high] = ["low", "ours", "high"].map(|text| row[text].as_f64().unwrap());
         assert!(low <= ours && ours <= high, "{row}");
     }
 }
@@ -296,7 +296,7 @@ fn claims(row: &BTreeMap<&str, &str>) -> [Option<bool>; 8] {
     let lost = |points: &str| must(&format!("{points}_0_deg")) - must(&format!("{points}_90_deg"));
     [
         of("ii_0").zip(of("ii_2000")).map(|(a, b)| a < b),
-        late.map(|all| all.iter().all(|it| *it > 0.8)),
+        late.map(|all| all.iter().all(|value| *value > 0.8)),
         Some(ratio("two_nm", "one_nm") > 1.05),
         Some(ratio("two_nm", "apart_nm") > 1.05),
         Some(alike(ratio("apart_nm", "one_nm"))),

@@ -26,10 +26,11 @@ fn a_device_puts_out_what_is_meant() {
     // Ten seconds at 50 Hz; of width ramps without what is shorter than 10 µs.
     let of = |wanted| {
         let mut all = pulses.iter();
-        all.find(|(it, _)| *it == wanted).map(|(_, pulses)| pulses)
+        all.find(|(stimulation, _)| *stimulation == wanted)
+            .map(|(_, pulses)| pulses)
     };
     let widths = of(Stimulation::Width(35.0)).unwrap();
-    let shortest = widths.iter().map(|it| it.width_us).min();
+    let shortest = widths.iter().map(|pulse| pulse.width_us).min();
     assert_eq!((shortest, widths.last().unwrap().width_us), (Some(10), 300));
     assert_eq!(of(Stimulation::Current(25)).unwrap().len(), 500);
     assert_eq!(of(Stimulation::Biceps).unwrap().len(), 501);
@@ -143,7 +144,10 @@ fn a_study_of_two_finds_what_it_can() {
     let shares = [0.0, 0.02, 0.05, 0.1].map(|effect| effect_found(effect, 0.08, 0.05, 1));
     // 400 experiments: 0.05 ± 4 standard errors.
     assert!((shares[0] - 0.05).abs() < 0.044, "{shares:?}");
-    assert!(shares.windows(2).all(|it| it[1] > it[0]), "{shares:?}");
+    assert!(
+        shares.windows(2).all(|window| window[1] > window[0]),
+        "{shares:?}"
+    );
     let [least, more] = [0.06, 0.10].map(|noise| least_found(noise, 0.05, 1).unwrap());
     assert!(least < more);
     assert_eq!(is_significant(&[], 0.05), None);
@@ -160,7 +164,7 @@ fn the_bench_finds_the_law_that_it_has() {
         assert!(
             thresholds
                 .windows(2)
-                .all(|it| it[0].current_ma >= it[1].current_ma)
+                .all(|window| window[0].current_ma >= window[1].current_ma)
         );
         let found = fitted(&thresholds, declared.strength_duration.step_ma).unwrap();
         let truth = person.muscles[0].strength.chronaxie_us;
@@ -192,8 +196,9 @@ fn persons_do_not_depend_on_each_other() {
     let declared = study(2).declared().clone();
     let tests = Test::all(&declared.protocol);
     assert_eq!(tests.len(), 19);
-    let stimulations = tests.iter().map(|it| it.stimulation);
-    let pulses = stimulations.map(|it| (it, it.meant(&declared.protocol)));
+    let stimulations = tests.iter().map(|test| test.stimulation);
+    let pulses =
+        stimulations.map(|stimulation| (stimulation, stimulation.meant(&declared.protocol)));
     let pulses: Vec<_> = pulses.collect();
     let [few, many] = [2, 5].map(|draws| study(draws).part(1, &pulses).unwrap());
     assert_eq!(few.measured, many.measured);
@@ -203,12 +208,12 @@ fn persons_do_not_depend_on_each_other() {
         notes: Vec::new(),
     };
     let all: Vec<_> = (0..4)
-        .map(|it| study(4).part(it, &pulses).unwrap())
+        .map(|index| study(4).part(index, &pulses).unwrap())
         .collect();
     let [first, second] = [(); 2].map(|()| study(4).outcome(&all, told()).unwrap());
     assert_eq!(first, second);
     // Figures 3, 6 and 7, angles, muscles, equal pulses, strength and duration.
-    let sheets = first.sheets.iter().map(|it| &*it.number);
+    let sheets = first.sheets.iter().map(|sheet| &*sheet.number);
     assert_eq!(
         sheets.collect::<Vec<_>>(),
         [

@@ -311,7 +311,10 @@ fn between<'a>(page: &'a str, from: &str, to: &str) -> &'a str {
 fn a_page_is_made_of_the_result_and_the_record_alone() {
     let (dir, trials, _) = published("page");
     let page = page_of(&dir);
-    let recorded: Vec<Trial> = trials.into_iter().map(|it| it.trial).collect();
+    let recorded: Vec<Trial> = trials
+        .into_iter()
+        .map(|measurement| measurement.trial)
+        .collect();
     fs::remove_file(dir.join("result.html")).unwrap();
     let renewed = renew(&dir, &recorded).unwrap();
     assert_eq!(renewed, Some(dir.join("result.html")));
@@ -341,7 +344,8 @@ fn drawn_angles_and_edges_are_those_of_the_record() {
     }
     // The forearm hangs down at 0°: blue, from the elbow to its end, but for the pad.
     let circles = limbs.split("<circle cx=\"").skip(1);
-    let blue = circles.filter(|it| it.contains("fill=\"#0072B2\"") && !it.contains("r=\"5\""));
+    let blue =
+        circles.filter(|circle| circle.contains("fill=\"#0072B2\"") && !circle.contains("r=\"5\""));
     let at = |text: &str| -> (f64, f64) {
         let number = |nth| text.split('"').nth(nth).unwrap().parse().unwrap();
         (number(0), number(2))
@@ -379,8 +383,12 @@ fn drawn_angles_and_edges_are_those_of_the_record() {
     let upright = points.windows(2).filter(|p| p[0].1 != p[1].1);
     let upright = upright.map(|pair| pair[0].0);
     let drawn: Vec<f64> = [points[0].0].into_iter().chain(upright).collect();
-    let edges = trials[0].trial.edges.iter().filter(|it| it.channel == 1);
-    let wanted: Vec<f64> = edges.map(|it| it.t_us as f64).collect();
+    let edges = trials[0]
+        .trial
+        .edges
+        .iter()
+        .filter(|edge| edge.channel == 1);
+    let wanted: Vec<f64> = edges.map(|edge| edge.t_us as f64).collect();
     assert_eq!(drawn.len(), wanted.len());
     let part = |all: &[f64], n: usize| (all[n] - all[0]) / (all[all.len() - 1] - all[0]);
     for n in 0..drawn.len() {
@@ -388,7 +396,10 @@ fn drawn_angles_and_edges_are_those_of_the_record() {
         assert!((drawn - wanted).abs() < 0.002, "{drawn} {wanted}");
     }
     // Edges that are others make another drawing.
-    let mut recorded: Vec<Trial> = trials.into_iter().map(|it| it.trial).collect();
+    let mut recorded: Vec<Trial> = trials
+        .into_iter()
+        .map(|measurement| measurement.trial)
+        .collect();
     recorded[1].edges[0].t_us += 3;
     renew(&dir, &recorded).unwrap();
     let page = page_of(&dir);
@@ -425,7 +436,7 @@ fn what_was_not_played_is_not_told() {
         outcome
             .shares
             .iter()
-            .all(|it| it.at.is_empty() && it.of == 1)
+            .all(|share| share.at.is_empty() && share.of == 1)
     );
     assert_eq!((outcome.shares.len(), outcome.rows.len()), (2, 4));
     assert_eq!((outcome.declared.draws, outcome.is_grid()), (0, false));
@@ -433,6 +444,6 @@ fn what_was_not_played_is_not_told() {
         outcome
             .notes
             .iter()
-            .any(|it| it.contains("body.inertia_kg_m2"))
+            .any(|note| note.contains("body.inertia_kg_m2"))
     );
 }

@@ -11,7 +11,12 @@ fn every_drawn_session_is_one() {
         for index in 0..SESSIONS {
             let (kind, session) = session(seed, index).unwrap();
             assert_eq!(kind, Kind::ALL[index % Kind::ALL.len()]);
-            assert!(session.channels.iter().all(|it| it.muscle.is_some()));
+            assert!(
+                session
+                    .channels
+                    .iter()
+                    .all(|channel| channel.muscle.is_some())
+            );
         }
     }
 }
@@ -26,7 +31,7 @@ fn what_is_chosen_will_do_and_the_next_cheaper_would_not() {
         let limit_pct = tolerance.part() * 100.0;
         for row in rows
             .iter()
-            .filter(|it| it.verdicts[n].error_pct > limit_pct)
+            .filter(|row| row.verdicts[n].error_pct > limit_pct)
         {
             println!("{tolerance}: {row:?}");
         }

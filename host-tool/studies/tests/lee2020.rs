@@ -33,7 +33,7 @@ fn a_device_puts_out_what_the_body_alone_is_given() {
     let records = [20, 30, 40].map(|hz| {
         let own = device.train(&train(13.5, hz)).unwrap();
         let other = alone.train(&train(13.5, hz)).unwrap();
-        let after = |all: &[u32]| all.iter().map(|it| it - all[0]).collect::<Vec<_>>();
+        let after = |all: &[u32]| all.iter().map(|value| value - all[0]).collect::<Vec<_>>();
         assert_eq!(after(&own.pulses_us), after(&other.pulses_us));
         assert_eq!(own.samples_n.len(), 2_500);
         own
@@ -90,9 +90,9 @@ fn a_replication_finds_its_bench_and_leaves_wearer_files() {
         covered += estimates
             .iter()
             .zip(constants)
-            .filter(|(it, truth)| it.covers(*truth))
+            .filter(|(estimate, truth)| estimate.covers(*truth))
             .count();
-        assert!(printed.fits.iter().all(|it| it.untold.is_empty()));
+        assert!(printed.fits.iter().all(|fit| fit.untold.is_empty()));
     }
     // Of 50 with 0.95: below 41 once in ten thousand.
     assert!(covered >= 41, "{covered}");
@@ -115,9 +115,9 @@ fn tells_what_it_found(study: &Study, parts: &[Part]) {
         device: Vec::new(),
     };
     let outcome = study.outcome(parts, told).unwrap();
-    let numbers: Vec<&str> = outcome.sheets.iter().map(|it| &*it.number).collect();
-    let tables = (2..=7).map(|it| format!("Table {it}"));
-    let figures = (7..=11).map(|it| format!("Figure {it}"));
+    let numbers: Vec<&str> = outcome.sheets.iter().map(|sheet| &*sheet.number).collect();
+    let tables = (2..=7).map(|index| format!("Table {index}"));
+    let figures = (7..=11).map(|index| format!("Figure {index}"));
     for number in tables.chain(figures) {
         assert!(numbers.contains(&&*number), "{number}");
     }
@@ -125,7 +125,7 @@ fn tells_what_it_found(study: &Study, parts: &[Part]) {
     let off = outcome
         .rows
         .iter()
-        .find(|it| it.id == "t-rt-off-true")
+        .find(|row| row.id == "t-rt-off-true")
         .unwrap();
     assert!(off.ours.unwrap() <= 0.5, "{off:?}");
     let lines = study.csv(parts).lines().count();
@@ -141,7 +141,7 @@ fn tells_what_it_found(study: &Study, parts: &[Part]) {
         study
             .csv(parts)
             .lines()
-            .all(|it| it.matches(',').count() == heads)
+            .all(|line| line.matches(',').count() == heads)
     );
 }
 

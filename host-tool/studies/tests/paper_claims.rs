@@ -80,7 +80,7 @@ fn a_declaration_s_claims_are_those_of_its_paper() {
     ] {
         let experiment = named(name).unwrap();
         let claims = experiment.declaration.claims.iter();
-        let shares = claims.map(|it| (it.id.clone(), it.says.clone(), it.paper, 9, 16));
+        let shares = claims.map(|claim| (claim.id.clone(), claim.says.clone(), claim.paper, 9, 16));
         let outcome = result(name, &shares.collect::<Vec<_>>());
         assert_eq!(paper_claims(&outcome).0.len(), count, "{name}");
     }

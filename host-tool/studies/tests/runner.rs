@@ -59,7 +59,7 @@ fn interrupted(study: &dyn Runnable, dir: &Path, looks: usize) -> bool {
 fn is_the_same_however_cut(name: &str, draws: u64, is_long: bool) {
     let study = begun(name, draws);
     let dir = folder(&format!("runner-{name}"));
-    let [resumed, merged] = ["resumed", "merged"].map(|it| dir.join(it));
+    let [resumed, merged] = ["resumed", "merged"].map(|text| dir.join(text));
     let parts: Vec<PathBuf> = (1..=3).map(|n| dir.join(n.to_string())).collect();
     for (part, n) in parts.iter().zip(1..) {
         whole(&*study, part, Shard { number: n, of: 3 });
@@ -135,7 +135,7 @@ fn a_campaign_of_faults_is_cut() {
 #[test]
 fn a_campaign_of_faults_goes_on_to_more() {
     let dir = folder("runner-grown");
-    let [grown, once] = ["grown", "once"].map(|it| dir.join(it));
+    let [grown, once] = ["grown", "once"].map(|text| dir.join(text));
     for count in [3, 8] {
         whole(&*begun(FAULTS, count), &grown, Shard::WHOLE);
     }

@@ -59,7 +59,7 @@ fn armed(population: &Population, index: u64) -> Option<Armed> {
     let threshold_v = [found.threshold_v[0], found.threshold_v[1], extensor_v[0]];
     let most_v = [found.most_v[0], found.most_v[1], extensor_v[1]];
     let most_v: [f64; 3] = std::array::from_fn(|it| most_v[it].min(through(it)));
-    if (0..3).any(|it| most_v[it] <= threshold_v[it]) {
+    if (0..3).any(|index| most_v[index] <= threshold_v[index]) {
         return None;
     }
     let is_visible = |hand: &mut Hand, tenths: u32| {
@@ -99,7 +99,7 @@ fn renewed(path: &Path, body: &str) -> String {
 fn experiment_4_shows_the_first_wearer_who_can_follow_the_sine() {
     let population = Population::declared().unwrap();
     for index in 0..SHOWN {
-        let reach = armed(&population, index).map(|it| it.reach_deg);
+        let reach = armed(&population, index).map(|armed| armed.reach_deg);
         assert!(reach.is_none_or(|deg| deg < TOP_DEG), "{index}: {reach:?}");
     }
     let shown = armed(&population, SHOWN).unwrap();

@@ -109,7 +109,7 @@ fn what_is_reachable_saturates_one_muscle() {
     let (_, device) = device(3.0);
     for direction in studies::sierotowicz2023::DIRECTIONS {
         let size = device.reachable_n(direction);
-        let wanted = direction.map(|it| it * size);
+        let wanted = direction.map(|direction| direction * size);
         let forces = device.forces_n(Method::Exact, wanted).unwrap();
         // All but the trapezius, which is the girdle's.
         let mut parts = device.parts(&forces);
@@ -125,9 +125,9 @@ fn what_is_reachable_saturates_one_muscle() {
 fn the_devices_numbers_are_nearly_exact() {
     let (model, device) = device(3.0);
     for direction in studies::sierotowicz2023::DIRECTIONS {
-        let wanted = direction.map(|it| 10.0 * it);
+        let wanted = direction.map(|direction| 10.0 * direction);
         let [ours, exact] =
-            [Method::Nearest, Method::Exact].map(|it| device.forces_n(it, wanted).unwrap());
+            [Method::Nearest, Method::Exact].map(|method| device.forces_n(method, wanted).unwrap());
         assert!(
             (ours - exact).norm() < 5e-3 * exact.norm(),
             "{ours} {exact}"
@@ -208,7 +208,7 @@ fn correlation_is_pearsons() {
         (found.p - 0.5 * 0.002_169_628_873_078_8).abs() < 1e-11,
         "{found:?}"
     );
-    let down = pearson(&x, &y.map(|it| -it)).unwrap();
+    let down = pearson(&x, &y.map(|value| -value)).unwrap();
     assert!((down.p + found.p - 1.0).abs() < 1e-12);
     assert!(pearson(&x, &[1.0; 11]).is_err());
 }
@@ -260,7 +260,11 @@ fn a_replication_is_whole_and_repeats() {
     let text = |it| serde_json::to_string(it).unwrap();
     assert_eq!(text(&first), text(&run()));
     for person in &first.people {
-        let names: Vec<&str> = person.conditions.iter().map(|it| &*it.name).collect();
+        let names: Vec<&str> = person
+            .conditions
+            .iter()
+            .map(|condition| &*condition.name)
+            .collect();
         assert_eq!(names, studies::sierotowicz2023::CONDITIONS);
         for it in &person.conditions {
             let of = if it.name == "C1" { 12 } else { 24 };

@@ -50,7 +50,7 @@ fn a_gain_that_is_none_and_an_unknown_posture_are_told() {
 fn without_noise(stronger: f64) -> Participant {
     let mut person = Participant::drawn(&study(), 7, 1).unwrap();
     let mut spec: ArmSpec = person.arm.spec().clone();
-    spec.reached = spec.reached.map(|it| stronger * it);
+    spec.reached = spec.reached.map(|value| stronger * value);
     (spec.force_noise, spec.crosstalk) = (0.0, [0.0; ELECTRODES]);
     spec.imu.askew_deg = 0.0;
     (spec.imu.gyro_noise_rad_s, spec.imu.gyro_bias_rad_s) = (0.0, 0.0);
@@ -82,7 +82,7 @@ fn calibration_finds_turning_and_strength() {
         let (before, after) = (error(&cursory), error(&model));
         println!("to turning {angles:.0?}, geometry {before:.0?} to {after:.0?}");
         assert!(
-            angles.iter().all(|it| *it < 90.0) && median(&angles) < 30.0,
+            angles.iter().all(|angle| *angle < 90.0) && median(&angles) < 30.0,
             "{angles:?}"
         );
         model
@@ -99,7 +99,7 @@ fn twitches_of_the_pectoralis(person: &Participant) -> [Vec<f64>; 2] {
         let mut person = person.clone();
         let cursory = person.cursory();
         let turning = twitches(&mut person.arm, &cursory, &study, &mut person.now_us);
-        turning[5].iter().map(|it| it.norm()).collect()
+        turning[5].iter().map(|vector| vector.norm()).collect()
     })
 }
 
@@ -123,7 +123,7 @@ fn another_first_participant_is_drawn_where_a_channel_does_not_twitch() {
     let threshold = s1.arm.spec().threshold_ma[5];
     assert!((1.0..1.06).contains(&(s1.ranges_ma[5][1] / threshold)));
     for twitches in twitches_of_the_pectoralis(&s1) {
-        assert!(twitches.iter().any(|it| *it < 0.02), "{twitches:?}");
+        assert!(twitches.iter().any(|twitch| *twitch < 0.02), "{twitches:?}");
     }
     let mut study = short();
     let found = replication(&study, 2023, 19).unwrap();

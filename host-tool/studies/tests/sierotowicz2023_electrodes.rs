@@ -96,7 +96,7 @@ fn a_short_choice_of_electrodes_is_whole() {
             first
                 .rows
                 .iter()
-                .find(|it| it.id == id)
+                .find(|row| row.id == id)
                 .unwrap()
                 .ours
                 .unwrap()

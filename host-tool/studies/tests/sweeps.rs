@@ -18,10 +18,10 @@ pub(crate) fn swept(shard: Shard, seed: u64, dir: &Path) {
 pub(crate) fn files(dir: &Path) -> Vec<(String, Vec<u8>)> {
     let entries = fs::read_dir(dir).unwrap().flatten();
     let mut all: Vec<_> = entries
-        .map(|it| {
+        .map(|entry| {
             (
-                it.file_name().into_string().unwrap(),
-                fs::read(it.path()).unwrap(),
+                entry.file_name().into_string().unwrap(),
+                fs::read(entry.path()).unwrap(),
             )
         })
         .collect();
@@ -109,7 +109,11 @@ fn shards_merge_to_the_bytes_of_one_sweep() {
     // The lock of whoever merges is no part of it.
     fs::remove_file(merged.join(".lock")).unwrap();
     assert_eq!(files(&merged), files(&whole));
-    let shares: Vec<_> = outcome.shares.iter().map(|it| (it.holds, it.of)).collect();
+    let shares: Vec<_> = outcome
+        .shares
+        .iter()
+        .map(|share| (share.holds, share.of))
+        .collect();
     assert_eq!(shares, [(10, 10), (0, 10)]);
     // A part that is not one of them, a hole, a part twice, none.
     let other = folder("other_seed");

@@ -72,7 +72,7 @@ fn try_all(
             let entities = ["&quot;", "&gt;", "&lt;", "&amp;", "&#39;"];
             let new: Vec<_> = new
                 .iter()
-                .filter(|it| !entities.contains(&it.as_str()))
+                .filter(|text| !entities.contains(&text.as_str()))
                 .collect();
             assert!(new.is_empty(), "{place}: {new:?}");
         }
@@ -96,7 +96,7 @@ fn try_json(dir: &Path, file: &Path) -> Tried {
         )
     };
     let tried = try_all(all.iter().map(named), &|name, more| {
-        let place = all.iter().find(|it| named(it) == name).unwrap();
+        let place = all.iter().find(|place| named(place) == name).unwrap();
         fs::write(file, lengthened(&document, place, more).to_string()).unwrap();
         pages(dir, more)
     });
@@ -127,7 +127,7 @@ fn try_table(dir: &Path, file: &Path) {
         let mut cells: Vec<String> = lines[line].split(',').map(str::to_owned).collect();
         // As CSV has quotes in a cell.
         cells[at] = format!("\"{}{}\"", cells[at], more.replace('"', "\"\""));
-        let mut lines: Vec<String> = lines.iter().map(|it| (*it).to_owned()).collect();
+        let mut lines: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
         lines[line] = cells.join(",");
         fs::write(file, lines.join("\n") + "\n").unwrap();
         pages(dir, more)
@@ -176,9 +176,12 @@ fn edit(file: &Path, change: impl FnOnce(&mut Value)) {
 }
 
 fn trial_files(dir: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(dir).unwrap().flatten().map(|it| it.path());
-    let trials = entries.map(|it| it.join("trial.json"));
-    trials.filter(|it| it.is_file()).collect()
+    let entries = fs::read_dir(dir)
+        .unwrap()
+        .flatten()
+        .map(|entry| entry.path());
+    let trials = entries.map(|path| path.join("trial.json"));
+    trials.filter(|path| path.is_file()).collect()
 }
 
 #[test]
@@ -293,7 +296,7 @@ fn markup_in_a_session_or_a_wearer_file_stays_text() {
         let document = serde_json::to_value(table).unwrap();
         let mut all = Vec::new();
         places(&document, &[], &mut all);
-        let numbers = (0..all.len()).map(|it| it.to_string());
+        let numbers = (0..all.len()).map(|index| index.to_string());
         let tried = try_all(numbers, &|number, more| {
             let place = &all[number.parse::<usize>().unwrap()];
             let changed = lengthened(&document, place, more);
@@ -326,7 +329,7 @@ fn every_page_says_what_a_browser_may_do() {
         let at = head.find(policy).expect("a policy");
         assert!(at < head.find("<title>").unwrap() && at < head.find("<style>").unwrap());
         for part in ["<script", "<img", "<link", "url(", " src=", " on"] {
-            let is = |part: &str| parts(body).iter().any(|it| it.contains(part));
+            let is = |part: &str| parts(body).iter().any(|text| text.contains(part));
             assert!(
                 !head.contains(part) && !is(part.trim_start_matches('<')),
                 "{part}"

@@ -37,7 +37,10 @@ pub fn places(value: &Value, way: &[String], all: &mut Vec<Place>) {
 pub fn lengthened(document: &Value, place: &Place, more: &str) -> Value {
     let mut whole = document.clone();
     let (last, way) = place.way.split_last().unwrap();
-    let pointer: String = way.iter().map(|it| format!("/{}", escaped(it))).collect();
+    let pointer: String = way
+        .iter()
+        .map(|text| format!("/{}", escaped(text)))
+        .collect();
     let parent = whole.pointer_mut(&pointer).unwrap();
     match (parent, place.is_key) {
         (Value::Object(items), true) => {

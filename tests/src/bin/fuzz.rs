@@ -49,7 +49,7 @@ fn targets() -> clap::builder::PossibleValuesParser {
 fn main() -> anyhow::Result<ExitCode> {
     let arguments = Arguments::parse();
     let mut all = TARGETS.iter();
-    let target = all.find(|it| it.name == arguments.target);
+    let target = all.find(|target| target.name == arguments.target);
     let target = target.context("a target")?; // clap has checked
     if !arguments.input.is_empty() {
         return files(target, &arguments.input);

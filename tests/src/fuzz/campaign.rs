@@ -52,7 +52,7 @@ impl Campaign<'_> {
             (next..end).into_par_iter().for_each(|index| {
                 if let Some(find) = self.one(index) {
                     let mut finds = finds.lock().expect("no panic while it is held");
-                    let known = finds.iter_mut().find(|it| it.told == find.told);
+                    let known = finds.iter_mut().find(|item| item.told == find.told);
                     match known {
                         Some(known) if known.index <= find.index => {}
                         Some(known) => *known = find,

@@ -253,7 +253,7 @@ impl Folder {
         for (index, (_, told)) in RECORD.iter().enumerate() {
             folder.write(
                 index,
-                told.split_once('\n').map_or("", |it| it.1).as_bytes(),
+                told.split_once('\n').map_or("", |pair| pair.1).as_bytes(),
             );
         }
         folder
@@ -275,7 +275,7 @@ impl Folder {
         let (_, told) = RECORD[index];
         self.write(
             index,
-            told.split_once('\n').map_or("", |it| it.1).as_bytes(),
+            told.split_once('\n').map_or("", |pair| pair.1).as_bytes(),
         );
         if let Err(why) = done {
             std::panic::resume_unwind(why);

@@ -42,7 +42,7 @@ impl Judged {
             .silent_us
             .max(wearer.host_timeout_us() + wearer.fall_us());
         for (limit, channel) in self.limits.iter_mut().zip(&setup.channels) {
-            let armed = channel.as_ref().map_or(0, |it| it.limit.get());
+            let armed = channel.as_ref().map_or(0, |channel| channel.limit.get());
             *limit = armed.max(*limit);
         }
     }
@@ -75,12 +75,12 @@ impl Judged {
                 }
             };
             *channel = Channel::steady(stage, LOAD_OHM, limit_ma, PULSES_PER_S);
-            let changes = self.loads.iter().filter(|it| it.1 == index);
+            let changes = self.loads.iter().filter(|load| load.1 == index);
             let loads = changes.map(|&(t, _, is_on)| (t, is_on.then_some(LOAD_OHM)));
             channel.loads.extend(loads);
         }
         // What an electrode that comes off cuts is no more the device's than a fault's.
-        let cut = self.loads.iter().map(|it| it.0);
+        let cut = self.loads.iter().map(|load| load.0);
         let cut = cut.chain(faults.into_iter().map(since_boot));
         truth.faults = cut.map(|t_us| Fault { t_us }).collect();
         truth.faults.sort_by_key(|fault| fault.t_us);

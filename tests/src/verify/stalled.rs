@@ -140,9 +140,9 @@ mod tests {
             "lift_live::",
             "serve::",
         ] {
-            assert!(host.iter().any(|it| it == module), "{module}: {host:?}");
+            assert!(host.iter().any(|host| host == module), "{module}: {host:?}");
         }
-        assert!(!host.iter().any(|it| it == "trigger::"), "{host:?}");
+        assert!(!host.iter().any(|host| host == "trigger::"), "{host:?}");
     }
 
     #[test]

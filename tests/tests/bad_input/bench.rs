@@ -222,7 +222,9 @@ pub fn exchange(port: &mut SimulatedPort, bytes: &[u8]) -> Vec<Heard> {
     while port.now_us() < until {
         heard.extend(port.receive(until).unwrap());
     }
-    desk::messages(&heard).map(|it| understand(&it)).collect()
+    desk::messages(&heard)
+        .map(|messages| understand(&messages))
+        .collect()
 }
 
 fn understand(message: &[u8]) -> Heard {

@@ -16,7 +16,10 @@ const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz");
 
 /// Runs a target's corpus, then mutations of it.
 fn run(name: &str) {
-    let target = TARGETS.iter().find(|it| it.name == name).expect("a target");
+    let target = TARGETS
+        .iter()
+        .find(|target| target.name == name)
+        .expect("a target");
     let RngSeed::Fixed(seed) = ProptestConfig::default().rng_seed else {
         panic!("no seed: .cargo/config.toml has one for `cargo test`");
     };
@@ -135,7 +138,7 @@ fn no_target_is_left_out() {
         "gdb",
         "usb",
     ];
-    let all: Vec<_> = TARGETS.iter().map(|it| it.name).collect();
+    let all: Vec<_> = TARGETS.iter().map(|target| target.name).collect();
     assert_eq!(all, run);
 }
 

@@ -28,8 +28,10 @@ fn both_judges_say_the_same_of_what_is_drawn() {
     assert!(differ.is_empty(), "{} differ: {:#?}", differ.len(), differ);
     // A draw that breaks nothing, or all the same, would compare little.
     let mut broken = BTreeMap::new();
-    let accounts = verdicts.iter().flat_map(|it| [&it.as_built, &it.bare]);
-    for finding in accounts.clone().flat_map(|it| &it.findings) {
+    let accounts = verdicts
+        .iter()
+        .flat_map(|verdict| [&verdict.as_built, &verdict.bare]);
+    for finding in accounts.clone().flat_map(|account| &account.findings) {
         *broken.entry(finding.rule).or_insert(0) += 1;
     }
     let count = |of: fn(&hal_sim::trace::judge::Account) -> usize| -> usize {
@@ -75,7 +77,7 @@ fn draw(random: &mut Random) -> (Trace, Pump, Truth) {
             at += 1 + random.below(600_000);
         }
     }
-    levels.sort_by_key(|it| (it.0, it.1));
+    levels.sort_by_key(|level| (level.0, level.1));
     let mut now = Levels::ISOLATED;
     for (at, channel, state) in levels {
         now = now.with(channel, state);

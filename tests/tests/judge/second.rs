@@ -38,7 +38,11 @@ pub fn compare(cases: &[Value], verdicts: &[Verdict]) -> Vec<String> {
     for (index, (verdict, other)) in verdicts.iter().zip(&others).enumerate() {
         for (name, account) in [("as_built", &verdict.as_built), ("bare", &verdict.bare)] {
             let found = differences(account, &other[name]);
-            differ.extend(found.iter().map(|it| format!("case {index}, {name}: {it}")));
+            differ.extend(
+                found
+                    .iter()
+                    .map(|text| format!("case {index}, {name}: {text}")),
+            );
         }
     }
     differ
@@ -82,7 +86,7 @@ fn differences(account: &Account, said: &Value) -> Vec<String> {
     let mut hold = |what: &str, mine: Vec<Value>, key: &dyn Fn(&Value) -> Value, amount: &str| {
         let mut others = said[what].as_array().unwrap().clone();
         for mine in mine {
-            let place = others.iter().position(|it| key(it) == key(&mine));
+            let place = others.iter().position(|value| key(value) == key(&mine));
             match place.map(|place| others.remove(place)) {
                 Some(it) if is_alike(&mine[amount], &it[amount]) => {}
                 other => differs.push(format!("{what}: {mine}, the other judge {other:?}")),
@@ -91,25 +95,37 @@ fn differences(account: &Account, said: &Value) -> Vec<String> {
         differs.extend(
             others
                 .iter()
-                .map(|it| format!("{what}: only the other judge: {it}")),
+                .map(|value| format!("{what}: only the other judge: {value}")),
         );
     };
     let of = |it: &Value, keys: &[&str]| json!(keys.iter().map(|k| &it[*k]).collect::<Vec<_>>());
-    let findings = account.findings.iter().map(|it| json!(it)).collect();
+    let findings = account
+        .findings
+        .iter()
+        .map(|finding| json!(finding))
+        .collect();
     hold(
         "findings",
         findings,
         &|it| of(it, &["rule", "channel", "t_us", "count"]),
         "amount",
     );
-    let truncated = account.truncated.iter().map(|it| json!(it)).collect();
+    let truncated = account
+        .truncated
+        .iter()
+        .map(|truncated| json!(truncated))
+        .collect();
     hold(
         "truncated",
         truncated,
         &|it| of(it, &["channel", "t_us"]),
         "charge_uc",
     );
-    let latched = account.latched.iter().map(|it| json!(it)).collect();
+    let latched = account
+        .latched
+        .iter()
+        .map(|latched| json!(latched))
+        .collect();
     hold("latched", latched, &|it| it.clone(), "");
     let direct = said["direct_ua"].as_array().unwrap();
     for (channel, (mine, other)) in account.direct_ua.iter().zip(direct).enumerate() {

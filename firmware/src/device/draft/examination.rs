@@ -309,7 +309,7 @@ impl Draft {
                 found(Mistake::of(part)(Rule::JointAndModulation))?;
             }
             let mut joints = self.modulations.iter().flatten();
-            if !joints.any(|it| it.joint == spec.phase_joint) {
+            if !joints.any(|modulation_spec| modulation_spec.joint == spec.phase_joint) {
                 let joint = spec.phase_joint;
                 found(Mistake::of(part)(Rule::NoPhaseJoint { joint }))?;
             }

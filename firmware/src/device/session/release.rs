@@ -57,7 +57,8 @@ impl Session {
 
     /// The one that waits for its verdict; a verdict that is so late is lost.
     fn release_under_way(&mut self, now: Micros) -> Option<&Release> {
-        self.release.take_if(|it| !is_of_present(it.at, now));
+        self.release
+            .take_if(|release| !is_of_present(release.at, now));
         self.release.as_ref()
     }
 

@@ -90,7 +90,7 @@ impl Modulations {
         joint: u8,
         angle: Angle,
     ) -> Option<Result<(), MeasurementError>> {
-        let modulation = self.0.iter().find(|it| it.joint == joint)?;
+        let modulation = self.0.iter().find(|modulation| modulation.joint == joint)?;
         let measured = state.sensors.get_mut(usize::from(joint))?;
         let sensor = &modulation.sensor;
         Some(sensor.take_from_host(measured, now, at, angle))
@@ -167,7 +167,11 @@ impl Modulations {
 
     /// Ends what has been held for too long, and whether it just did.
     fn let_go(&self, state: &mut ModulationsState, now: Micros) -> bool {
-        let shortest = self.0.iter().map(|it| it.longest_hold_us).min();
+        let shortest = self
+            .0
+            .iter()
+            .map(|modulation| modulation.longest_hold_us)
+            .min();
         let is_over = state.hold == Hold::Held
             && now.elapsed_since(state.since) >= shortest.unwrap_or_default();
         if is_over {
@@ -182,9 +186,12 @@ impl Modulations {
         &self,
         state: &ModulationsState,
     ) -> impl Iterator<Item = (Option<Angle>, Option<MotionPhase>)> {
-        self.0.iter().map(|it| {
-            let told = state.phases.get(usize::from(it.joint));
-            (state.angle_of(it.joint), told.and_then(PhaseState::phase))
+        self.0.iter().map(|modulation| {
+            let told = state.phases.get(usize::from(modulation.joint));
+            (
+                state.angle_of(modulation.joint),
+                told.and_then(PhaseState::phase),
+            )
         })
     }
 }

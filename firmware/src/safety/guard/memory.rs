@@ -205,6 +205,6 @@ impl Guard {
         let wanted = self.wanted.get(index).zip(self.rises.get(index));
         let shown = self.in_force.get(index).zip(self.watches.get(index));
         let charge = self.allowance.charge(index);
-        wanted.zip(shown).map(|it| (it, charge))
+        wanted.zip(shown).map(|pair| (pair, charge))
     }
 }

@@ -113,7 +113,11 @@ impl Guard {
         let now_wanted = Measures::of(wanted, own_us);
         let step = step.at(now_wanted, now);
         let low = step.low.min(step.low_before).min(now_wanted);
-        let all = || listed.clone().map(|it| Measures::of(it, own_us));
+        let all = || {
+            listed
+                .clone()
+                .map(|stimulus| Measures::of(stimulus, own_us))
+        };
         let Measures(low) = all().fold(low, Measures::min);
         let by = MicroAmps::new(spec.max_step_ua.min(spec.max_step_ua_per_s));
         let by = config.stage.amplitude_of(by);

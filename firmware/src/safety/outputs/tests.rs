@@ -223,7 +223,11 @@ fn a_live_width_is_the_announced_one_and_within_its_bounds() {
     specs[usize::from(LIVE)] = live;
     let width = |by: fn(u16) -> u16| {
         move |_: u32, plan: &mut WindowPlan| {
-            for pulse in plan.pulses.iter_mut().filter(|it| it.channel == LIVE) {
+            for pulse in plan
+                .pulses
+                .iter_mut()
+                .filter(|pulse_start| pulse_start.channel == LIVE)
+            {
                 pulse.width_us = by(pulse.width_us);
             }
         }
@@ -237,7 +241,11 @@ fn a_live_width_is_the_announced_one_and_within_its_bounds() {
     assert_eq!(play(&specs, &[], width(|_| 9)), Err(Broken::Width));
     assert_eq!(play(&specs, &[], width(|_| 0)), Err(Broken::Width));
     let code = |_: u32, plan: &mut WindowPlan| {
-        for pulse in plan.pulses.iter_mut().filter(|it| it.width_us == 300) {
+        for pulse in plan
+            .pulses
+            .iter_mut()
+            .filter(|pulse_start| pulse_start.width_us == 300)
+        {
             pulse.code = DacCode::new(1_001);
         }
     };

@@ -52,7 +52,7 @@ impl Posture {
     pub fn is_known(&self) -> bool {
         let all = [self.plane_deg, self.elevation_deg, self.rotation_deg];
         let [low, high] = RANGE_DEG;
-        all.iter().all(|it| it.is_finite())
+        all.iter().all(|value| value.is_finite())
             && (1.0..=120.0).contains(&self.elevation_deg)
             && (low..=high).contains(&self.elbow_deg)
     }

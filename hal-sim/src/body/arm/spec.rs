@@ -190,7 +190,7 @@ impl ArmSpec {
             ("force_noise", vec![self.force_noise]),
         ];
         for (name, values) in parts {
-            if !values.iter().all(|it| (0.0..=1.0).contains(it)) {
+            if !values.iter().all(|value| (0.0..=1.0).contains(value)) {
                 return Err(InvalidArm::NotAPart(name));
             }
         }

@@ -219,7 +219,7 @@ mod tests {
             let arm = arm_m(Source::RankinNeptune, Muscle::TricepsMedial, deg).unwrap();
             1e3 * (arm - slope(deg)).abs()
         };
-        assert!((1..18).all(|it| apart(5.0 * f64::from(it)) < 0.5));
+        assert!((1..18).all(|index| apart(5.0 * f64::from(index)) < 0.5));
         assert!(apart(100.0) < 1.0);
         assert!((1.1..1.4).contains(&apart(105.0)), "{}", apart(105.0));
     }

@@ -276,7 +276,7 @@ impl IsometricElbow {
     /// part of its fibres that the last pulse which excited any of them did excite.
     pub fn parts(&self) -> impl Iterator<Item = (Muscle, f64, f64)> {
         let muscles = self.muscles.iter();
-        muscles.map(|it| (it.spec.muscle, it.torque_nm(), it.share))
+        muscles.map(|driven| (driven.spec.muscle, driven.torque_nm(), driven.share))
     }
 
     /// Samples that the cell has taken; one is taken as each millisecond ends.
@@ -312,8 +312,8 @@ impl IsometricElbow {
 
     fn pass(&mut self, us: u64) {
         if us > 0 {
-            let all = self.muscles.iter_mut().filter(|it| it.is_awake);
-            all.for_each(|it| it.pass(us));
+            let all = self.muscles.iter_mut().filter(|driven| driven.is_awake);
+            all.for_each(|driven| driven.pass(us));
         }
     }
 }
@@ -351,7 +351,7 @@ impl Body for IsometricElbow {
             .spec
             .channels
             .iter()
-            .position(|it| *it == pulse.channel);
+            .position(|channel| *channel == pulse.channel);
         let current_ma = load.current_ma(pulse.drive);
         if let Some(pair) = pair.filter(|_| current_ma > 0.0) {
             let due_us = pulse.t_us + u64::from(self.spec.electromechanical_delay_us);

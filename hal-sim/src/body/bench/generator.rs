@@ -109,8 +109,8 @@ impl Generator {
     /// How much of this departure there is, 0 without.
     #[must_use]
     pub fn size(&self, kind: Kind) -> f64 {
-        let own = self.foreign.filter(|it| it.kind == kind);
-        own.map_or(0.0, |it| it.size)
+        let own = self.foreign.filter(|foreign| foreign.kind == kind);
+        own.map_or(0.0, |foreign| foreign.size)
     }
 }
 

@@ -83,8 +83,9 @@ impl Pool {
     ) -> Result<Self, InvalidBench> {
         // The higher the middle, the later the many come and the smaller the ratio.
         let (mut low, mut high) = (lowest - 4.0 * spread, strong + 12.0 * spread);
-        let at =
-            |middle| Self::new(lowest, middle, spread).map(|it| it.share(weak) / it.share(strong));
+        let at = |middle| {
+            Self::new(lowest, middle, spread).map(|pool| pool.share(weak) / pool.share(strong))
+        };
         if !(at(low)? >= ratio && at(high)? <= ratio) {
             return Err(InvalidBench("ratio"));
         }
@@ -149,7 +150,7 @@ mod tests {
         let all: Vec<f64> = (80..400)
             .map(|tenth| pool.share(f64::from(tenth) * 0.1))
             .collect();
-        assert!(all.windows(2).all(|it| it[1] >= it[0]));
+        assert!(all.windows(2).all(|window| window[1] >= window[0]));
         // The foot: no jump where it begins.
         assert!(all[1] < 0.01 && all[1] > 0.0);
         assert!((all[319] - 1.0).abs() < 1e-9);

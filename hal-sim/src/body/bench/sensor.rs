@@ -200,8 +200,12 @@ mod tests {
             all.push(sensor.reading_n());
         }
         let n = all.len() as f64;
-        let square = all.iter().map(|it| it * it).sum::<f64>() / n;
-        let lag = all.windows(2).map(|it| it[0] * it[1]).sum::<f64>() / n;
+        let square = all.iter().map(|value| value * value).sum::<f64>() / n;
+        let lag = all
+            .windows(2)
+            .map(|window| window[0] * window[1])
+            .sum::<f64>()
+            / n;
         assert!((square.sqrt() / 0.05 - 1.0).abs() < 0.02);
         assert!((lag / square).abs() < 4.0 / n.sqrt());
     }

@@ -226,10 +226,10 @@ impl ElbowSpec {
             ("gain_nm_s_per_rad", positive(person.gain_nm_s_per_rad)),
             ("onset_s", positive(person.onset_s)),
             ("return_deg_per_s", positive(person.return_deg_per_s)),
-            ("sight", person.sight.is_none_or(|it| {
-                (0.0..=2.0).contains(&it.delay_s) && it.every_s >= TICK_S && between(it.line_deg)
+            ("sight", person.sight.is_none_or(|sight| {
+                (0.0..=2.0).contains(&sight.delay_s) && sight.every_s >= TICK_S && between(sight.line_deg)
             })),
-            ("yields", person.yields.is_none_or(|it| it.is_valid())),
+            ("yields", person.yields.is_none_or(|yields| yields.is_valid())),
         ];
         match rules.iter().find(|(_, holds)| !holds) {
             Some((field, _)) => Err(InvalidElbow(field)),

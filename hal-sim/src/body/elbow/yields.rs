@@ -43,7 +43,7 @@ impl Yields {
 
 impl Felt {
     pub(super) fn pulse(&mut self, yields: Option<Yields>, t_us: u64, current_ma: f64) {
-        if yields.is_some_and(|it| current_ma >= it.at_ma) {
+        if yields.is_some_and(|yields| current_ma >= yields.at_ma) {
             self.latest_us = Some(t_us);
         }
     }

@@ -42,7 +42,7 @@ impl HandSpec {
         let mut all = Vec::with_capacity(POOLS.len() * self.units);
         for (index, pool) in (0u64..).zip(POOLS) {
             let mut place = pool.place().drawn(stream(PLACES), index);
-            place.spread = place.spread.map(|it| self.scatter * it);
+            place.spread = place.spread.map(|value| self.scatter * value);
             for number in 0..self.units as u64 {
                 let number = index * 4_096 + number;
                 let [x, y, below_fat] =
@@ -186,7 +186,7 @@ impl Forearm {
         let drives = self.drives.iter_mut();
         drives
             .filter_map(|of| of.get_mut(electrode))
-            .for_each(|it| *it *= by);
+            .for_each(|value| *value *= by);
     }
 
     /// Its motor units.
@@ -207,7 +207,7 @@ impl Forearm {
         let pieces = self.network.segment(&mut charge, &terminals, at_s)?;
         let current_a: f64 = pieces
             .last()
-            .map_or(0.0, |it| it.at(it.duration_s).0[point]);
+            .map_or(0.0, |piece| piece.at(piece.duration_s).0[point]);
         Ok(volts / current_a.abs())
     }
 

@@ -148,7 +148,9 @@ impl MovingHand {
     /// Angles of all digits, °, thumb first.
     #[must_use]
     pub fn angles_deg(&self) -> [f64; DIGITS] {
-        self.joints.each_ref().map(|it| it.angle_rad.to_degrees())
+        self.joints
+            .each_ref()
+            .map(|joint| joint.angle_rad.to_degrees())
     }
 
     /// Isometric torques of its muscles over the last step, fatigue included, N·m.
@@ -160,7 +162,7 @@ impl MovingHand {
     /// The least that fatigue leaves of a motor unit, 0 to 1.
     #[must_use]
     pub fn least_capacity(&self) -> f64 {
-        let capacities = self.fibres.iter().map(|it| it.capacity);
+        let capacities = self.fibres.iter().map(|fibres| fibres.capacity);
         capacities.fold(1.0, f64::min)
     }
 
@@ -251,7 +253,7 @@ impl Body for MovingHand {
     fn pulse(&mut self, _pulse: &Pulse) {}
 
     fn lead(&mut self, t_us: u64, channel: usize, lead: Lead) {
-        let Some(point) = self.channels.iter().position(|it| *it == channel) else {
+        let Some(point) = self.channels.iter().position(|index| *index == channel) else {
             return;
         };
         self.play(t_us);

@@ -56,7 +56,8 @@ fn a_moving_hand_comes_to_the_steady_response() {
     let steady = hand.respond(&period).unwrap();
     let moving = moved(&hand, &period, 2, 1_000);
     assert_eq!(moving.unsettled(), 0);
-    let [wanted, is] = [steady.angles_deg(), moving.angles_deg()].map(|it| it[digits::INDEX]);
+    let [wanted, is] =
+        [steady.angles_deg(), moving.angles_deg()].map(|values| values[digits::INDEX]);
     assert!(wanted > 20.0 && wanted < 95.0, "{wanted}");
     // The muscles' ripple within 20 ms is in one and not in the other.
     assert!((wanted - is).abs() < 2.0, "{wanted} {is}");
@@ -79,7 +80,7 @@ fn fatigue_lets_a_bent_finger_sink() {
     let hand = hand();
     let period = period(&[(0, A, 24.0)]);
     let [early, late] = [2, 12].map(|seconds| moved(&hand, &period, seconds, 1_000));
-    let [before, after] = [&early, &late].map(|it| it.angle_deg());
+    let [before, after] = [&early, &late].map(|moving_hand| moving_hand.angle_deg());
     assert!(before < 95.0 && after < 0.9 * before, "{before} {after}");
     assert!((0.5..0.8).contains(&late.least_capacity()));
 }

@@ -24,8 +24,8 @@ impl Links {
     /// Of stature and mass, with what is added to elbow and shoulder, kg m².
     #[must_use]
     pub fn new(stature_m: f64, mass_kg: f64, added_kg_m2: [f64; JOINTS]) -> Self {
-        let [upper, fore, hand] = [UPPER_ARM, FOREARM, HAND].map(|it| {
-            let [length, mass, centre, gyration] = it;
+        let [upper, fore, hand] = [UPPER_ARM, FOREARM, HAND].map(|values| {
+            let [length, mass, centre, gyration] = values;
             let length_m = length * stature_m;
             let own = mass * mass_kg;
             (

@@ -58,7 +58,9 @@ impl SagittalArm {
             flexions,
             rates: [0.0; JOINTS],
             activation: [0.0; MUSCLES],
-            fibres: spec.electrodes.map(|it| Fibres::new(&spec, it)),
+            fibres: spec
+                .electrodes
+                .map(|electrode| Fibres::new(&spec, electrode)),
             stimulated_nm: [0.0; JOINTS],
             used_j: 0.0,
             spec,
@@ -71,7 +73,10 @@ impl SagittalArm {
         (self.flexions, self.rates) = (flexions, [0.0; JOINTS]);
         (self.activation, self.now_us, self.used_j) = (activation, 0, 0.0);
         self.stimulated_nm = [0.0; JOINTS];
-        self.fibres = self.spec.electrodes.map(|it| Fibres::new(&self.spec, it));
+        self.fibres = self
+            .spec
+            .electrodes
+            .map(|electrode| Fibres::new(&self.spec, electrode));
     }
 
     /// Of electrode `electrode`, 0 to 3, a pulse leaves the stage at `at_us`.
@@ -117,7 +122,7 @@ impl SagittalArm {
         self.stimulated_nm = [0.0; JOINTS];
         for (muscle, full_n) in full_n.into_iter().enumerate() {
             let fibres = self.fibres.get(muscle);
-            let busy = fibres.map_or(0.0, |it| it.busy(self.now_us));
+            let busy = fibres.map_or(0.0, |fibres| fibres.busy(self.now_us));
             let will = self.activation[muscle] * (1.0 - busy);
             let pulsed = fibres.map_or(0.0, Fibres::force);
             let force_n = full_n * (will + pulsed);
@@ -189,7 +194,7 @@ impl SagittalArm {
     pub fn held_w(&self, activation: &[f64; MUSCLES]) -> f64 {
         let of = (self.spec.strength, self.spec.fast_part);
         let each = activation.iter().enumerate();
-        each.map(|(muscle, it)| power_w(muscle, of, (*it, 0.0), (0.0, 0.0)))
+        each.map(|(muscle, value)| power_w(muscle, of, (*value, 0.0), (0.0, 0.0)))
             .sum()
     }
 

@@ -87,7 +87,7 @@ pub(super) fn all(spec: &SharedSpec) -> Vec<Unit> {
 fn order(spec: &SharedSpec, channel: usize, group: usize) -> Vec<f64> {
     let count = spec.units_per_group;
     let electrode = spec.electrodes.get(channel).and_then(Option::as_ref);
-    let reach = electrode.map_or(0.0, |it| it.reach[group]); // one for each group: checked
+    let reach = electrode.map_or(0.0, |electrode| electrode.reach[group]); // one for each group: checked
     let stream = word(spec.seed, (channel * CHANNELS + group) as u64);
     let mut places: Vec<usize> = (0..count).collect();
     // Fisher and Yates.

@@ -89,9 +89,11 @@ fn a_pin_moves_after_a_clock_that_was_set_up_through_an_alias() {
     let edges: Vec<_> = bare
         .wires
         .edges()
-        .filter(|it| it.changed & 1 << 5 != 0)
+        .filter(|pin_edge| pin_edge.changed & 1 << 5 != 0)
         .collect();
-    let levels = edges.iter().map(|it| (it.port, it.levels >> 5 & 1));
+    let levels = edges
+        .iter()
+        .map(|pin_edge| (pin_edge.port, pin_edge.levels >> 5 & 1));
     assert_eq!(levels.collect::<Vec<_>>(), [(0, 1), (0, 0)]);
     // The HSE takes 2 ms and the PLL 0.3 ms; six instructions or so at 168 MHz between.
     assert!((2_300_000..2_400_000).contains(&edges[0].ns), "{edges:?}");
@@ -219,7 +221,7 @@ fn a_refusal_names_peripheral_register_and_function() {
     let mut bare = running(&[code, put(STR, 0x4000_0418, 2)].concat());
     let ended = format!(
         "{:?}",
-        bare.run_to(MS).map_err(|it| match it {
+        bare.run_to(MS).map_err(|error| match error {
             Ending::Stopped(stop) => stop.to_string(),
             other => format!("{other:?}"),
         })

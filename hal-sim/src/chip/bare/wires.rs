@@ -168,7 +168,12 @@ impl Wires {
             host.advance(to, &mut self.soc.otg);
         }
         self.collect();
-        if self.soc.adc.next_sample().is_some_and(|it| it.at <= to) {
+        if self
+            .soc
+            .adc
+            .next_sample()
+            .is_some_and(|sample| sample.at <= to)
+        {
             self.soc.adc.sampled(OPEN_INPUT);
             self.soc.reschedule();
         }

@@ -139,7 +139,7 @@ impl Around {
             ),
             ("USB host", self.host.is_like(&other.host)),
         ];
-        let unlike = parts.into_iter().find(|it| !it.1).map(|it| it.0);
+        let unlike = parts.into_iter().find(|part| !part.1).map(|part| part.0);
         unlike.or_else(|| self.soc.unlike(&other.soc, at))
     }
 

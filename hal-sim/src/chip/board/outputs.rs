@@ -185,7 +185,8 @@ impl Outputs {
 
     pub fn dac(&mut self, chip: usize, change: Change) {
         let changed = (chip, usize::from(change.output));
-        let place = |outputs: &[(usize, usize)]| outputs.iter().position(|&it| it == changed);
+        let place =
+            |outputs: &[(usize, usize)]| outputs.iter().position(|&output| output == changed);
         let out = match (place(&wiring::AMPLITUDES), place(&wiring::TRIPS)) {
             (Some(channel), _) => Out::Dac(channel as u8, change.code),
             (None, Some(bank)) => Out::Trip(bank as u8, change.code),

@@ -234,7 +234,7 @@ impl Soc {
             ("shares", self.shares == other.shares),
             ("flash", self.flash == other.flash),
         ];
-        parts.into_iter().find(|it| !it.1).map(|it| it.0)
+        parts.into_iter().find(|part| !part.1).map(|part| part.0)
     }
 
     /// Core clock, Hz.

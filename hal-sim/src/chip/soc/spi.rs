@@ -317,7 +317,7 @@ mod tests {
             let mut spi = spi(BOARD & !3 | mode);
             spi.set(DR, 1, 0);
             spi.advance(1 << 20).unwrap();
-            spi.words().next().map(|it| it.change)
+            spi.words().next().map(|word| word.change)
         });
         let [after, before] = [Change::FallingAfter, Change::FallingBefore];
         let expected = [after, Change::Rising, Change::Rising, before];
@@ -340,12 +340,12 @@ mod tests {
             spi.set(CR1, BOARD, 1_000);
             assert_eq!(spi.get(SR, 1_001), TXE | BSY);
             assert_eq!(spi.get(SR, 1_128), TXE);
-            assert_eq!(spi.words().next().map(|it| it.value), Some(0x1234));
+            assert_eq!(spi.words().next().map(|word| word.value), Some(0x1234));
         }
         assert_eq!(spi(BOARD & !(1 << 8)).get(CR1, 0) & 0x44, 0, "a mode fault");
         let mut reversed = spi(BOARD | 1 << 7);
         reversed.set(DR, 0x0001, 0);
         reversed.advance(1 << 20).unwrap();
-        assert_eq!(reversed.words().next().map(|it| it.value), Some(0x8000));
+        assert_eq!(reversed.words().next().map(|word| word.value), Some(0x8000));
     }
 }

@@ -64,7 +64,9 @@ impl Watch {
     fn note(&mut self, address: u32, size: Size, first: First) {
         for byte in address..address.saturating_add(size.bytes()) {
             if let Some(numbers) = self.waiting.remove(&byte) {
-                numbers.into_iter().for_each(|it| self.firsts[it] = first);
+                numbers
+                    .into_iter()
+                    .for_each(|number| self.firsts[number] = first);
             }
         }
     }
@@ -94,7 +96,7 @@ mod tests {
         let again = soc.watch.as_mut().unwrap().look_at(0x2000_0200);
         soc.read(0x2000_0200, Size::Half, 4).unwrap();
         let firsts = soc.watch.as_ref().unwrap().firsts();
-        let told = [read, written, neither, again].map(|it| firsts[it]);
+        let told = [read, written, neither, again].map(|index| firsts[index]);
         let wanted = [First::Read, First::Written, First::Untouched, First::Read];
         assert_eq!(told, wanted);
     }

@@ -83,7 +83,7 @@ impl Host {
     /// Begins another program's request with the frame after `at`.
     pub(super) fn ask(&mut self, setup: [u8; 8], data: Vec<u8>, at: Cycle) {
         self.request(Request::Foreign(setup), at);
-        self.control = self.control.take().map(|it| it.with_data(data));
+        self.control = self.control.take().map(|control| control.with_data(data));
     }
 
     /// The endpoints begin with DATA0 (USB 2.0 9.1.1.5).

@@ -166,7 +166,7 @@ impl TrainSpec {
             (!limits.width_us.contains(&self.width_us), "width"),
             (
                 self.widest_us
-                    .is_some_and(|it| !limits.width_us.contains(&it)),
+                    .is_some_and(|widest_us| !limits.width_us.contains(&widest_us)),
                 "largest width",
             ),
             (self.gap_us > MAX_GAP_US, "gap"),

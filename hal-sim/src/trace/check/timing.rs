@@ -48,7 +48,9 @@ pub(super) fn compare<'a>(
                 (burst_us, train.ground_us)
             }
             None => {
-                let near = trains.iter().filter_map(|it| nearest(it, pulse.start_us));
+                let near = trains
+                    .iter()
+                    .filter_map(|train_spec| nearest(train_spec, pulse.start_us));
                 let nearest_us = near.min_by_key(|t_us| t_us.abs_diff(pulse.start_us));
                 let rule = Rule::OffSchedule { nearest_us };
                 found.push(Violation::new(pulse.start_us, channel, rule));

@@ -118,7 +118,10 @@ fn play(events: &[(u64, Event)], truth: &Truth, built: Option<&Hardware>, end_us
             Event::Lines(channel, state) => electrodes[usize::from(channel)].lines(t_us, state),
             Event::Code(channel, code) => electrodes[usize::from(channel)].code(t_us, code),
             Event::Trip(bank, code) => {
-                let of_bank = electrodes.iter_mut().zip(BANKS).filter(|it| it.1 == bank);
+                let of_bank = electrodes
+                    .iter_mut()
+                    .zip(BANKS)
+                    .filter(|pair| pair.1 == bank);
                 of_bank.for_each(|(e, _)| e.trip(t_us, code));
             }
             Event::Load(channel, ohm) => electrodes[usize::from(channel)].load(t_us, ohm),

@@ -43,7 +43,8 @@ impl SavitzkyGolay {
             }
             best = Some(it);
         }
-        best.filter(|it| it.half < LONGEST).ok_or(refused)
+        best.filter(|savitzky_golay| savitzky_golay.half < LONGEST)
+            .ok_or(refused)
     }
 
     fn of(order: usize, half: usize, rate_hz: f64) -> Option<Self> {

@@ -33,7 +33,9 @@ impl Sparc {
     /// zero.
     pub fn of(&self, speed: &[f64], rate_hz: f64) -> Result<f64, MotionError> {
         let sum: f64 = speed.iter().sum();
-        if speed.len() < 2 || !speed.iter().all(|it| *it >= 0.0) || !(sum > 0.0 && sum.is_finite())
+        if speed.len() < 2
+            || !speed.iter().all(|speed| *speed >= 0.0)
+            || !(sum > 0.0 && sum.is_finite())
         {
             return Err(MotionError::Speed(speed.len()));
         }

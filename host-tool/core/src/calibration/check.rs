@@ -51,7 +51,7 @@ impl Checking<'_> {
         self.plan
             .electrodes
             .get(self.at())
-            .map_or(0, |it| it.channel)
+            .map_or(0, |plan| plan.channel)
     }
 
     fn next(&self) -> Option<Level> {
@@ -227,7 +227,7 @@ pub fn check<P: Port>(
     };
     let mut checking = Checking {
         expected: (wearer.electrodes.iter())
-            .map(|it| Level(it.motor_threshold.get()))
+            .map(|electrode| Level(electrode.motor_threshold.get()))
             .collect(),
         plan: plan.clone(),
         checked,

@@ -97,7 +97,10 @@ pub fn calibrate<P: Port>(
         Ok(sessions) => sessions,
         Err(error) => return (Err(error), Spent::default(), Some(port)),
     };
-    let limits = sessions.first().map(|it| it.wearer).unwrap_or_default();
+    let limits = sessions
+        .first()
+        .map(|session| session.wearer)
+        .unwrap_or_default();
     let plan = course.plan;
     if let Err(error) = worn::rehearse(plan, course.head, limits) {
         return (Err(error), Spent::default(), Some(port));

@@ -61,7 +61,7 @@ impl Order {
         // A tagged enum heeds no unknown field of an order that has none.
         let said: Value = serde_json::from_str(line).map_err(|why| nonsense(why.to_string()))?;
         let has_moves = matches!(order, Self::Moves { .. });
-        let mut keys = said.as_object().into_iter().flat_map(|it| it.keys());
+        let mut keys = said.as_object().into_iter().flat_map(|map| map.keys());
         if let Some(key) = keys.find(|key| *key != "order" && !(has_moves && *key == "moves")) {
             return Err(nonsense(format!("unknown field `{key}`")));
         }

@@ -157,7 +157,7 @@ impl Plan {
             off_ms: millis("off_s", file.off_s, [1.0, 60.0], &mut told),
             limits: limited(file.limits, &mut told),
             electrodes: (file.electrodes.into_iter())
-                .filter_map(|it| planned(it, &mut told))
+                .filter_map(|declaration| planned(declaration, &mut told))
                 .collect(),
             wearer: file.wearer,
         };
@@ -180,25 +180,25 @@ impl Plan {
         let limits = wearer_limits(wearer).map_err(|why| {
             CalibrationError::Plan(wearer.name.clone(), format!("its limits: {why}"))
         })?;
-        let electrodes = wearer.electrodes.iter().map(|it| {
-            let frequency_hz = rate(it).unwrap_or_else(|why| {
+        let electrodes = wearer.electrodes.iter().map(|electrode| {
+            let frequency_hz = rate(electrode).unwrap_or_else(|why| {
                 told.push(why);
-                it.frequency_hz
+                electrode.frequency_hz
             });
             let [start, step, coarse] =
-                usual(it.unit).map(|units| Level::of(units).unwrap_or_default());
+                usual(electrode.unit).map(|units| Level::of(units).unwrap_or_default());
             Planned {
-                channel: it.channel,
-                place: it.place.clone(),
-                area_mm2: it.area_mm2,
-                stage: it.unit,
-                full_scale: full_scale(it.unit),
-                width_us: it.width_us,
+                channel: electrode.channel,
+                place: electrode.place.clone(),
+                area_mm2: electrode.area_mm2,
+                stage: electrode.unit,
+                full_scale: full_scale(electrode.unit),
+                width_us: electrode.width_us,
                 frequency_hz,
                 start,
                 step,
                 coarse,
-                ceiling: Level(it.limit.get()),
+                ceiling: Level(electrode.limit.get()),
             }
         });
         let electrodes = electrodes.collect();

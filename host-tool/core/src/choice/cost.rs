@@ -59,7 +59,7 @@ fn most(algorithm: &str) -> Option<u32> {
     static ROWS: LazyLock<Vec<(String, u32)>> = LazyLock::new(|| {
         let mut reader = csv::Reader::from_reader(CYCLES_CSV.as_bytes());
         let headers = reader.headers().cloned().unwrap_or_default();
-        let column = |name| headers.iter().position(|it| it == name);
+        let column = |name| headers.iter().position(|header| header == name);
         let (name, most) = (column("algorithm"), column("max_cycles"));
         let rows = reader
             .records()

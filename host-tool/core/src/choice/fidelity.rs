@@ -41,7 +41,7 @@ pub struct Fidelity {
 /// The coarsest up to which all are within `tolerance`; the finest if none is.
 #[must_use]
 pub fn coarsest(tried: &[Effect], tolerance: f64) -> Option<Effect> {
-    let within = tried.iter().take_while(|it| it.error <= tolerance);
+    let within = tried.iter().take_while(|effect| effect.error <= tolerance);
     within.last().or(tried.first()).copied()
 }
 
@@ -59,8 +59,8 @@ pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fide
         ..Fidelity::default()
     };
     let off = |sessions: Vec<(u32, Session)>| {
-        let errors = sessions.par_iter().map(|(us, it)| {
-            let trial = trial(it, seed)?;
+        let errors = sessions.par_iter().map(|(us, session)| {
+            let trial = trial(session, seed)?;
             // A loop that swings by itself is no coarser one: it is none.
             let swings = limit_cycles(&trial).next().is_some();
             let error = if swings {
@@ -111,7 +111,7 @@ pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fide
 
 /// Each error against the first one's.
 fn against_finest(tried: &[(u32, f64)], off: impl Fn(f64, f64) -> f64) -> Vec<Effect> {
-    let finest = tried.first().map_or(0.0, |it| it.1);
+    let finest = tried.first().map_or(0.0, |pair| pair.1);
     let effect = |&(us, error): &(u32, f64)| Effect {
         us,
         error: off(error, finest).max(0.0),
@@ -123,7 +123,7 @@ fn against_finest(tried: &[(u32, f64)], off: impl Fn(f64, f64) -> f64) -> Vec<Ef
 /// from a fifth of the session on: before that the joint comes from where it was.
 fn tracking(samples: &Samples) -> f64 {
     let settled = samples.iter().skip(samples.len() / 5);
-    let both = settled.filter_map(|it| Some((it.target_deg?, it.true_deg?)));
+    let both = settled.filter_map(|sample| Some((sample.target_deg?, sample.true_deg?)));
     let (mut sum, mut count, mut low, mut high) = (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY);
     for (wanted, angle) in both {
         sum += (wanted - angle) * (wanted - angle);
@@ -138,9 +138,12 @@ fn tracking(samples: &Samples) -> f64 {
 
 /// What each period loses of courses that were told every millisecond.
 fn telemetry(dense: &Samples) -> Vec<Effect> {
-    let muscles = dense.first().map_or(0, |it| it.forces_n.len());
-    let force = |n: usize| -> Vec<f64> { dense.iter().map(|it| told(&it, n)).collect() };
-    let angle: Vec<f64> = dense.iter().filter_map(|it| it.measured_deg).collect();
+    let muscles = dense.first().map_or(0, |sample| sample.forces_n.len());
+    let force = |n: usize| -> Vec<f64> { dense.iter().map(|sample| told(&sample, n)).collect() };
+    let angle: Vec<f64> = dense
+        .iter()
+        .filter_map(|sample| sample.measured_deg)
+        .collect();
     let courses = (0..muscles).map(force).chain([angle]);
     let courses: Vec<(Vec<f64>, f64)> = courses
         .map(|course| {

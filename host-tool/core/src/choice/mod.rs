@@ -50,7 +50,7 @@ impl Need {
     /// The least error that a rung has, and that rung.
     #[must_use]
     pub fn least(&self) -> (f64, Rung) {
-        let all = self.tried.iter().map(|it| (it.error(), it.rung));
+        let all = self.tried.iter().map(|trial| (trial.error(), trial.rung));
         all.min_by(|a, b| a.0.total_cmp(&b.0))
             .unwrap_or((0.0, self.rung))
     }
@@ -134,9 +134,11 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
         .filter_map(|(place, channel)| {
             let muscle = channel.muscle.as_ref()?;
             let tried = trials.tried(place);
-            let within = tried.iter().filter(|it| it.error() <= tolerance.part());
+            let within = tried
+                .iter()
+                .filter(|trial| trial.error() <= tolerance.part());
             let enough = within.min_by(|a, b| a.cost().total_cmp(&b.cost()));
-            let enough = enough.map(|it| it.rung);
+            let enough = enough.map(|trial| trial.rung);
             let mut need = Need {
                 place,
                 uses: trials.uses(place),
@@ -159,8 +161,8 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
         }
         let is_free = |need: &&mut Need| {
             let muscle = session.channels[need.place].muscle.as_ref();
-            let above = need.tried.iter().any(|it| it.rung > need.rung);
-            muscle.is_some_and(|it| it.model == Model::Auto && it.changes.is_empty())
+            let above = need.tried.iter().any(|trial| trial.rung > need.rung);
+            muscle.is_some_and(|muscle| muscle.model == Model::Auto && muscle.changes.is_empty())
                 && need.enough.is_some()
                 && above
                 && need.together > tolerance.part()
@@ -169,8 +171,8 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
         let Some(worst) = wrong.max_by(|a, b| a.together.total_cmp(&b.together)) else {
             break;
         };
-        let next = worst.tried.iter().find(|it| it.rung > worst.rung);
-        worst.rung = next.map_or(worst.rung, |it| it.rung);
+        let next = worst.tried.iter().find(|trial| trial.rung > worst.rung);
+        worst.rung = next.map_or(worst.rung, |trial| trial.rung);
         worst.raised = true;
     }
     Ok(Choice {
@@ -263,11 +265,11 @@ pub fn recall(session: &mut Session, trial: &Trial) -> bool {
             continue;
         };
         let mut all = trial.channels.iter();
-        let of = all.find(|it| it.number == channel.number);
-        let name = of.and_then(|it| it.model.as_deref());
+        let of = all.find(|channel_info| channel_info.number == channel.number);
+        let name = of.and_then(|channel_info| channel_info.model.as_deref());
         let rung = Rung::ALL
             .into_iter()
-            .find(|it| Some(rung_name(*it)) == name);
+            .find(|level| Some(rung_name(*level)) == name);
         muscle.auto = rung.unwrap_or(muscle.auto);
         is_known &= rung.is_some();
     }

@@ -102,7 +102,7 @@ fn gain(channel: &Channel, code: u16) -> Option<f64> {
     let step = f64::from(channel.spec.stage.full_scale().get()) / 65_535.0;
     let milli = f64::from(code) * step;
     let [threshold, reference] =
-        [recruits.motor_threshold, recruits.reference].map(|it| f64::from(it.get()));
+        [recruits.motor_threshold, recruits.reference].map(|amplitude| f64::from(amplitude.get()));
     let slope = f64::from(recruits.slope_micro) * 1e-9; // per thousandth
     (milli > threshold - step).then(|| (slope * (milli - reference)).exp().min(1.0))
 }

@@ -11,7 +11,11 @@ const LOOKS_US: [u64; 3] = [1_000_000, 5_000_000, u64::MAX];
 /// Whether pulses alone decide the models of `session`, whatever they err by: the
 /// rungs below report nothing, which is all wrong, and there are none above.
 pub(super) fn decide(session: &Session) -> bool {
-    let tires = |c: &Channel| c.muscle.as_ref().is_some_and(|it| it.fatigue.is_some());
+    let tires = |c: &Channel| {
+        c.muscle
+            .as_ref()
+            .is_some_and(|muscle| muscle.fatigue.is_some())
+    };
     let mut channels = session.channels.iter();
     !session.has_fidelity
         && session.tolerance.part() < 1.0
@@ -32,7 +36,7 @@ pub(super) fn rungs(
     let mut rungs = Vec::new();
     for (place, channel) in session.channels.iter().enumerate() {
         let muscle = channel.muscle.as_ref();
-        if let Some(muscle) = muscle.filter(|it| it.model == Model::Auto) {
+        if let Some(muscle) = muscle.filter(|muscle| muscle.model == Model::Auto) {
             rungs.push((place, Rung::None, muscle.report));
         }
     }
@@ -41,7 +45,7 @@ pub(super) fn rungs(
         muscle.model = Model::Fixed(Rung::None);
     }
     for look_us in LOOKS_US {
-        if rungs.iter().all(|it| !it.2 || it.1 != Rung::None) {
+        if rungs.iter().all(|pair| !pair.2 || pair.1 != Rung::None) {
             break;
         }
         look.duration_us = length_us.min(look_us);
@@ -55,5 +59,5 @@ pub(super) fn rungs(
             break;
         }
     }
-    Ok(rungs.into_iter().map(|it| (it.0, it.1)).collect())
+    Ok(rungs.into_iter().map(|pair| (pair.0, pair.1)).collect())
 }

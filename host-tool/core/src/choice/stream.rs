@@ -28,10 +28,10 @@ pub fn streaming(session: &Session, mut of: impl FnMut(&Bounds) -> Vec<(u64, u32
     for bounds in setpoints.bounds.clone() {
         let channel = bounds.channel;
         let course = (channel, ForceCourse::Ramp(of(&bounds)));
-        setpoints.beside.retain(|it| it.0 != channel);
-        setpoints.forces.retain(|it| it.0 != channel);
+        setpoints.beside.retain(|pair| pair.0 != channel);
+        setpoints.forces.retain(|force| force.0 != channel);
         match &mut setpoints.course {
-            Course::Amplitudes(values) => values.retain(|it| it.0 != channel),
+            Course::Amplitudes(values) => values.retain(|value| value.0 != channel),
             Course::Force(driven, _) if *driven == channel => setpoints.course = Course::KeepAlive,
             _ => {}
         }

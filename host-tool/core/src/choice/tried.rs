@@ -54,7 +54,9 @@ impl Tried {
     /// Cycles a second; what was not measured is dearer than all else.
     #[must_use]
     pub fn cost(&self) -> f64 {
-        let cost = self.cycles.map(|it| it.per_second(self.pulses_per_s));
+        let cost = self
+            .cycles
+            .map(|cycles| cycles.per_second(self.pulses_per_s));
         cost.unwrap_or(f64::INFINITY)
     }
 }
@@ -98,7 +100,7 @@ impl<'a> Trials<'a> {
     pub(super) fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, Unplayed> {
         let each = self.0.par_iter_mut().map(|trial| trial.together(all));
         let each: Vec<Vec<f64>> = each.collect::<Result<_, _>>()?;
-        let worst = |n: usize| each.iter().map(|it| it[n]).fold(0.0, f64::max);
+        let worst = |n: usize| each.iter().map(|values| values[n]).fold(0.0, f64::max);
         Ok((0..all.len()).map(worst).collect())
     }
 }
@@ -124,7 +126,7 @@ impl<'a> Trial<'a> {
         let steers = session.channels.iter().any(|c| c.force.is_some());
         let matters = |rung: &Rung| {
             // A model that does not run reports nothing: that needs no trial.
-            Some(*rung) <= fullest && (steers || cycles(*rung).is_none_or(|it| it.tick > 0))
+            Some(*rung) <= fullest && (steers || cycles(*rung).is_none_or(|cycles| cycles.tick > 0))
         };
         let all: Vec<Rung> = rungs().filter(matters).collect();
         let played = all.into_par_iter().map(|rung| {
@@ -155,7 +157,7 @@ impl<'a> Trial<'a> {
     fn uses(&self, place: usize) -> Uses {
         let channel = &self.session.channels[place];
         Uses {
-            report: channel.muscle.as_ref().is_some_and(|it| it.report),
+            report: channel.muscle.as_ref().is_some_and(|muscle| muscle.report),
             steering: channel.force.is_some(),
         }
     }
@@ -166,7 +168,12 @@ impl<'a> Trial<'a> {
             return Default::default();
         };
         let (uses, top) = (self.uses(place), fullest_of(muscle));
-        let on = |rung: Rung| self.played.iter().find(|it| it.0 == rung).map(|it| &it.1);
+        let on = |rung: Rung| {
+            self.played
+                .iter()
+                .find(|pair| pair.0 == rung)
+                .map(|pair| &pair.1)
+        };
         let Some(best) = on(top) else {
             return Default::default(); // every muscle's fullest was played
         };
@@ -206,7 +213,7 @@ impl<'a> Trial<'a> {
     ) -> (Option<f64>, Option<f64>) {
         let before = &self.session.channels[..place];
         let column = before.iter().filter(|c| c.muscle.is_some()).count();
-        let times: Vec<u64> = played.reports.iter().map(|it| it.0).collect();
+        let times: Vec<u64> = played.reports.iter().map(|report| report.0).collect();
         let truth = played.truth(muscle, place, &times);
         let said = played.reports.iter();
         let said = said.map(|(_, forces)| told(forces, column));
@@ -221,8 +228,8 @@ impl<'a> Trial<'a> {
     /// The error of each of these channels, with all on these rungs at once.
     fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, Unplayed> {
         let of = |place: usize, muscle: &Muscle| {
-            let found = all.iter().find(|it| it.0 == place);
-            found.map_or(muscle.rung(), |it| it.1)
+            let found = all.iter().find(|pair| pair.0 == place);
+            found.map_or(muscle.rung(), |pair| pair.1)
         };
         let variant = on_rungs(self.session, of);
         let same = self.played.iter().find(|(rung, _)| {

@@ -36,7 +36,7 @@ impl Exponential {
         };
         [own.a_n, own.b_per_ma]
             .iter()
-            .all(|it| it.is_finite())
+            .all(|value| value.is_finite())
             .then_some(own)
     }
 
@@ -112,7 +112,7 @@ pub fn agreement(estimated: &[f64], measured: &[f64]) -> Agreement {
     let off: f64 = both
         .map(|(estimated, measured)| (estimated - measured).powi(2))
         .sum();
-    let all: f64 = measured.iter().map(|it| (it - mean).powi(2)).sum();
+    let all: f64 = measured.iter().map(|value| (value - mean).powi(2)).sum();
     let peak = measured.iter().copied().fold(f64::MIN, f64::max);
     let rmse_n = (off / n).sqrt();
     Agreement {

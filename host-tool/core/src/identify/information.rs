@@ -48,8 +48,8 @@ pub fn bound(constants: Constants, records: &[ForceRecord], noise_n: f64) -> Opt
 
 /// Scaled to a diagonal of 1 before, so that units do not matter.
 pub(super) fn inverse(information: &Square) -> Option<Square> {
-    let scale = information.diagonal().map(|it| 1.0 / it.sqrt());
-    if !scale.iter().all(|it| it.is_finite() && *it > 0.0) {
+    let scale = information.diagonal().map(|value| 1.0 / value.sqrt());
+    if !scale.iter().all(|scale| scale.is_finite() && *scale > 0.0) {
         return None;
     }
     let scaled = Square::from_fn(|i, j| information[(i, j)] * scale[i] * scale[j]);
@@ -57,7 +57,9 @@ pub(super) fn inverse(information: &Square) -> Option<Square> {
     let largest = parts.eigenvalues.max();
     // A direction that is not seen keeps a variance that is finite and enormous.
     let least = largest * SINGULAR;
-    let inverse = parts.eigenvalues.map(|it| 1.0 / it.max(least));
+    let inverse = parts
+        .eigenvalues
+        .map(|eigenvalue| 1.0 / eigenvalue.max(least));
     let own = parts.eigenvectors * Square::from_diagonal(&inverse) * parts.eigenvectors.transpose();
     Some(Square::from_fn(|i, j| own[(i, j)] * scale[i] * scale[j]))
 }

@@ -173,7 +173,7 @@ pub fn simulated(constants: Constants, record: &ForceRecord) -> (Vec<f64>, Vec<[
             }
         }
         force.push(record.gain * muscle.force_n);
-        slopes.push(muscle.slopes_n.map(|it| record.gain * it));
+        slopes.push(muscle.slopes_n.map(|slopes_n| record.gain * slopes_n));
     }
     (force, slopes)
 }
@@ -220,7 +220,7 @@ mod tests {
                 let (up, down) = (moved(1e-4), moved(-1e-4));
                 let largest = slopes
                     .iter()
-                    .map(|it| it[parameter].abs())
+                    .map(|slope| slope[parameter].abs())
                     .fold(0.0, f64::max);
                 for ((up, down), slopes) in up.iter().zip(&down).zip(&slopes) {
                     let difference = (up - down) / 2e-4;

@@ -34,20 +34,24 @@ impl Straight {
         let slope: Vec<f64> = (0..samples).map(|i| i as f64 - middle).collect();
         let length = slope
             .iter()
-            .map(|it| it * it)
+            .map(|slope| slope * slope)
             .sum::<f64>()
             .sqrt()
             .max(1e-300);
-        Self([constant, slope.iter().map(|it| it / length).collect()])
+        Self([constant, slope.iter().map(|slope| slope / length).collect()])
     }
 
     /// Takes them out of `all`.
     fn out_of(&self, all: &mut [f64]) {
         for direction in &self.0 {
-            let along: f64 = direction.iter().zip(all.iter()).map(|(d, it)| d * it).sum();
+            let along: f64 = direction
+                .iter()
+                .zip(all.iter())
+                .map(|(d, value)| d * value)
+                .sum();
             all.iter_mut()
                 .zip(direction)
-                .for_each(|(it, d)| *it -= along * d);
+                .for_each(|(value, d)| *value -= along * d);
         }
     }
 }
@@ -79,7 +83,10 @@ impl<'a> Problem<'a> {
             Weighting::Whitened => record.samples_n.len(),
             Weighting::Averaged => averaged(&record.samples_n).len(),
         };
-        let straight: Vec<Straight> = records.iter().map(|it| Straight::of(count(it))).collect();
+        let straight: Vec<Straight> = records
+            .iter()
+            .map(|force_record| Straight::of(count(force_record)))
+            .collect();
         let mut measured = Vec::new();
         for (record, straight) in records.iter().zip(&straight) {
             let mut own = match weighting {
@@ -109,7 +116,10 @@ impl<'a> Problem<'a> {
 
     /// Sum of squares, N².
     pub fn squares(&self) -> f64 {
-        self.residuals.iter().map(|it| it * it).sum()
+        self.residuals
+            .iter()
+            .map(|residual| residual * residual)
+            .sum()
     }
 
     /// How many records.
@@ -136,7 +146,7 @@ impl<'a> Problem<'a> {
                 .extend(compared(&force, self.weighting, straight));
             let begin = self.slopes.len();
             for parameter in 0..PARAMETERS {
-                let own: Vec<f64> = slopes.iter().map(|it| it[parameter]).collect();
+                let own: Vec<f64> = slopes.iter().map(|slope| slope[parameter]).collect();
                 let own = compared(&own, self.weighting, straight);
                 self.slopes.resize(begin + own.len(), [0.0; PARAMETERS]);
                 let all = self.slopes.iter_mut().skip(begin);
@@ -150,7 +160,7 @@ impl<'a> Problem<'a> {
     /// The start's A, that fits best with the other constants as they are.
     pub fn scale(&mut self) {
         // dF/d ln A is F.
-        let force = self.slopes.iter().map(|it| it[0]);
+        let force = self.slopes.iter().map(|slope| slope[0]);
         let both = force.zip(&self.measured);
         let (across, square) = both.fold((0.0, 0.0), |(across, square), (f, m)| {
             (across + f * m, square + f * f)
@@ -183,7 +193,11 @@ impl<'a> Problem<'a> {
             let own = self.slopes.get(begin..begin + count).unwrap_or_default();
             begin += count;
             let columns: Vec<Vec<f64>> = (0..PARAMETERS)
-                .map(|parameter| own.iter().map(|it| it[parameter]).collect::<Vec<f64>>())
+                .map(|parameter| {
+                    own.iter()
+                        .map(|values| values[parameter])
+                        .collect::<Vec<f64>>()
+                })
                 .map(|column| spread(&column, samples))
                 .collect();
             let rows =
@@ -193,7 +207,7 @@ impl<'a> Problem<'a> {
             for direction in &straight.0 {
                 trace -= spread(direction, samples)
                     .iter()
-                    .map(|it| it * it)
+                    .map(|value| value * value)
                     .sum::<f64>();
             }
         }
@@ -226,7 +240,7 @@ impl LeastSquaresProblem<f64, Dyn, U5> for Problem<'_> {
 
     fn residuals(&self) -> Option<DVector<f64>> {
         let all = DVector::from_column_slice(&self.residuals);
-        all.iter().all(|it| it.is_finite()).then_some(all)
+        all.iter().all(|value| value.is_finite()).then_some(all)
     }
 
     fn jacobian(&self) -> Option<OMatrix<f64, Dyn, U5>> {

@@ -49,7 +49,10 @@ impl ForceRecord {
     pub fn from_rest(&self) -> Vec<f64> {
         let rest = self.rest();
         let zero_n = self.samples_n.iter().take(rest).sum::<f64>() / rest.max(1) as f64;
-        self.samples_n.iter().map(|it| it - zero_n).collect()
+        self.samples_n
+            .iter()
+            .map(|sample_n| sample_n - zero_n)
+            .collect()
     }
 
     /// Whether it can be fitted.
@@ -65,7 +68,7 @@ impl ForceRecord {
             return Err(too_short("it has no pulses"));
         };
         let lasts_us = self.samples_n.len() as u64 * u64::from(SAMPLE_US);
-        if !self.samples_n.iter().all(|it| it.is_finite()) {
+        if !self.samples_n.iter().all(|sample_n| sample_n.is_finite()) {
             return Err(too_short("a sample is no number"));
         }
         if !self.pulses_us.is_sorted() {
@@ -122,7 +125,7 @@ impl ForceRecord {
 fn moments(all: &[f64]) -> (f64, f64) {
     let n = all.len().max(1) as f64;
     let mean = all.iter().sum::<f64>() / n;
-    let square = all.iter().map(|it| (it - mean).powi(2)).sum::<f64>();
+    let square = all.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
     (mean, square / (n - 1.0).max(1.0))
 }
 
@@ -175,7 +178,10 @@ mod tests {
                 .contains("0.5 s after")
         );
         let mut early = record(pulled);
-        early.pulses_us.iter_mut().for_each(|it| *it -= 150_000);
+        early
+            .pulses_us
+            .iter_mut()
+            .for_each(|pulse_us| *pulse_us -= 150_000);
         assert!(
             early
                 .sound()

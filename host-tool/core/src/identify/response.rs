@@ -35,8 +35,8 @@ impl Response {
     #[must_use]
     pub fn of(force_n: &[f64], step_s: f64) -> Option<Self> {
         let peak_n = force_n.iter().copied().fold(0.0, f64::max);
-        let from = |level: f64| force_n.iter().position(|it| *it >= level);
-        let begin = force_n.iter().position(|it| *it > BEGINS_N)?;
+        let from = |level: f64| force_n.iter().position(|force_n| *force_n >= level);
+        let begin = force_n.iter().position(|force_n| *force_n > BEGINS_N)?;
         let after = |part: f64| Some((from(part * peak_n)? as f64 - begin as f64) * step_s);
         Some(Self {
             peak_n,
@@ -63,7 +63,7 @@ pub fn responses(
 ) -> Vec<Option<Response>> {
     let course = course(constants, period_s, lasts_s);
     let scaled = |gain: &f64| {
-        let own: Vec<f64> = course.iter().map(|it| gain * it).collect();
+        let own: Vec<f64> = course.iter().map(|course| gain * course).collect();
         Response::of(&own, GRID_S)
     };
     gains.iter().map(scaled).collect()

@@ -110,7 +110,7 @@ impl Detector {
         let over = |from: usize, to: usize| {
             let all = samples_n.iter().copied().enumerate();
             let own = all.skip(from).take(to.saturating_sub(from));
-            own.map(|(place, it)| (place as f64, it))
+            own.map(|(place, value)| (place as f64, value))
                 .collect::<Vec<_>>()
         };
         let mut rest = over(0, before);
@@ -118,8 +118,8 @@ impl Detector {
         let pulled = over(before + rise, before + train);
         let line = Line::through(&rest);
         let n = pulled.len().max(1) as f64;
-        let middle = pulled.iter().map(|it| it.0).sum::<f64>() / n;
-        let mean = pulled.iter().map(|it| it.1).sum::<f64>() / n;
+        let middle = pulled.iter().map(|pair| pair.0).sum::<f64>() / n;
+        let mean = pulled.iter().map(|pair| pair.1).sum::<f64>() / n;
         let (zero_n, part) = line.at(middle);
         let error_n = line.noise * (1.0 / n + part).sqrt();
         let force_n = mean - zero_n;
@@ -177,10 +177,15 @@ struct Line {
 impl Line {
     fn through(points: &[(f64, f64)]) -> Self {
         let n = points.len().max(1) as f64;
-        let middle = points.iter().map(|it| it.0).sum::<f64>() / n;
-        let mean = points.iter().map(|it| it.1).sum::<f64>() / n;
-        let square = points.iter().map(|it| (it.0 - middle).powi(2)).sum::<f64>();
-        let across = points.iter().map(|it| (it.0 - middle) * (it.1 - mean));
+        let middle = points.iter().map(|point| point.0).sum::<f64>() / n;
+        let mean = points.iter().map(|point| point.1).sum::<f64>() / n;
+        let square = points
+            .iter()
+            .map(|point| (point.0 - middle).powi(2))
+            .sum::<f64>();
+        let across = points
+            .iter()
+            .map(|point| (point.0 - middle) * (point.1 - mean));
         let slope = across.sum::<f64>() / square.max(1e-300);
         let off = |it: &(f64, f64)| (it.1 - mean - slope * (it.0 - middle)).powi(2);
         let noise = (points.iter().map(off).sum::<f64>() / (n - 2.0).max(1.0)).sqrt();
@@ -209,8 +214,8 @@ pub fn bare_rule(samples_n: &[f64], layout: &Layout) -> bool {
     let rest = layout.before.min(samples_n.len());
     let zero_n = samples_n.iter().take(rest).sum::<f64>() / rest.max(1) as f64;
     let train = samples_n.iter().skip(rest).take(layout.train);
-    let train: Vec<f64> = train.map(|it| it - zero_n).collect();
-    averaged(&train).iter().any(|it| *it > PAPER_N)
+    let train: Vec<f64> = train.map(|train| train - zero_n).collect();
+    averaged(&train).iter().any(|value| *value > PAPER_N)
 }
 
 /// # Errors
@@ -292,7 +297,7 @@ mod tests {
             let own = |seed| {
                 let mut samples = tried(seed, 0.0);
                 let still = samples.iter_mut().enumerate();
-                still.for_each(|(i, it)| *it -= if drift { 0.0 } else { 20e-6 * i as f64 });
+                still.for_each(|(i, value)| *value -= if drift { 0.0 } else { 20e-6 * i as f64 });
                 bare_rule(&samples, &layout)
             };
             (0..200).filter(|seed| own(*seed)).count()

@@ -39,14 +39,18 @@ impl<const J: usize> Muscles<J> {
     pub fn co_contracting(mut self, share: f64, wanted_nm: [f64; J]) -> Self {
         for joint in 0..J {
             let along = |of: &[f64; J]| of[joint] * wanted_nm[joint].signum();
-            let agonists: f64 = self.full_nm.iter().map(|it| along(it).max(0.0)).sum();
+            let agonists: f64 = self
+                .full_nm
+                .iter()
+                .map(|full_nm| along(full_nm).max(0.0))
+                .sum();
             if agonists <= 0.0 {
                 continue;
             }
             let effort = (wanted_nm[joint].abs() / agonists).min(1.0);
             // A muscle counts against a joint by how much of its torque is there.
             for (of, least) in self.full_nm.iter().zip(&mut self.least) {
-                let size = of.iter().map(|it| it.abs()).sum::<f64>();
+                let size = of.iter().map(|value| value.abs()).sum::<f64>();
                 if along(of) < 0.0 {
                     let part = -along(of) / size;
                     *least = least.max((share * effort * part).min(1.0));
@@ -66,7 +70,11 @@ impl<const J: usize> Muscles<J> {
     /// # Errors
     /// [`OutOfReach`].
     pub fn activations(&self, wanted_nm: [f64; J]) -> Result<Vec<f64>, OutOfReach> {
-        let rows: Vec<SVector<f64, J>> = self.full_nm.iter().map(|it| (*it).into()).collect();
+        let rows: Vec<SVector<f64, J>> = self
+            .full_nm
+            .iter()
+            .map(|full_nm| (*full_nm).into())
+            .collect();
         let wanted = SVector::from(wanted_nm);
         let mut dual = SVector::<f64, J>::zeros();
         let all = rows.iter().map(|row| row * row.transpose());
@@ -111,7 +119,8 @@ impl<const J: usize> Muscles<J> {
         let height = |dual: &SVector<f64, J>| self.height(rows, wanted, dual);
         let before = height(dual);
         let climbs = |it: &SVector<f64, J>| height(it) > before;
-        let newton = newton.filter(|it| it.iter().all(|it| it.is_finite()) && climbs(it));
+        let newton =
+            newton.filter(|vector| vector.iter().all(|value| value.is_finite()) && climbs(vector));
         newton.or_else(|| Some(dual + all.cholesky()?.solve(left)))
     }
 

@@ -43,7 +43,7 @@ impl Quartic {
         if points.len() < TERMS || !points.iter().all(finite) {
             return Err(refused);
         }
-        let angles = || points.iter().map(|it| it.0);
+        let angles = || points.iter().map(|point| point.0);
         let range_deg = [
             angles().fold(f64::INFINITY, f64::min),
             angles().fold(f64::NEG_INFINITY, f64::max),
@@ -54,7 +54,7 @@ impl Quartic {
         let powers = DMatrix::from_fn(points.len(), TERMS, |row, power| {
             scaled(range_deg, points[row].0).powi(power as i32)
         });
-        let values = DVector::from_iterator(points.len(), points.iter().map(|it| it.1));
+        let values = DVector::from_iterator(points.len(), points.iter().map(|point| point.1));
         let solved = powers
             .svd(true, true)
             .solve(&values, 1e-10)
@@ -66,7 +66,7 @@ impl Quartic {
         };
         let left = |(deg, value): &(f64, f64)| (found.at(*deg) - value).abs();
         let left: Vec<f64> = points.iter().map(left).collect();
-        let squares: f64 = left.iter().map(|it| it * it).sum();
+        let squares: f64 = left.iter().map(|value| value * value).sum();
         found.rms = (squares / points.len() as f64).sqrt();
         found.most = left.into_iter().fold(0.0, f64::max);
         Ok(found)

@@ -148,7 +148,8 @@ impl Client {
             };
             let device = other_schema(message, self.opening);
             let response = postcard::from_bytes::<Response<'_>>(message);
-            let incoming = response.map(|it| sort(it, |at| self.clock.unwrap(now_us, at)));
+            let incoming =
+                response.map(|response| sort(response, |at| self.clock.unwrap(now_us, at)));
             self.decoder.clear();
             if let Some(device) = device {
                 return Err(Error::OtherSchema { device });
@@ -217,7 +218,10 @@ impl Client {
     /// Notes what an answer means, and keeps the message.
     fn file(&mut self, incoming: Incoming, now_us: u64) {
         let seq = incoming.answers();
-        let asked = self.awaited.iter().position(|it| Some(it.seq) == seq);
+        let asked = self
+            .awaited
+            .iter()
+            .position(|expectation| Some(expectation.seq) == seq);
         let asked = asked.and_then(|index| self.awaited.remove(index));
         if let (Incoming::Acknowledged(_, at), Some(asked)) = (&incoming, asked) {
             self.clock.observe(asked.sent_us, now_us, *at);

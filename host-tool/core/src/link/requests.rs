@@ -86,7 +86,9 @@ impl<P: Port> Connection<P> {
     /// As all; more than ten amplitudes are too large.
     pub fn amplitudes(&mut self, list: &[(u8, Amplitude)]) -> Result<u64, Error> {
         let list = list.iter();
-        let own: Vec<_> = list.map(|&(channel, it)| (channel, it, None)).collect();
+        let own: Vec<_> = list
+            .map(|&(channel, amplitude)| (channel, amplitude, None))
+            .collect();
         self.send_amplitudes(&own)
     }
 
@@ -98,7 +100,7 @@ impl<P: Port> Connection<P> {
     pub fn stimuli(&mut self, list: &[(u8, Amplitude, u16)]) -> Result<u64, Error> {
         let list = list.iter();
         let pairs: Vec<_> = list
-            .map(|&(channel, it, us)| (channel, it, Some(us)))
+            .map(|&(channel, amplitude, us)| (channel, amplitude, Some(us)))
             .collect();
         self.send_amplitudes(&pairs)
     }

@@ -149,7 +149,10 @@ impl Column {
 
 /// The joints that channels follow, by rising number.
 pub(super) fn joints(channels: &[ChannelInfo]) -> impl Iterator<Item = u8> {
-    let numbers: BTreeSet<u8> = channels.iter().filter_map(|it| it.joint).collect();
+    let numbers: BTreeSet<u8> = channels
+        .iter()
+        .filter_map(|channel_info| channel_info.joint)
+        .collect();
     numbers.into_iter()
 }
 

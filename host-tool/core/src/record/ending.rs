@@ -59,7 +59,7 @@ impl Ending {
     /// What the record in `dir` says of itself.
     #[must_use]
     pub fn of(dir: &Path) -> Self {
-        read(dir).map_or_else(|_| Self::default(), |it| it.0)
+        read(dir).map_or_else(|_| Self::default(), |pair| pair.0)
     }
 
     /// `reason` cut it short, and the program exits with `exit_code`.

@@ -82,7 +82,7 @@ pub(super) fn write_header(out: &mut impl Write) -> io::Result<()> {
 
 /// Writes one row in one piece.
 pub(super) fn write_row(out: &mut impl Write, marker: &Marker) -> io::Result<()> {
-    let optional = |value: Option<u64>| value.map(|it| it.to_string()).unwrap_or_default();
+    let optional = |value: Option<u64>| value.map(|value| value.to_string()).unwrap_or_default();
     let mut row = csv::Writer::from_writer(Vec::new());
     row.write_record([
         format!("{:.6}", marker.t_s),
@@ -133,6 +133,10 @@ struct Kept(Vec<Marker>);
 impl FromIterator<Marker> for Kept {
     fn from_iter<I: IntoIterator<Item = Marker>>(markers: I) -> Self {
         let markers = markers.into_iter();
-        Self(markers.filter(|it| it.kind != MarkerKind::Sync).collect())
+        Self(
+            markers
+                .filter(|marker| marker.kind != MarkerKind::Sync)
+                .collect(),
+        )
     }
 }

@@ -144,7 +144,7 @@ impl Run {
             .trials
             .iter()
             .filter_map(|trial| trial.identity.as_ref());
-        devices.all(|it| it.in_process)
+        devices.all(|identity| identity.in_process)
     }
 
     /// Whether a simulator stood in for the wearer: the device said so, or a
@@ -172,15 +172,21 @@ impl Run {
     /// What stimulated; `None` until a device has answered.
     #[must_use]
     pub fn kind(&self) -> Option<DeviceKind> {
-        let mut said = self.trials.iter().filter_map(|it| it.identity.as_ref());
-        said.next().map(|it| it.kind)
+        let mut said = self
+            .trials
+            .iter()
+            .filter_map(|trial| trial.identity.as_ref());
+        said.next().map(|identity| identity.kind)
     }
 
     /// What stimulated, for people: what it said it is, and where.
     #[must_use]
     pub fn device_in_words(&self) -> String {
         let said = self.trials.iter().find_map(|trial| trial.identity.as_ref());
-        said.map_or_else(|| self.device.clone(), |it| it.kind.at(&self.device))
+        said.map_or_else(
+            || self.device.clone(),
+            |identity| identity.kind.at(&self.device),
+        )
     }
 }
 
@@ -266,7 +272,10 @@ impl Trial {
     /// Whether a simulator stood in for the wearer, as [`Run::is_simulated`] says.
     #[must_use]
     pub fn is_simulated(&self) -> bool {
-        let said = self.identity.as_ref().is_some_and(|it| it.simulated);
+        let said = self
+            .identity
+            .as_ref()
+            .is_some_and(|identity| identity.simulated);
         said || self.samples.iter().any(|s| s.true_deg.is_some())
     }
 

@@ -132,7 +132,10 @@ pub fn may_write(
     out: Option<&Path>,
 ) -> Result<(), RecordError> {
     let there = path.metadata();
-    if there.as_ref().is_ok_and(|it| !it.is_file() && !it.is_dir()) {
+    if there
+        .as_ref()
+        .is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
+    {
         return Ok(());
     }
     leads_somewhere(path)?;
@@ -143,7 +146,7 @@ pub fn may_write(
         }
         _ => path.canonicalize().map_err(RecordError::io(path))?,
     };
-    let is_it = |read: &&&Path| read.canonicalize().is_ok_and(|it| it == real);
+    let is_it = |read: &&&Path| read.canonicalize().is_ok_and(|path| path == real);
     let out = out.and_then(|out| out.canonicalize().ok());
     let is_record = |dir: &&Path| {
         let header = folder::read_header(dir);
@@ -160,7 +163,7 @@ pub fn may_write(
         let out = path.display().to_string();
         return Err(RecordError::Source(out, kept));
     }
-    if there.is_ok_and(|it| it.is_file()) && !overwrite {
+    if there.is_ok_and(|metadata| metadata.is_file()) && !overwrite {
         return Err(RecordError::FileTaken(path.to_owned()));
     }
     let is_new = !real.exists();

@@ -81,7 +81,7 @@ impl Recorder {
         trial
             .markers
             .iter()
-            .try_for_each(|it| recorder.marker(it))?;
+            .try_for_each(|marker| recorder.marker(marker))?;
         trial.samples.iter().try_for_each(|s| recorder.sample(&s))?;
         Ok(recorder)
     }
@@ -185,7 +185,8 @@ impl Recorder {
             std::fs::write(&path, &wearer.text).map_err(RecordError::write(&path))?;
         }
         let path = self.folder.join("columns.csv");
-        let written = columns::dictionary(&trial.channels).and_then(|it| std::fs::write(&path, it));
+        let written = columns::dictionary(&trial.channels)
+            .and_then(|dictionary| std::fs::write(&path, dictionary));
         written.map_err(RecordError::write(&path))
     }
 

@@ -150,7 +150,7 @@ pub fn read_samples(path: &Path) -> Result<Samples, RecordError> {
         phases,
     ] = lists;
     // Where an arm is driven; true forces are younger than the rest.
-    let column = |name: &str| rows.header.iter().position(|it| it == name);
+    let column = |name: &str| rows.header.iter().position(|header| header == name);
     let [hand, truly] = [HAND, HAND_TRUE].map(|names| names.into_iter().filter_map(column));
     let (hand, truly): (Vec<_>, Vec<_>) = (hand.collect(), truly.collect());
     let (made, held) = (column("hand_made"), column("held"));

@@ -28,7 +28,7 @@ pub fn edges_figure(trial: &Trial, alike: &[&Trial]) -> Svg {
         return Svg::default();
     };
     let codes = |channel: u8| {
-        let all = alike.iter().chain([&trial]).flat_map(|it| &it.edges);
+        let all = alike.iter().chain([&trial]).flat_map(|trial| &trial.edges);
         let own = all.filter(|edge| edge.channel == channel && is_phase(edge.state));
         own.map(|edge| edge.dac_code)
             .fold(None, |range: Option<(u16, u16)>, code| {

@@ -84,9 +84,9 @@ fn surveys(trials: &[Trial], channels: &[u8], values: &[Value]) -> Vec<Vec<Surve
     let of_trial = |trial: &Trial| {
         let sources = Source::all(trial, channels, values);
         let mut surveys = vec![Survey::default(); sources.len()];
-        for sample in trial.samples.iter().filter(|it| it.t_s.is_finite()) {
+        for sample in trial.samples.iter().filter(|sample| sample.t_s.is_finite()) {
             for (survey, source) in surveys.iter_mut().zip(&sources) {
-                if let Some(value) = source.of(&sample).filter(|it| it.is_finite()) {
+                if let Some(value) = source.of(&sample).filter(|value| value.is_finite()) {
                     survey.count += 1;
                     let largest = survey.largest.unwrap_or(value);
                     survey.largest = Some(largest.max(value));
@@ -160,7 +160,7 @@ fn alike(
     channels.retain(|channel| shown(channel));
     let numbers: Vec<u8> = channels.iter().map(|channel| channel.number).collect();
     let surveys = surveys(trials, &numbers, values);
-    let tops = surveys.iter().flatten().filter_map(|it| it.largest);
+    let tops = surveys.iter().flatten().filter_map(|survey| survey.largest);
     let most = match channels.is_empty() {
         true => 0.0,
         false => tops.fold(1e-3, f64::max),

@@ -204,9 +204,11 @@ pub fn force_remarks(trial: &Trial) -> Vec<String> {
 
 /// The same of all trials, below their table.
 pub(super) fn force_notes(trials: &[Trial]) -> Html {
-    let all = trials
-        .iter()
-        .flat_map(|trial| force_remarks(trial).into_iter().map(move |it| (trial, it)));
+    let all = trials.iter().flat_map(|trial| {
+        force_remarks(trial)
+            .into_iter()
+            .map(move |force_remark| (trial, force_remark))
+    });
     all.map(|(trial, remark)| html!("<p class=\"note\">{}: {}</p>\n", trial.name, remark))
         .collect()
 }

@@ -58,7 +58,7 @@ pub fn identity(info: &HelloInfo, in_process: bool) -> Identity {
         dead_time_us: info.dead_time_us,
         option_bytes: info
             .option_bytes
-            .map_or_else(Vec::new, |it| option_bytes_told(&it)),
+            .map_or_else(Vec::new, |option_bytes| option_bytes_told(&option_bytes)),
     }
 }
 

@@ -53,8 +53,10 @@ pub(super) fn why_silent(session: &Session, length_us: u64, idle_triggers: u64) 
         } => *offset_n == 0.0 && *amplitude_n == 0.0,
     };
     let is_zero = |values: &[(u8, Stimulus)]| {
-        let amplitudes = values.iter().map(|(_, it)| it.amplitude);
-        amplitudes.into_iter().all(|it| it == Amplitude::ZERO)
+        let amplitudes = values.iter().map(|(_, stimulus)| stimulus.amplitude);
+        amplitudes
+            .into_iter()
+            .all(|amplitude| amplitude == Amplitude::ZERO)
     };
     match &setpoints.course {
         Course::Amplitudes(values) if is_zero(values) && is_zero(&setpoints.beside) => {

@@ -73,7 +73,10 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
 /// The number of the joint that a channel follows.
 fn modulated(session: &Session, channel: u8) -> Option<u8> {
     let joints = session.modulations.iter().map(|joint| &joint.spec);
-    let is_of = |spec: &&ModulationSpec| spec.muscles().any(|it| it.channel == channel);
+    let is_of = |spec: &&ModulationSpec| {
+        spec.muscles()
+            .any(|modulated_spec| modulated_spec.channel == channel)
+    };
     joints.into_iter().find(is_of).map(|spec| spec.joint)
 }
 
@@ -260,7 +263,7 @@ pub fn edges_between(trace: &Trace, from_us: u64, to_us: u64) -> Vec<Edge> {
     trace
         .edges_from(from_us)
         .take_while(|edge| edge.t_us < to_us)
-        .map(|it| edge(it, from_us))
+        .map(|item| edge(item, from_us))
         .collect()
 }
 

@@ -96,7 +96,11 @@ pub fn worn_alike(sessions: &[Session]) -> Result<Option<Session>, &'static str>
             return Err("sensor");
         }
         for channel in &session.channels {
-            match worn.channels.iter().find(|it| it.number == channel.number) {
+            match worn
+                .channels
+                .iter()
+                .find(|item| item.number == channel.number)
+            {
                 Some(known) if known.spec.stage != channel.spec.stage => {
                     return Err("channel.stage");
                 }

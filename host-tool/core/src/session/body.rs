@@ -65,7 +65,9 @@ fn read_finger(t: &Table<'_>, person: &Person) -> Option<FingerSpec> {
         t.named("participant", &PARTICIPANTS)?
     } else {
         let name = person.worn.as_ref().map(|worn| &*worn.wearer.name);
-        let known = PARTICIPANTS.iter().find(|it| Some(it.0) == name);
+        let known = PARTICIPANTS
+            .iter()
+            .find(|participant| Some(participant.0) == name);
         if known.is_none() && !person.is_unknown {
             t.say("participant", Problem::MissingField {});
         }

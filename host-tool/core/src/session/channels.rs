@@ -83,7 +83,9 @@ impl Channels {
 
     /// What the wearer file has of a channel, at its width.
     pub(super) fn electrode(&self, channel: u8) -> Option<&Electrode> {
-        self.fitted.iter().find(|it| it.channel == channel)
+        self.fitted
+            .iter()
+            .find(|electrode| electrode.channel == channel)
     }
 
     /// The least and the most that the wearer file lets be used of a channel: what an
@@ -142,7 +144,7 @@ fn read_channel(
 ) -> Result<(Channel, Option<Electrode>), Option<Box<Channel>>> {
     let number = t.whole("number");
     let stage = t.part("stage", |s| Some(read_stage(s))).flatten();
-    let train = t.part("train", |it| Some(read_train(it, number, notes)));
+    let train = t.part("train", |table| Some(read_train(table, number, notes)));
     let (Some(stage), Some(train), true) = (stage, train.flatten(), t.is_sound()) else {
         return Err(None);
     };

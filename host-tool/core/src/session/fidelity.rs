@@ -33,11 +33,13 @@ pub(super) fn read(root: &Table<'_>, session: &mut Session) {
     session.tolerance = Share(table.whole(FIELD));
     session.try_us = table.whole("try_s");
     session.has_fidelity = true;
-    let is_given = root.table("joint").is_none_or(|it| it.has("law_period_ms"));
+    let is_given = root
+        .table("joint")
+        .is_none_or(|table| table.has("law_period_ms"));
     let is_own = session
         .joint
         .as_ref()
-        .is_some_and(|it| it.law == LawSpec::ALONE);
+        .is_some_and(|joint_spec| joint_spec.law == LawSpec::ALONE);
     session.law_is_free = is_own && !is_given;
     if session.channels.iter().all(|c| c.muscle.is_none()) {
         table.say(FIELD, Problem::NothingToFit {});

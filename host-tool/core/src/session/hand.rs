@@ -52,8 +52,10 @@ pub(super) fn read_hand(t: &Table<'_>, channels: &[Channel]) -> Option<FittedHan
 fn tell_currents(t: &Table<'_>, hand: &FittedHand, channels: &[Channel]) -> bool {
     let mut are_volts = true;
     for (name, site) in CHANNELS.into_iter().zip(hand.channels) {
-        let own = channels.iter().find(|it| usize::from(it.index()) == site);
-        if let Some(channel) = own.filter(|it| it.unit() == Unit::Milliampere) {
+        let own = channels
+            .iter()
+            .find(|channel| usize::from(channel.index()) == site);
+        if let Some(channel) = own.filter(|channel| channel.unit() == Unit::Milliampere) {
             let channel = channel.number;
             t.say(name, Problem::CurrentIntoHand { channel });
             are_volts = false;
@@ -103,7 +105,11 @@ pub fn hand_body(hand: &FittedHand) -> Result<String, UnnamedHand> {
         let [along, around] = [pad.x_m, pad.y_m].map(|m| written(m, -MILLI));
         format!("[{along}, {around}]")
     });
-    if hand.points.iter().any(|it| !(it.x_m + it.y_m).is_finite()) {
+    if hand
+        .points
+        .iter()
+        .any(|pad| !(pad.x_m + pad.y_m).is_finite())
+    {
         return Err(UnnamedHand("pads_mm"));
     }
     say("pads_mm", &format!("[{}]", places.join(", ")));

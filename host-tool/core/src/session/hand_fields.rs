@@ -178,7 +178,7 @@ pub(super) fn hand_fields() -> Vec<Field> {
             "decides where nerves are, their thresholds and directions",
         ),
     ];
-    all.extend(QUANTITIES.iter().map(|it| it.field(&nominal)));
+    all.extend(QUANTITIES.iter().map(|quantity| quantity.field(&nominal)));
     all
 }
 

@@ -25,10 +25,10 @@ pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
         let drives_force = |bounds: &Table<'_>| {
             let number: u8 = bounds.whole("channel");
             let mut list = channels.list.iter();
-            list.any(|it| it.number == number && it.force.is_some())
+            list.any(|channel| channel.number == number && channel.force.is_some())
         };
         let amplitudes = setpoints.tables("bounds").iter();
-        for bounds in amplitudes.filter(|it| !drives_force(it)) {
+        for bounds in amplitudes.filter(|table| !drives_force(table)) {
             tell(bounds, bounds, "least");
             tell(bounds, bounds, "most");
         }
@@ -59,7 +59,7 @@ pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
     }
     for joint in root.tables("modulation") {
         for muscle in ["flexor", "extensor"]
-            .map(|it| joint.table(it))
+            .map(|text| joint.table(text))
             .into_iter()
             .flatten()
         {
@@ -95,9 +95,9 @@ pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
 /// Tells of amplitudes of a program outside their channel's range, and of ramps that leave it
 /// on the way: only the wearer's own rise may.
 fn tell_program(program: &Table<'_>, person: &Person, channels: &Channels) {
-    let numbers = program.wholes("channels").iter().map(|it| it.0);
+    let numbers = program.wholes("channels").iter().map(|pair| pair.0);
     let listed: Vec<_> = numbers
-        .filter_map(|it| channels.electrode(it as u8))
+        .filter_map(|number| channels.electrode(number as u8))
         .collect(); // 1–10
     let tell = |t: &Table<'_>, field: &str, electrode: &Electrode, value: Amplitude| {
         if t.has(field) && t.is_sound() {
@@ -116,12 +116,15 @@ fn tell_program(program: &Table<'_>, person: &Person, channels: &Channels) {
         }
     }
     let phases = program.tables("phases").iter();
-    let of_phases = phases.filter_map(|it| Some((it, channels.electrode(it.whole("channel"))?)));
+    let of_phases =
+        phases.filter_map(|table| Some((table, channels.electrode(table.whole("channel"))?)));
     let of_phases: Vec<_> = of_phases.collect();
     for (phase, electrode) in &of_phases {
         tell(phase, "value", electrode, of(phase));
     }
-    let any = listed.first().or(of_phases.first().map(|(_, it)| it));
+    let any = listed
+        .first()
+        .or(of_phases.first().map(|(_, electrode)| electrode));
     for field in ["ramp_up_s", "ramp_down_s"] {
         if let Some(electrode) = any.filter(|_| program.whole::<u64>(field) > 0) {
             tell(program, field, electrode, Amplitude::new(1));

@@ -72,7 +72,7 @@ pub(super) fn read_limb(
     };
     let lines = limb.lines.iter().filter_map(|line| {
         let mut list = channels.list.iter();
-        let channel = list.find(|it| it.number == line.channel)?;
+        let channel = list.find(|channel| channel.number == line.channel)?;
         let threshold = channels.electrode(channel.number)?.motor_threshold;
         let [_, most] = channels.used(channel)?;
         Some(line.spec(threshold, most))

@@ -44,7 +44,10 @@ pub(super) fn beyond(channel: &Channel, e: SetupError) -> Option<Problem> {
     // Whatever the wearer and the electrode allow.
     let milli = |value: u32| in_units(value.into(), 3);
     let ma = || {
-        played(channel, &anyone()).map_or_else(|| "more than 50".into(), |it| milli(it.rms().get()))
+        played(channel, &anyone()).map_or_else(
+            || "more than 50".into(),
+            |channel| milli(channel.rms().get()),
+        )
     };
     wearer::beyond(&channel.spec, channel.unit(), ma, e)
 }
@@ -146,7 +149,7 @@ pub(super) fn tell_times(
             ));
         }
         let stage = channel.spec.stage.validate();
-        let ua = stage.map_or(0, |it| it.current(channel.spec.limit).get());
+        let ua = stage.map_or(0, |stage| stage.current(channel.spec.limit).get());
         let pulses = u64::from(train.width_us) * u64::from(train.burst_count);
         let burst_pc = u64::from(ua) * pulses; // at most 1e5 · 8 · 500
         let most_pc = u64::from(wearer.max_dose_mc) * 1_000_000_000;

@@ -324,7 +324,7 @@ impl Session {
     pub fn counted_from_start(&self) -> impl Iterator<Item = Setpoint> + '_ {
         let is_counted = self.is_counted();
         let beside = self.setpoints.with(0);
-        beside.filter(move |it| is_counted && matches!(it, Setpoint::Amplitudes(_)))
+        beside.filter(move |setpoint| is_counted && matches!(setpoint, Setpoint::Amplitudes(_)))
     }
 
     /// The changes of rung due after `from_us` and until `to_us` from the

@@ -65,7 +65,10 @@ pub(super) fn read_modulations(root: &Table<'_>, channels: &Channels) -> Vec<Ses
         let Some(joint) = read_joint(t, channels) else {
             continue;
         };
-        match all.iter().any(|it| it.spec.joint == joint.spec.joint) {
+        match all
+            .iter()
+            .any(|session_joint| session_joint.spec.joint == joint.spec.joint)
+        {
             true => t.say("joint", Problem::JointTwice {}),
             false => all.push(joint),
         }
@@ -80,7 +83,7 @@ pub(super) fn read_modulations(root: &Table<'_>, channels: &Channels) -> Vec<Ses
 fn tell_beside(root: &Table<'_>, first: &Table<'_>) {
     let setpoints = root.table("setpoints");
     let kind = setpoints.map(|t| t.word("kind"));
-    let beside = ["joint", "wall"].into_iter().find(|it| root.has(it));
+    let beside = ["joint", "wall"].into_iter().find(|text| root.has(text));
     match (beside, kind) {
         (Some(other), _) => {
             let other = format!("a `[{other}]`");
@@ -111,7 +114,10 @@ pub(super) fn behind_shares<'a>(
     });
     let demands = has_peaks.then(|| spec.demands()).into_iter().flatten();
     demands.filter_map(|(index, peak, field)| {
-        let channel = channels.list.iter().find(|it| it.index() == index)?;
+        let channel = channels
+            .list
+            .iter()
+            .find(|channel| channel.index() == index)?;
         let (part, limit) = (Part::Modulation(spec.joint), channel.spec.limit);
         let rule = Rule::AboveLimit {
             channel: index,
@@ -207,7 +213,11 @@ fn read_share(t: &Table<'_>, name: &str) -> Option<Option<QuarticSpec>> {
 fn read_angles(t: &Table<'_>) -> Option<Vec<(u64, i16)>> {
     let mut all: Vec<(u64, i16)> = Vec::new();
     // Of what comes behind a wrong one nothing can be said.
-    for item in t.tables("angles").iter().take_while(|it| it.is_sound()) {
+    for item in t
+        .tables("angles")
+        .iter()
+        .take_while(|table| table.is_sound())
+    {
         let at_us = read_time(item, all.last().map(|&(at_us, _)| at_us), "angle")?;
         all.push((at_us, item.whole("deg")));
     }
@@ -217,7 +227,7 @@ fn read_angles(t: &Table<'_>) -> Option<Vec<(u64, i16)>> {
 /// Tells of angles outside the joint's range.
 fn tell_outside(t: &Table<'_>, spec: &ModulationSpec) {
     let (low, high) = (spec.angle_min_mdeg, spec.angle_max_mdeg);
-    for item in t.tables("angles").iter().filter(|it| it.is_sound()) {
+    for item in t.tables("angles").iter().filter(|table| table.is_sound()) {
         let mdeg = i32::from(item.whole::<i16>("deg")) * 10;
         if !(low..=high).contains(&mdeg) && low < high {
             let range = format!(
@@ -242,11 +252,14 @@ pub(super) fn tell_modulation(
     let Some(t) = root.tables("modulation").iter().find(is_it) else {
         return;
     };
-    let spec = all.iter().map(|it| &it.spec).find(|it| it.joint == joint);
+    let spec = all
+        .iter()
+        .map(|session_joint| &session_joint.spec)
+        .find(|modulation_spec| modulation_spec.joint == joint);
     let muscle = |index: u8| {
         let both = ["flexor", "extensor"]
             .into_iter()
-            .filter_map(|it| t.table(it));
+            .filter_map(|text| t.table(text));
         both.filter(move |m| m.whole::<u8>("channel") == index + 1) // at most 10
     };
     match mistake.rule {
@@ -265,7 +278,7 @@ pub(super) fn tell_modulation(
         Rule::Modulation(ModulationError::Share { phase, extreme, .. }) => {
             let (share, at_deg) = (
                 millionths(extreme),
-                spec.map_or(0.0, |it| degrees(it, extreme)),
+                spec.map_or(0.0, |modulation_spec| degrees(modulation_spec, extreme)),
             );
             t.say(phase.field(), Problem::ShareOutside { share, at_deg });
         }
@@ -274,7 +287,10 @@ pub(super) fn tell_modulation(
             field,
             ..
         } => {
-            let found = channels.list.iter().find(|it| it.index() == index);
+            let found = channels
+                .list
+                .iter()
+                .find(|channel| channel.index() == index);
             if let (Some(m), Some(channel), Some(spec)) = (muscle(index).next(), found, spec) {
                 let (peak, at_deg) = peak_of(spec, index, field);
                 let (peak, limit) = (channel.display(peak), channel.display(channel.spec.limit));
@@ -294,7 +310,7 @@ pub(super) fn tell_modulation(
                 |m: &&Table<'_>| m.has(e.field) && i64::from(m.whole::<u32>(e.field)) == e.value;
             let both = ["flexor", "extensor"]
                 .into_iter()
-                .filter_map(|it| t.table(it));
+                .filter_map(|text| t.table(text));
             both.into_iter().find(of).unwrap_or(t).refuse(e);
         }
         // Coefficients beyond what any share within 0 and 1 has.
@@ -311,7 +327,7 @@ pub(super) fn tell_modulation(
 /// Whether the file has a joint of this number, sound or not, or one of no known name.
 fn names_joint(root: &Table<'_>, joint: u8) -> bool {
     let mut tables = root.tables("modulation").iter();
-    tables.any(|t| t.named("joint", &JOINTS).is_none_or(|it| it == joint))
+    tables.any(|t| t.named("joint", &JOINTS).is_none_or(|value| value == joint))
 }
 
 /// "-0.000213".
@@ -329,8 +345,12 @@ fn degrees(spec: &ModulationSpec, extreme: Extreme) -> f64 {
 /// The most that a channel gets in a phase, and at which angle, °.
 fn peak_of(spec: &ModulationSpec, channel: u8, phase: &str) -> (Amplitude, f64) {
     let phases = [MotionPhase::Lift, MotionPhase::Drop];
-    let phase = phases.into_iter().find(|it| it.field() == phase);
-    let muscle = spec.muscles().find(|it| it.channel == channel);
+    let phase = phases
+        .into_iter()
+        .find(|motion_phase| motion_phase.field() == phase);
+    let muscle = spec
+        .muscles()
+        .find(|modulated_spec| modulated_spec.channel == channel);
     let found = muscle.zip(phase).and_then(|(muscle, phase)| {
         let highest = muscle.share(phase)?.highest();
         Some((muscle.peak(phase)?, degrees(spec, highest)))

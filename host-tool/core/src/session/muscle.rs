@@ -100,9 +100,13 @@ pub(super) fn read_muscle(
     limit: Amplitude,
     duration_us: u64,
 ) -> Option<Muscle> {
-    let known = electrode.and_then(|it| Some((it.motor_threshold, it.muscle?)));
+    let known =
+        electrode.and_then(|electrode| Some((electrode.motor_threshold, electrode.muscle?)));
     let number = |name, file: fn(&CalciumForceSpec) -> u32| {
-        t.whole_or(name, known.map_or(u32::MAX, |(_, it)| file(&it.force)))
+        t.whole_or(
+            name,
+            known.map_or(u32::MAX, |(_, muscle)| file(&muscle.force)),
+        )
     };
     let force = CalciumForceSpec {
         a_mn_per_s: number("a_n_per_s", |it| it.a_mn_per_s),
@@ -111,7 +115,7 @@ pub(super) fn read_muscle(
         tau1_us: number("tau1_ms", |it| it.tau1_us),
         tau2_us: number("tau2_ms", |it| it.tau2_us),
     };
-    let threshold = electrode.map(|it| it.motor_threshold);
+    let threshold = electrode.map(|electrode| electrode.motor_threshold);
     let amplitude = |name, file: Option<Amplitude>| {
         let file = file.map_or(u32::MAX, Amplitude::get);
         Amplitude::new(t.whole_or(name, file))
@@ -119,15 +123,18 @@ pub(super) fn read_muscle(
     let recruitment = RecruitmentSpec {
         motor_threshold: amplitude("motor_threshold", threshold),
         limit,
-        reference: amplitude("reference", known.map(|(_, it)| it.reference)),
+        reference: amplitude("reference", known.map(|(_, muscle)| muscle.reference)),
         slope_micro: t.whole_or(
             "slope_per_unit",
-            known.map_or(u32::MAX, |(_, it)| it.slope_micro),
+            known.map_or(u32::MAX, |(_, muscle)| muscle.slope_micro),
         ),
     };
     let mut missing: Vec<&str> = match known {
         Some(_) => Vec::new(),
-        None => PARAMETERS.into_iter().filter(|it| !t.has(it)).collect(),
+        None => PARAMETERS
+            .into_iter()
+            .filter(|parameter| !t.has(parameter))
+            .collect(),
     };
     missing.retain(|name| *name != "motor_threshold" || threshold.is_none());
     for name in &missing {
@@ -136,7 +143,7 @@ pub(super) fn read_muscle(
     if !missing.is_empty() {
         return None;
     }
-    let own = known.and_then(|(_, it)| it.fatigue);
+    let own = known.and_then(|(_, muscle)| muscle.fatigue);
     let fatigue = t.part("fatigue", |f| Some(read_fatigue(f, force.a_mn_per_s)))?;
     let fatigue = fatigue.or(own);
     let changes = read_changes(t, duration_us);

@@ -10,7 +10,8 @@ use super::{BodySpec, Channel, Course, Session};
 /// Notes of each such channel what the session does with it: nothing.
 pub(super) fn note(session: &mut Session) {
     let silent = session.channels.iter();
-    let silent = silent.filter(|it| !is_driven(session, it.index()) && !is_meant(session, it));
+    let silent = silent
+        .filter(|channel| !is_driven(session, channel.index()) && !is_meant(session, channel));
     let notes: Vec<String> = silent
         .map(|channel| {
             let (number, zero) = (channel.number, channel.display(Amplitude::ZERO));
@@ -54,12 +55,18 @@ fn is_driven(session: &Session, channel: u8) -> bool {
     let joint = session.joint.iter().flat_map(JointSpec::points);
     let wall = session.wall.iter().flat_map(WallSpec::demands);
     let bounds = setpoints.bounds.iter();
-    joint.map(|it| it.channel).any(|it| it == channel)
-        || wall.into_iter().any(|it| is_more(it.0, it.1, channel))
+    joint
+        .map(|point_spec| point_spec.channel)
+        .any(|value| value == channel)
+        || wall
+            .into_iter()
+            .any(|wall| is_more(wall.0, wall.1, channel))
         || is_held(session, channel)
         || is_recruited(session, channel)
         || is_streamed(session, channel)
-        || bounds.map(|it| it.channel).any(|it| it == channel)
+        || bounds
+            .map(|bounds| bounds.channel)
+            .any(|value| value == channel)
 }
 
 fn is_more(own: u8, most: Amplitude, channel: u8) -> bool {
@@ -74,7 +81,10 @@ fn is_held(session: &Session, channel: u8) -> bool {
         Course::Held(points) => points.iter().any(|(_, is_held)| *is_held),
         _ => false,
     };
-    is_grabbed && demands.into_iter().any(|it| is_more(it.0, it.1, channel))
+    is_grabbed
+        && demands
+            .into_iter()
+            .any(|demand| is_more(demand.0, demand.1, channel))
 }
 
 /// By the arm, for a force at the hand.
@@ -93,12 +103,16 @@ fn is_streamed(session: &Session, channel: u8) -> bool {
     let most = match &setpoints.course {
         Course::Stimulus(own, course) if *own == channel => {
             let peaks = course.peaks().into_iter();
-            peaks.map(|(_, it)| it.amplitude.get()).max()
+            peaks.map(|(_, stimulus)| stimulus.amplitude.get()).max()
         }
         _ => setpoints.extremes(channel).map(|(_, most)| most),
     };
     let lists = setpoints.lists.iter().map(|(_, list)| list);
     let own = lists.filter(|list| list.channel == channel);
-    let listed = own.flat_map(|list| list.pulses.iter().map(|it| it.amplitude.get()));
+    let listed = own.flat_map(|list| {
+        list.pulses
+            .iter()
+            .map(|listed_pulse| listed_pulse.amplitude.get())
+    });
     most.max(listed.max()) > Some(0)
 }

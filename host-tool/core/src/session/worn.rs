@@ -89,7 +89,10 @@ impl Person {
             return Self::default();
         };
         let Some(file) = t.text("file") else {
-            for field in ["name", "haptic_range"].into_iter().filter(|it| t.has(it)) {
+            for field in ["name", "haptic_range"]
+                .into_iter()
+                .filter(|text| t.has(text))
+            {
                 t.say(field, Problem::NoWearerFile {});
             }
             let is_unknown = t.has("file");
@@ -257,7 +260,9 @@ impl Person {
                 None
             }
             (Some(start), _) => Some(start),
-            (None, fitted) => Some(fitted.map_or(Amplitude::ZERO, |it| it.start.min(limit))),
+            (None, fitted) => {
+                Some(fitted.map_or(Amplitude::ZERO, |electrode| electrode.start.min(limit)))
+            }
         }
     }
 

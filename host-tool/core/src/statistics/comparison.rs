@@ -85,7 +85,9 @@ pub fn cohens_d_pooled(first: &[f64], second: &[f64]) -> Result<f64, StatisticsE
 /// No p-value, or one outside [0, 1].
 pub fn bonferroni(p: &[f64]) -> Result<Vec<f64>, StatisticsError> {
     probabilities(p)?;
-    Ok(p.iter().map(|it| (it * p.len() as f64).min(1.0)).collect())
+    Ok(p.iter()
+        .map(|value| (value * p.len() as f64).min(1.0))
+        .collect())
 }
 
 /// p-values of one family of comparisons, adjusted by Holm's step-down method

@@ -52,7 +52,7 @@ fn weights(n: usize) -> Vec<f64> {
     }
     let score = |i: usize| -normal_quantile((i as f64 + 0.625) / (n as f64 + 0.25));
     let scores: Vec<f64> = (0..n / 2).map(score).collect();
-    let squares = 2.0 * scores.iter().map(|it| it * it).sum::<f64>();
+    let squares = 2.0 * scores.iter().map(|score| score * score).sum::<f64>();
     let least = 1.0 / (n as f64).sqrt();
     let own = |of: &[f64; 6], score: f64| polynomial(of, least) + score / squares.sqrt();
     let mut weights = vec![own(&LARGEST, scores[0])];
@@ -60,9 +60,9 @@ fn weights(n: usize) -> Vec<f64> {
         weights.push(own(&SECOND, scores[1]));
     }
     let apart = weights.len();
-    let of = |all: &[f64]| 2.0 * all.iter().map(|it| it * it).sum::<f64>();
+    let of = |all: &[f64]| 2.0 * all.iter().map(|value| value * value).sum::<f64>();
     let scale = (squares - of(&scores[..apart])) / (1.0 - of(&weights));
-    weights.extend(scores.iter().skip(apart).map(|it| it / scale.sqrt()));
+    weights.extend(scores.iter().skip(apart).map(|score| score / scale.sqrt()));
     weights
 }
 

@@ -148,8 +148,8 @@ impl Electrode {
             motor_threshold,
             limit,
             start: lower(self.start).min(limit),
-            minimum: self.minimum.map(|it| scaled(it).min(limit)),
-            maximum: self.maximum.map(|it| scaled(it).min(limit)),
+            minimum: self.minimum.map(|amplitude| scaled(amplitude).min(limit)),
+            maximum: self.maximum.map(|amplitude| scaled(amplitude).min(limit)),
             muscle,
             ..self.clone()
         })

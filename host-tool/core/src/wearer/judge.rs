@@ -93,7 +93,10 @@ fn rms_ma(spec: &ChannelSpec) -> String {
     let anyone = WearerSpec::default().validate().ok();
     let channel = anyone.and_then(|anyone| widest.validate(&anyone).ok());
     let milli = |ua: u32| in_units(ua.into(), 3);
-    channel.map_or_else(|| "more than 50".into(), |it| milli(it.rms().get()))
+    channel.map_or_else(
+        || "more than 50".into(),
+        |channel| milli(channel.rms().get()),
+    )
 }
 
 impl Electrode {

@@ -137,10 +137,12 @@ pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> 
     for (item, line) in items.iter().zip(lines) {
         let Some(line) = line else { continue };
         let channel = line.channel;
-        if known.iter().any(|it| it.channel == channel) {
+        if known.iter().any(|line| line.channel == channel) {
             item.say("channel", Problem::ChannelTwice { channel });
         }
-        let is_there = electrodes.iter().any(|it| it.channel == channel);
+        let is_there = electrodes
+            .iter()
+            .any(|electrode| electrode.channel == channel);
         if !is_there && are_whole {
             item.say("channel", Problem::NoSuchChannel { channel });
         }

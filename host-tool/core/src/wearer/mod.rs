@@ -82,7 +82,9 @@ impl Evidence {
     /// Its word in files: "printed", "simulated", "measured", "assumed".
     #[must_use]
     pub fn word(self) -> &'static str {
-        let found = fields::EVIDENCE.iter().find(|(_, it)| *it == self);
+        let found = fields::EVIDENCE
+            .iter()
+            .find(|(_, evidence)| *evidence == self);
         found.map_or("", |(word, _)| word) // all are there
     }
 }
@@ -209,7 +211,9 @@ impl Wearer {
     /// The electrode of a channel, 1–10.
     #[must_use]
     pub fn electrode(&self, channel: u8) -> Option<&Electrode> {
-        self.electrodes.iter().find(|it| it.channel == channel)
+        self.electrodes
+            .iter()
+            .find(|electrode| electrode.channel == channel)
     }
 
     /// Thresholds of A, B and the extensor's point on the forearm, V: as it says them, or
@@ -217,8 +221,10 @@ impl Wearer {
     #[must_use]
     pub fn forearm_thresholds_v(&self) -> Option<[f64; 3]> {
         let volts = |channel| {
-            let electrode = self.electrode(channel).filter(|it| it.unit == Unit::Volt);
-            electrode.map(|it| f64::from(it.motor_threshold.get()) / 1e3)
+            let electrode = self
+                .electrode(channel)
+                .filter(|electrode| electrode.unit == Unit::Volt);
+            electrode.map(|electrode| f64::from(electrode.motor_threshold.get()) / 1e3)
         };
         let said = self.forearm.and_then(|forearm| forearm.thresholds_v);
         said.or_else(|| Some([volts(1)?, volts(2)?, volts(3)?]))

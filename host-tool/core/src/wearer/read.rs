@@ -39,7 +39,7 @@ pub fn is_one(text: &str) -> bool {
     let root = root.get_ref();
     ["schema", "evidence"]
         .iter()
-        .any(|it| root.contains_key(*it))
+        .any(|text| root.contains_key(*text))
 }
 
 /// The wearer that `text`, called `name`, describes.
@@ -109,7 +109,12 @@ fn read(t: &Table<'_>) -> Option<Wearer> {
         }
     }
     electrodes.sort_by_key(|electrode| electrode.channel);
-    let has = |channel| !are_whole || electrodes.iter().any(|it| it.channel == channel);
+    let has = |channel| {
+        !are_whole
+            || electrodes
+                .iter()
+                .any(|electrode| electrode.channel == channel)
+    };
     let find = |t: &Table<'_>, name: &str| {
         let channel = t.whole(name);
         if !has(channel) {
@@ -181,7 +186,11 @@ fn read_electrode(t: &Table<'_>, draft: &mut Draft) -> Option<Electrode> {
         start: optional(t, "start").unwrap_or_default(),
         minimum: optional(t, "minimum"),
         maximum: optional(t, "maximum"),
-        moves: t.texts("moves").iter().map(|it| (*it).to_owned()).collect(),
+        moves: t
+            .texts("moves")
+            .iter()
+            .map(|text| (*text).to_owned())
+            .collect(),
         strength_duration: strength_duration?,
         muscle: muscle?,
         intervals: intervals?,
@@ -192,8 +201,13 @@ fn read_electrode(t: &Table<'_>, draft: &mut Draft) -> Option<Electrode> {
 }
 
 fn read_strength_duration(t: &Table<'_>) -> StrengthDuration {
-    let points = t.tables("upper").iter().filter(|it| it.is_sound());
-    let points = points.map(|it| (it.whole("width_us"), Amplitude::new(it.whole("value"))));
+    let points = t.tables("upper").iter().filter(|table| table.is_sound());
+    let points = points.map(|table| {
+        (
+            table.whole("width_us"),
+            Amplitude::new(table.whole("value")),
+        )
+    });
     StrengthDuration {
         rheobase: Amplitude::new(t.whole("rheobase")),
         chronaxie_ns: t.whole("chronaxie_us"),

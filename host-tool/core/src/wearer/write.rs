@@ -207,11 +207,16 @@ fn write_electrode(out: &mut Lines, it: &Electrode) {
     }
     out.field("motor_threshold", milli(it.motor_threshold));
     out.field("limit", milli(it.limit));
-    out.given("start", Some(it.start).filter(|it| it.get() > 0).map(milli));
+    out.given(
+        "start",
+        Some(it.start)
+            .filter(|amplitude| amplitude.get() > 0)
+            .map(milli),
+    );
     out.given("minimum", it.minimum.map(milli));
     out.given("maximum", it.maximum.map(milli));
     if !it.moves.is_empty() {
-        let moves: Vec<String> = it.moves.iter().map(|it| quoted(it)).collect();
+        let moves: Vec<String> = it.moves.iter().map(|text| quoted(text)).collect();
         out.field("moves", format!("[{}]", moves.join(", ")));
     }
     out.given(
@@ -254,8 +259,8 @@ fn muscle(it: &Muscle) -> String {
         force.tau1_us,
         force.tau2_us,
     ]
-    .map(|it| in_units(it.into(), 3));
-    let [k, slope] = [force.k_micro, it.slope_micro].map(|it| in_units(it.into(), 6));
+    .map(|value| in_units(value.into(), 3));
+    let [k, slope] = [force.k_micro, it.slope_micro].map(|value| in_units(value.into(), 6));
     let reference = milli(it.reference);
     let fatigue = it.fatigue.map(fatigue).unwrap_or_default();
     format!(
@@ -324,7 +329,10 @@ fn write_limb(out: &mut Lines, it: &Limb) {
 
 /// A list of thousandths.
 fn numbers(milli: &[i32]) -> String {
-    let each: Vec<String> = milli.iter().map(|it| in_units((*it).into(), 3)).collect();
+    let each: Vec<String> = milli
+        .iter()
+        .map(|milli| in_units((*milli).into(), 3))
+        .collect();
     format!("[{}]", each.join(", "))
 }
 

@@ -67,7 +67,13 @@ impl Report {
                 .map(|(ns, cause)| (*ns as f64 * 1e-9, name(*cause)))
                 .collect(),
             faults: faults
-                .map(|it| (it.ns as f64 * 1e-9, it.describe(symbols), it.registers()))
+                .map(|fault| {
+                    (
+                        fault.ns as f64 * 1e-9,
+                        fault.describe(symbols),
+                        fault.registers(),
+                    )
+                })
                 .collect(),
             unclocked: bare.wires.soc.unclocked,
             usb: bare.wires.host().map(|host| match host.failure() {

@@ -36,7 +36,10 @@ impl Line {
                 let cannot = || format!("cannot listen at {address}");
                 let places: Vec<SocketAddr> =
                     address.to_socket_addrs().with_context(cannot)?.collect();
-                if let Some(beyond) = places.iter().find(|it| !it.ip().is_loopback()) {
+                if let Some(beyond) = places
+                    .iter()
+                    .find(|socket_addr| !socket_addr.ip().is_loopback())
+                {
                     return wrong(format!(
                         "--usb is {beyond}: give an address of this computer, such as \
                          tcp:127.0.0.1:{}",

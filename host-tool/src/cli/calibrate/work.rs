@@ -119,7 +119,7 @@ fn checked(
     let (result, drifts, spent) = check(port, wearer, &checked, &mut Journal::nowhere(), desk);
     result.map_err(|error| told(error, "check again"))?;
     let both = plan.electrodes.iter().zip(&wearer.electrodes);
-    let rates = both.map(|(planned, it)| [planned.frequency_hz, it.frequency_hz]);
+    let rates = both.map(|(planned, electrode)| [planned.frequency_hz, electrode.frequency_hz]);
     Ok(Worked {
         file: file.to_owned(),
         simulated: head.simulated,
@@ -167,7 +167,7 @@ impl Worked {
         let (file, minutes) = (self.file.display(), self.spent.t_s / 60.0);
         let what = match &self.result {
             Came::Calibrated(found) => {
-                let complete = found.iter().filter(|it| it.is_complete()).count();
+                let complete = found.iter().filter(|result| result.is_complete()).count();
                 let of = found.len();
                 let left = match &*self.left_out {
                     "" => String::new(),
@@ -201,7 +201,7 @@ impl Worked {
         });
         match &self.result {
             Came::Calibrated(found) => {
-                let complete = found.iter().filter(|it| it.is_complete()).count();
+                let complete = found.iter().filter(|result| result.is_complete()).count();
                 said["electrodes"] = complete.into();
                 said["of"] = found.len().into();
                 said["found"] = json!(found);

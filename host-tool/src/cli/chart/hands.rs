@@ -26,7 +26,7 @@ pub(super) fn main(
     if wearer == Some("all") {
         return wrong("--wearer: one wearer; every one of the paper has a chart of its own");
     }
-    let whom = wearer.map(|it| Participants::asked(Some(it)));
+    let whom = wearer.map(|wearer| Participants::asked(Some(wearer)));
     let whom = whom.transpose().map_err(TwoPointsError::with_lines)?;
     let bar = output.bar("hands");
     let ran = Hands::run(plan, whom.as_ref(), contenders()?, |part| bar.set(part));

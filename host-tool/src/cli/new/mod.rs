@@ -328,7 +328,9 @@ fn compose(answers: &Answers) -> Result<String, String> {
             offset_us.floor()
         ));
     }
-    let each: Vec<_> = (1..=count).map(|it| (it, amplitude.clone())).collect();
+    let each: Vec<_> = (1..=count)
+        .map(|index| (index, amplitude.clone()))
+        .collect();
     text += &played::compose(&answers["program"], &each, seconds, 50)?;
     Ok(text)
 }

@@ -69,5 +69,5 @@ pub(super) fn compose(
             ));
         }
     };
-    Ok(lines.into_iter().map(|it| format!("\n{it}")).collect())
+    Ok(lines.into_iter().map(|line| format!("\n{line}")).collect())
 }

@@ -66,7 +66,9 @@ fn channel(electrode: &Electrode, offset_us: f64) -> String {
 /// How a session at `session` names the wearer file at `wearer`: as it was given where both
 /// are told from the same folder, else by its whole path.
 pub(super) fn named(session: &Path, wearer: &Path) -> PathBuf {
-    let is_here = session.parent().is_none_or(|it| it.as_os_str().is_empty());
+    let is_here = session
+        .parent()
+        .is_none_or(|path| path.as_os_str().is_empty());
     match is_here || wearer.is_absolute() {
         true => wearer.to_owned(),
         false => wearer.canonicalize().unwrap_or_else(|_| wearer.to_owned()),

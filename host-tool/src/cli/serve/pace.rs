@@ -133,7 +133,9 @@ impl Host {
             let Some(message) = self.from_host.take(&mut rest) else {
                 continue;
             };
-            let said: Option<ToDevice> = message.ok().and_then(|it| postcard::from_bytes(it).ok());
+            let said: Option<ToDevice> = message
+                .ok()
+                .and_then(|message| postcard::from_bytes(message).ok());
             self.from_host.clear();
             if let Some(said) = said {
                 self.asked(&said);
@@ -157,8 +159,9 @@ impl Host {
             let Some(message) = self.from_device.take(&mut rest) else {
                 continue;
             };
-            let said: Option<Response<'_>> =
-                message.ok().and_then(|it| postcard::from_bytes(it).ok());
+            let said: Option<Response<'_>> = message
+                .ok()
+                .and_then(|message| postcard::from_bytes(message).ok());
             let is_over = match said {
                 Some(Response::Event { event, .. }) => matches!(
                     event,

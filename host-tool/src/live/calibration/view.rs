@@ -97,7 +97,7 @@ fn status_line(view: &View) -> Line<'_> {
 }
 
 fn number(step: Step) -> usize {
-    let place = Step::ALL.iter().position(|it| *it == step);
+    let place = Step::ALL.iter().position(|item| *item == step);
     place.map_or(0, |place| place + 1)
 }
 
@@ -150,7 +150,7 @@ fn asked<'a>(view: &View, typed: &'a str) -> Line<'a> {
 
 fn found(view: &View) -> Paragraph<'_> {
     let level = |name: &str, level: Option<Level>| {
-        let value = level.map_or_else(|| "–".to_owned(), |it| format!("{it} {}", view.unit));
+        let value = level.map_or_else(|| "–".to_owned(), |level| format!("{level} {}", view.unit));
         Line::from(format!("{name:<10} {value}"))
     };
     let found = &view.found;

@@ -275,8 +275,8 @@ mod tests {
         let mut sheet = Sheet::begin(["A", "2026-01-02", "scope"], device, &pattern);
         for step in steps(&pattern) {
             let measured = but
-                .filter(|it| it.0 == step.id)
-                .map_or(step.expected, |it| it.1);
+                .filter(|pair| pair.0 == step.id)
+                .map_or(step.expected, |pair| pair.1);
             sheet.take(Answer::to(&step, measured), &pattern);
         }
         sheet
@@ -289,7 +289,11 @@ mod tests {
         for (id, wrong) in [("500-peak", 2.7), ("2000-first", 201.5), ("stop", 0.6)] {
             let sheet = filled(board(), Some((id, wrong)));
             assert_eq!(sheet.verdict, Verdict::Failed, "{id}");
-            let failed: Vec<_> = sheet.answers.iter().filter(|it| !it.holds).collect();
+            let failed: Vec<_> = sheet
+                .answers
+                .iter()
+                .filter(|answer| !answer.holds)
+                .collect();
             assert!(failed.len() == 1 && failed[0].id == id);
         }
         for kind in [DeviceKind::Native, DeviceKind::Chip, DeviceKind::Qemu] {

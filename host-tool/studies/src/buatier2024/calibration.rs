@@ -110,18 +110,21 @@ pub fn curves(study: &Study, stature_m: f64, mass_kg: f64) -> Result<Curves, Lif
     let solved = solved(study, stature_m, mass_kg)?;
     let curve = |muscle: usize| -> Result<Curve, LiftError> {
         let points = &solved.points[muscle];
-        let peak = points.iter().map(|it| it.1).fold(0.0, f64::max);
+        let peak = points.iter().map(|point| point.1).fold(0.0, f64::max);
         let scale = match study.model.scale {
             Scale::Peak if peak > LEAST_PEAK => 1.0 / peak,
             Scale::Peak => 0.0,
             Scale::Raw => 1.0,
         };
-        let scaled: Vec<(f64, f64)> = points.iter().map(|it| (it.0, scale * it.1)).collect();
+        let scaled: Vec<(f64, f64)> = points
+            .iter()
+            .map(|point| (point.0, scale * point.1))
+            .collect();
         let fitted = Quartic::fitted(&scaled)?;
         let range = solved.range_deg[JOINT_OF[muscle]];
         let device = on_device(&fitted, &scaled, range)?;
         Ok(Curve {
-            points: points.iter().map(|it| [it.0, it.1]).collect(),
+            points: points.iter().map(|point| [point.0, point.1]).collect(),
             peak,
             per_degree: fitted.per_degree(),
             left: [fitted.rms, fitted.most],
@@ -197,7 +200,7 @@ fn left(bernstein: &[i32; TERMS], range: [f64; 2], points: &[(f64, f64)]) -> [f6
     };
     let off = points.iter().map(|(deg, value)| (at(*deg) - value).abs());
     let off: Vec<f64> = off.collect();
-    let squares: f64 = off.iter().map(|it| it * it).sum();
+    let squares: f64 = off.iter().map(|value| value * value).sum();
     [
         (squares / off.len() as f64).sqrt(),
         off.iter().copied().fold(0.0, f64::max),

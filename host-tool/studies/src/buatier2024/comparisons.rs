@@ -26,18 +26,23 @@ pub fn holds(study: &Study, person: &Participant, claim: &Claim) -> Option<bool>
 }
 
 fn people(all: &[Replication]) -> impl Iterator<Item = &Participant> {
-    all.iter().flat_map(|it| &it.people)
+    all.iter().flat_map(|replication| &replication.people)
 }
 
 fn mean(study: &Study, own: &Replication, metric: Metric, side: &Side) -> f64 {
-    let each = (own.people.iter()).filter_map(|it| value(study, it, metric, side));
+    let each =
+        (own.people.iter()).filter_map(|participant| value(study, participant, metric, side));
     statistics::mean(each).unwrap_or(f64::NAN)
 }
 
 /// p, times three, of a claim's two conditions in a study; none of what is not between
 /// conditions.
 fn p(own: &Replication, claim: &Claim) -> Option<f64> {
-    let place = |side: &Side| Condition::ALL.iter().position(|it| *it == side.condition);
+    let place = |side: &Side| {
+        Condition::ALL
+            .iter()
+            .position(|condition| *condition == side.condition)
+    };
     let (a, b) = (place(&claim.lower)?, place(&claim.higher)?);
     let pair = PAIRS
         .iter()
@@ -53,10 +58,10 @@ pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
     let mut shares = Vec::new();
     for claim in &study.claims {
         let known: Vec<bool> = people(all)
-            .filter_map(|it| holds(study, it, claim))
+            .filter_map(|participant| holds(study, participant, claim))
             .collect();
         let counted = |known: &[bool]| {
-            let holds = known.iter().filter(|it| **it).count();
+            let holds = known.iter().filter(|flag| **flag).count();
             (holds as u64, known.len() as u64)
         };
         let named = |more: &str, says: &str| (format!("{}{more}", claim.id), says.to_owned());
@@ -69,7 +74,7 @@ pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
         let known: Vec<bool> = all.iter().map(sides).collect();
         let (id, says) = named("/studies", &format!("studies: {}", claim.says));
         shares.push(Share::counted(id, says, claim.paper, counted(&known)));
-        let known: Vec<bool> = (all.iter().filter_map(|it| p(it, claim)))
+        let known: Vec<bool> = (all.iter().filter_map(|replication| p(replication, claim)))
             .map(|p| p < study.protocol.level)
             .collect();
         if !known.is_empty() {
@@ -88,7 +93,7 @@ pub(super) fn shares(study: &Study, all: &[Replication]) -> Vec<Share> {
 pub(super) fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (metric, height) in super::replication::families() {
-        let name = height.map(|it| study.way.heights[it].name.clone());
+        let name = height.map(|height| study.way.heights[height].name.clone());
         for condition in Condition::ALL {
             let side = Side {
                 condition,
@@ -97,13 +102,16 @@ pub(super) fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
             let (quantity, unit) = metric.named();
             let at = name
                 .as_deref()
-                .map_or_else(String::new, |it| format!(", {it}"));
-            let printed = study
-                .printed
+                .map_or_else(String::new, |name| format!(", {name}"));
+            let printed = study.printed.iter().find(|printed_value| {
+                printed_value.metric == metric
+                    && printed_value.condition == condition
+                    && printed_value.height == name
+            });
+            let printed = printed.map(|printed_value| printed_value.mean);
+            let values = all
                 .iter()
-                .find(|it| it.metric == metric && it.condition == condition && it.height == name);
-            let printed = printed.map(|it| it.mean);
-            let values = all.iter().map(|it| mean(study, it, metric, &side));
+                .map(|replication| mean(study, replication, metric, &side));
             let id = format!(
                 "{}/{}{}",
                 condition.name(),
@@ -133,8 +141,10 @@ fn changes(study: &Study, all: &[Replication]) -> [Row; 5] {
     };
     let printed = |condition| {
         let mut all = study.printed.iter();
-        let own = all.find(|it| it.metric == Metric::Power && it.condition == condition);
-        own.map_or(f64::NAN, |it| it.mean)
+        let own = all.find(|printed_value| {
+            printed_value.metric == Metric::Power && printed_value.condition == condition
+        });
+        own.map_or(f64::NAN, |printed_value| printed_value.mean)
     };
     let row = |id: &str, quantity: &str, paper: f64, of: &dyn Fn(&Replication) -> f64| {
         let values = all.iter().map(of);
@@ -182,7 +192,9 @@ fn changes(study: &Study, all: &[Replication]) -> [Row; 5] {
 fn about_the_proxy(study: &Study, all: &[Replication]) -> Vec<Row> {
     let rows = Condition::ALL.into_iter().filter_map(|condition| {
         let mut printed = study.printed.iter();
-        let printed = printed.find(|it| it.metric == Metric::Power && it.condition == condition)?;
+        let printed = printed.find(|printed_value| {
+            printed_value.metric == Metric::Power && printed_value.condition == condition
+        })?;
         let side = Side {
             condition,
             height: None,
@@ -206,7 +218,7 @@ fn about_the_proxy(study: &Study, all: &[Replication]) -> Vec<Row> {
 fn of_stimulation(all: &[Replication]) -> Vec<Row> {
     let mut rows = Vec::new();
     for condition in [Condition::Resist, Condition::Assist] {
-        let own = || people(all).filter_map(move |it| it.of(condition));
+        let own = || people(all).filter_map(move |participant| participant.of(condition));
         let name = condition.name();
         let row = |id: &str, quantity: &str, unit: &str, paper, values: Vec<f64>| {
             Row::of(
@@ -222,33 +234,33 @@ fn of_stimulation(all: &[Replication]) -> Vec<Row> {
             "time lifting",
             "s",
             Some(1.74),
-            own().map(|it| it.phases_s[0]).collect(),
+            own().map(|result| result.phases_s[0]).collect(),
         ));
         rows.push(row(
             "dropping",
             "time dropping",
             "s",
             Some(1.74),
-            own().map(|it| it.phases_s[1]).collect(),
+            own().map(|result| result.phases_s[1]).collect(),
         ));
         rows.push(row(
             "elbow",
             "most of stimulation, elbow",
             "N·m",
             None,
-            own().map(|it| it.stimulated_nm[0]).collect(),
+            own().map(|result| result.stimulated_nm[0]).collect(),
         ));
         rows.push(row(
             "shoulder",
             "most of stimulation, shoulder",
             "N·m",
             None,
-            own().map(|it| it.stimulated_nm[1]).collect(),
+            own().map(|result| result.stimulated_nm[1]).collect(),
         ));
     }
     let weak = people(all)
-        .flat_map(|it| &it.conditions)
-        .map(|it| 100.0 * it.weak);
+        .flat_map(|participant| &participant.conditions)
+        .map(|result| 100.0 * result.weak);
     rows.push(Row::of(
         "weak".to_owned(),
         "steps without drives for what is wanted".to_owned(),

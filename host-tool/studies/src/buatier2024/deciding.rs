@@ -162,14 +162,14 @@ impl Decides {
             .filter(|[low, high]| opposite(low.verdict(at), high.verdict(at)));
         let ends = ends.filter_map(|[low, _]| low.named.split(' ').next());
         let models = self.models.iter();
-        let models = models.filter(|it| opposite(it.verdict(at), self.middle.verdict(at)));
-        ends.chain(models.map(|it| &*it.named)).collect()
+        let models = models.filter(|change| opposite(change.verdict(at), self.middle.verdict(at)));
+        ends.chain(models.map(|change| &*change.named)).collect()
     }
 
     /// All of it as a table.
     pub(super) fn sheet(&self, study: &Study) -> Sheet {
         let mut heads = vec!["changed alone".to_owned()];
-        heads.extend(study.claims.iter().map(|it| it.id.clone()));
+        heads.extend(study.claims.iter().map(|claim| claim.id.clone()));
         let row = |it: &Changed| {
             let cells = (0..study.claims.len()).map(|at| it.verdict(at).to_owned());
             std::iter::once(it.named.clone()).chain(cells).collect()

@@ -301,8 +301,8 @@ impl Study {
             ("judged.filter_hz", self.judged.filter_hz),
         ];
         let mut wrong: Vec<String> = (positive.into_iter())
-            .filter(|(_, it)| !(it.is_finite() && *it > 0.0))
-            .map(|(name, it)| format!("{name} is {it}, must be above zero"))
+            .filter(|(_, value)| !(value.is_finite() && *value > 0.0))
+            .map(|(name, value)| format!("{name} is {value}, must be above zero"))
             .collect();
         let counts = [
             ("protocol.persons", protocol.persons, 3),
@@ -311,8 +311,9 @@ impl Study {
             ("deciding.target_sets", self.deciding.target_sets, 2),
             ("studies", self.studies as usize, 1),
         ];
-        let few = counts.into_iter().filter(|(_, it, least)| it < least);
-        wrong.extend(few.map(|(name, it, least)| format!("{name} is {it}, at least {least}")));
+        let few = counts.into_iter().filter(|(_, index, least)| index < least);
+        wrong
+            .extend(few.map(|(name, index, least)| format!("{name} is {index}, at least {least}")));
         if protocol.repetitions == 0 || !protocol.repetitions.is_multiple_of(HEIGHTS) {
             wrong.push(format!(
                 "protocol.repetitions is {}, must be a multiple of {HEIGHTS}",
@@ -340,11 +341,18 @@ impl Study {
                 ));
             }
         }
-        let heights = || self.way.heights.iter().map(|it| &it.name);
-        let sides = self.claims.iter().flat_map(|it| [&it.lower, &it.higher]);
-        let named = sides.filter_map(|it| it.height.as_ref());
-        let named = named.chain(self.printed.iter().filter_map(|it| it.height.as_ref()));
-        for name in named.filter(|name| !heights().any(|it| it == *name)) {
+        let heights = || self.way.heights.iter().map(|height| &height.name);
+        let sides = self
+            .claims
+            .iter()
+            .flat_map(|claim| [&claim.lower, &claim.higher]);
+        let named = sides.filter_map(|side| side.height.as_ref());
+        let named = named.chain(
+            self.printed
+                .iter()
+                .filter_map(|printed_value| printed_value.height.as_ref()),
+        );
+        for name in named.filter(|name| !heights().any(|height| height == *name)) {
             wrong.push(format!("there is no height `{name}`"));
         }
         wrong
@@ -353,7 +361,10 @@ impl Study {
     /// Place of the height of this name.
     #[must_use]
     pub fn height(&self, name: &str) -> Option<usize> {
-        self.way.heights.iter().position(|it| it.name == name)
+        self.way
+            .heights
+            .iter()
+            .position(|height| height.name == name)
     }
 
     /// Pulse period, µs.

@@ -57,11 +57,13 @@ pub fn outcome(
         sheets.push(bars(study, all));
         sheets.push(tests(study, all));
     }
-    sheets.extend(decides.map(|it| it.sheet(study)));
+    sheets.extend(decides.map(|decision| decision.sheet(study)));
     let mut all_rows = rows(study, all);
     all_rows.push(of_whole_device(study, told.seed)?);
     let said = [SIMULATED, MEANING, PROXY, PRINTED, MODEL].map(str::to_owned);
-    let decided = decides.map(|it| it.notes(study)).unwrap_or_default();
+    let decided = decides
+        .map(|decision| decision.notes(study))
+        .unwrap_or_default();
     Ok(Outcome {
         name: NAME.to_owned(),
         title: study.title.clone(),

@@ -60,7 +60,9 @@ impl Participant {
     /// Of a condition.
     #[must_use]
     pub fn of(&self, condition: Condition) -> Option<&Found> {
-        self.conditions.iter().find(|it| it.condition == condition)
+        self.conditions
+            .iter()
+            .find(|result| result.condition == condition)
     }
 }
 
@@ -164,7 +166,7 @@ fn condition_of(
         power_w_per_kg: used_j / time_s / person.arms[0].mass_kg,
         error_m: sums.map(|(sum, count)| sum.error_m / count),
         sparc: sums.map(|(sum, count)| sum.sparc / count),
-        phases_s: phases_s.map(|it| it / all),
+        phases_s: phases_s.map(|phase_s| phase_s / all),
         stimulated_nm,
         weak: weak as f64 / steps,
     })

@@ -83,7 +83,11 @@ struct Values<'a> {
 
 impl Values<'_> {
     fn get(&self, field: &str) -> Result<f64, LiftError> {
-        let place = self.study.ranges.iter().position(|it| it.field == field);
+        let place = self
+            .study
+            .ranges
+            .iter()
+            .position(|range| range.field == field);
         let value = place.and_then(|place| self.values.get(place).copied());
         value.ok_or_else(|| LiftError::Declaration(format!("no range for `{field}`")))
     }
@@ -113,7 +117,7 @@ impl Person {
                 stiffness_n_per_m: of.get("impedance_n_per_m")?,
                 damping: of.get("impedance_damping")?,
             },
-            told: pulsed.map(|it| it.1),
+            told: pulsed.map(|pair| pair.1),
             encoder_deg: of.get("encoder_noise_deg")?,
             seed,
             one_day: false,
@@ -167,8 +171,9 @@ fn spec(of: &Values, electrodes: [Electrode; ELECTRODES]) -> Result<SagittalSpec
         fibre_length: of.get("fibre_length")?,
         added_inertia_kg_m2: of.study.scene.added_inertia_kg_m2,
         damping_nm_s_per_rad: [friction; JOINTS],
-        stiffness_nm_per_rad: STIFFNESS_NM_PER_RAD.map(|it| stiffness * it),
-        stiffness_per_rad: STIFFNESS_PER_RAD.map(|it| stiffness * it),
+        stiffness_nm_per_rad: STIFFNESS_NM_PER_RAD
+            .map(|stiffness_nm_per_rad| stiffness * stiffness_nm_per_rad),
+        stiffness_per_rad: STIFFNESS_PER_RAD.map(|stiffness_per_rad| stiffness * stiffness_per_rad),
         viscosity_s: of.get("viscosity_s")?,
         active_damping_s_per_rad: of.get("active_damping_s_per_rad")?,
         activation_s: of.get("activation_s")?,

@@ -131,9 +131,9 @@ impl laboratory::Study for Run {
             ("draws.csv".to_owned(), csv(&studies)),
             ("studies.jsonl".to_owned(), lines.collect()),
         ];
-        files.extend(decides.map(|it| {
+        files.extend(decides.map(|decision| {
             // Structs of numbers, words and lists always have a text.
-            let text = serde_json::to_string_pretty(it).unwrap_or_default() + "\n";
+            let text = serde_json::to_string_pretty(decision).unwrap_or_default() + "\n";
             ("deciding.json".to_owned(), text)
         }));
         Ok(files)

@@ -44,8 +44,10 @@ pub fn tested(
 ) -> Result<Tested, LiftError> {
     let fails = |why: StatisticsError| LiftError::Statistics(metric.named().0.to_owned(), why);
     let of = |at: usize| -> Vec<f64> {
-        let own = people.iter().filter_map(|it| it.of(Condition::ALL[at]));
-        own.map(|it| it.value(metric, height)).collect()
+        let own = people
+            .iter()
+            .filter_map(|participant| participant.of(Condition::ALL[at]));
+        own.map(|result| result.value(metric, height)).collect()
     };
     let columns = [of(0), of(1), of(2)];
     let rows: Vec<Vec<f64>> = (0..people.len())
@@ -69,7 +71,7 @@ pub fn tested(
         let found = paired_t(&columns[a], &columns[b]).map_err(fails)?;
         *own = [found.t, found.p];
     }
-    let adjusted = bonferroni(&pairs.map(|it| it[1])).map_err(fails)?;
+    let adjusted = bonferroni(&pairs.map(|pair| pair[1])).map_err(fails)?;
     for (own, p) in pairs.iter_mut().zip(adjusted) {
         own[1] = p;
     }
@@ -90,6 +92,6 @@ pub fn tested(
 pub(super) fn mean_and_error(of: &[f64]) -> [f64; 2] {
     let n = of.len() as f64;
     let mean = of.iter().sum::<f64>() / n;
-    let squares: f64 = of.iter().map(|it| (it - mean).powi(2)).sum();
+    let squares: f64 = of.iter().map(|value| (value - mean).powi(2)).sum();
     [mean, (squares / (n - 1.0) / n).sqrt()]
 }

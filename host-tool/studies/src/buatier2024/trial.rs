@@ -235,7 +235,11 @@ impl<'a> Worker<'a> {
         let mut sparc = 0.0;
         for arm in 0..ARMS {
             let axis = |axis: usize| -> Result<Vec<f64>, LiftError> {
-                let at: Vec<f64> = record.hands_m.iter().map(|it| it[arm][axis]).collect();
+                let at: Vec<f64> = record
+                    .hands_m
+                    .iter()
+                    .map(|hands_m| hands_m[arm][axis])
+                    .collect();
                 Ok(self.filter.smooth(&at)?)
             };
             let (x, z) = (axis(0)?, axis(1)?);
@@ -250,7 +254,7 @@ impl<'a> Worker<'a> {
             duration_s: record.hands_m.len() as f64 / RATE_HZ,
             phases_s: record
                 .phases
-                .map(|it| f64::from(it) / (RATE_HZ * ARMS as f64)),
+                .map(|phase| f64::from(phase) / (RATE_HZ * ARMS as f64)),
             stimulated_nm: record.stimulated_nm,
             weak,
         })
@@ -298,7 +302,7 @@ struct Record {
 
 impl Record {
     fn note(&mut self, hands: &[([f64; 2], [f64; 2]); ARMS], device: &Device) {
-        self.hands_m.push(hands.map(|it| it.0));
+        self.hands_m.push(hands.map(|hand| hand.0));
         for arm in 0..ARMS {
             match device.phase(arm) {
                 Some(MotionPhase::Lift) => self.phases[0] += 1,

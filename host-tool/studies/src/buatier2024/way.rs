@@ -48,7 +48,7 @@ pub(super) fn places(study: &Study, reach_m: f64, height: usize) -> [[f64; 2]; 3
     let way = &study.way;
     let z = way.heights[height].z;
     let all = [way.start, [way.over_x, z + way.over_z], [way.target_x, z]];
-    all.map(|it| it.map(|part| part * reach_m))
+    all.map(|values| values.map(|part| part * reach_m))
 }
 
 impl Way {
@@ -72,17 +72,20 @@ impl Way {
             [axis(0), axis(1)]
         };
         let all: Vec<_> = (0..=steps).map(at).collect();
-        let hand_m: Vec<[f64; 2]> = all.iter().map(|it| it.map(|it| it.0)).collect();
+        let hand_m: Vec<[f64; 2]> = all.iter().map(|values| values.map(|pair| pair.0)).collect();
         Self::through(
             links,
             hand_m,
-            all.iter().map(|it| it.map(|it| it.1)).collect(),
+            all.iter().map(|values| values.map(|pair| pair.1)).collect(),
         )
     }
 
     /// A hand's way as its joints turn.
     fn through(links: &Links, hand_m: Vec<[f64; 2]>, hand_m_s2: Vec<[f64; 2]>) -> Self {
-        let flexions: Vec<_> = hand_m.iter().map(|it| links.flexions(*it)).collect();
+        let flexions: Vec<_> = hand_m
+            .iter()
+            .map(|hand_m| links.flexions(*hand_m))
+            .collect();
         let last = flexions.len() - 1;
         let slope = |of: &[[f64; JOINTS]], n: usize| -> [f64; JOINTS] {
             let (from, to) = (n.saturating_sub(1), (n + 1).min(last));

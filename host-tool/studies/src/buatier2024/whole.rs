@@ -77,7 +77,7 @@ pub fn whole(
     let lags = (0..=most).step_by(step);
     let all = lags.map(|lag_us| compared(study, (&course, &bursts), lag_us));
     // The first of those with the most.
-    let best = all.reduce(|best, it| if it.same > best.same { it } else { best });
+    let best = all.reduce(|best, whole| if whole.same > best.same { whole } else { best });
     Ok(best.unwrap_or(Whole {
         bursts: 0,
         same: 0,

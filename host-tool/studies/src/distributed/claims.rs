@@ -15,7 +15,7 @@ const ALIKE: f64 = 0.10;
 /// # Errors
 /// E722: there is no such claim.
 pub fn holds(found: &Found, id: &str) -> Result<Option<bool>, DistributedError> {
-    let endurance = |id| found.of(id).map(|it| it.endurance);
+    let endurance = |id| found.of(id).map(|measurement| measurement.endurance);
     let longer = |a, b, times| exceeds(endurance(a)?, endurance(b)?, times);
     let published = PUBLISHED_S[0] / PUBLISHED_S[1];
     let left = |id| {
@@ -24,7 +24,7 @@ pub fn holds(found: &Found, id: &str) -> Result<Option<bool>, DistributedError> 
     };
     let more_left = |id| Some(left(id)? > left("one-open")?);
     Ok(match id {
-        "quarter-reaches" => endurance("four").map(|it| it.seconds > 0.0),
+        "quarter-reaches" => endurance("four").map(|endurance| endurance.seconds > 0.0),
         "quarter-longer" => longer("four", "one", 1.0),
         "quarter-as-published" => longer("four", "one", published),
         "half-longer" => longer("four-half", "one", 1.0),
@@ -78,24 +78,25 @@ pub fn exceeds(first: Endurance, second: Endurance, times: f64) -> Option<bool> 
 
 impl Study {
     fn verdicts(&self, all: &[Found], id: &str) -> Result<Vec<Option<bool>>, DistributedError> {
-        let verdicts = all.iter().map(|it| holds(it, id));
+        let verdicts = all.iter().map(|result| holds(result, id));
         verdicts.collect()
     }
 
     /// Every claim's share of these persons.
     pub(super) fn shares(&self, all: &[Found]) -> Result<Vec<Share>, DistributedError> {
         let claims = self.declared.claims.iter();
-        let share = claims.map(|it| Ok(it.share(&self.verdicts(all, &it.id)?)));
+        let share =
+            claims.map(|judgement| Ok(judgement.share(&self.verdicts(all, &judgement.id)?)));
         share.collect()
     }
 
     /// What decides every claim.
     pub(super) fn decided(&self, all: &[Found]) -> Result<Vec<Decided>, DistributedError> {
-        let drawn: Vec<&[f64]> = all.iter().map(|it| &*it.drawn).collect();
+        let drawn: Vec<&[f64]> = all.iter().map(|result| &*result.drawn).collect();
         let claims = self.declared.claims.iter();
-        let decided = claims.map(|it| {
-            let verdicts = self.verdicts(all, &it.id)?;
-            Ok(it.decided(&self.declared.ranges, &verdicts, &drawn))
+        let decided = claims.map(|judgement| {
+            let verdicts = self.verdicts(all, &judgement.id)?;
+            Ok(judgement.decided(&self.declared.ranges, &verdicts, &drawn))
         });
         decided.collect()
     }

@@ -7,14 +7,23 @@ impl Study {
     /// Of these persons: what was drawn of each stands first.
     #[must_use]
     pub fn csv(&self, all: &[Found]) -> String {
-        let fields: Vec<&str> = self.declared.ranges.iter().map(|it| &*it.field).collect();
+        let fields: Vec<&str> = self
+            .declared
+            .ranges
+            .iter()
+            .map(|range| &*range.field)
+            .collect();
         let mut text = format!(
             "person,{},condition,endurance_s,at_least,refused,ripple,found,first,left,off\n",
             fields.join(",")
         );
-        let number = |it: Option<f64>| it.map_or_else(String::new, |it| format!("{it:.6}"));
+        let number = |it: Option<f64>| it.map_or_else(String::new, |value| format!("{value:.6}"));
         for found in all {
-            let drawn: Vec<String> = found.drawn.iter().map(|it| format!("{it:.6}")).collect();
+            let drawn: Vec<String> = found
+                .drawn
+                .iter()
+                .map(|value| format!("{value:.6}"))
+                .collect();
             for it in &found.measured {
                 // Writing to a string does not fail.
                 let _ = writeln!(

@@ -178,7 +178,7 @@ impl Declared {
     /// # Errors
     /// E722: there is none.
     pub fn condition(&self, id: &str) -> Result<&Condition, DistributedError> {
-        let found = self.conditions.iter().find(|it| it.id == id);
+        let found = self.conditions.iter().find(|condition| condition.id == id);
         found.ok_or_else(|| DistributedError::Declaration(format!("no condition `{id}`")))
     }
 }

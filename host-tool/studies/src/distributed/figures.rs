@@ -17,7 +17,7 @@ impl Study {
     pub(super) fn figures(&self, all: &[Found], along: &[AxisPoint]) -> Vec<Sheet> {
         let mut sheets = vec![self.against_crosstalk(all, along), self.axes(along)];
         sheets.push(self.left(all));
-        sheets.extend(all.first().map(|it| self.courses(it)));
+        sheets.extend(all.first().map(|result| self.courses(result)));
         sheets
     }
 
@@ -27,7 +27,7 @@ impl Study {
             .declared
             .ranges
             .iter()
-            .position(|it| it.field == "crosstalk");
+            .position(|range| range.field == "crosstalk");
         let plot = |(series, id): (usize, &&str)| {
             let each = all.iter().filter_map(|found| {
                 let crosstalk = *found.drawn.get(place?)?;
@@ -106,13 +106,17 @@ impl Study {
     /// Mean force and ripple against what is left.
     fn left(&self, all: &[Found]) -> Sheet {
         let open = self.declared.conditions.iter();
-        let open: Vec<_> = open.filter(|it| it.drive == Drive::Open).collect();
+        let open: Vec<_> = open
+            .filter(|condition| condition.drive == Drive::Open)
+            .collect();
         let plot = |name: &str, end: f64, of: &dyn Fn(&Measured) -> Option<f64>| {
             let mut curves = Vec::new();
             for (series, condition) in open.iter().enumerate() {
-                let own = all.iter().filter_map(|it| it.of(&condition.id));
-                let points = own.filter_map(|it| Some([1e2 * of(it)?, 1e2 * it.left?]));
-                curves.extend(points.map(|it| dot(series, it)));
+                let own = all.iter().filter_map(|result| result.of(&condition.id));
+                let points = own.filter_map(|measurement| {
+                    Some([1e2 * of(measurement)?, 1e2 * measurement.left?])
+                });
+                curves.extend(points.map(|point| dot(series, point)));
             }
             for left in PUBLISHED_LEFT {
                 let ends = [[0.0, 1e2 * left], [end, 1e2 * left]];
@@ -133,7 +137,7 @@ impl Study {
                        Laubacher 2017, 51 % of a single electrode and 66 % of four (isokinetic, 35 \
                        Hz)."
                 .to_owned();
-        let mut series: Vec<&str> = open.iter().map(|it| &*it.id).collect();
+        let mut series: Vec<&str> = open.iter().map(|condition| &*condition.id).collect();
         series.push("published");
         let plots = vec![
             plot("force at first (% of wanted)", 120.0, &|it| it.first),
@@ -168,8 +172,8 @@ impl Study {
                     Some(Curve::line(series, course.iter().copied()))
                 })
                 .collect();
-            let points = curves.iter().flat_map(|it| &it.points);
-            let end_s = points.map(|it| it[0]).fold(10.0, f64::max);
+            let points = curves.iter().flat_map(|curve| &curve.points);
+            let end_s = points.map(|point| point[0]).fold(10.0, f64::max);
             Plot {
                 title: (*title).to_owned(),
                 x: Along::even("time (s)", [0.0, end_s]),
@@ -197,15 +201,19 @@ impl Study {
     }
 
     fn says(&self, id: &str) -> String {
-        let found = self.declared.conditions.iter().find(|it| it.id == id);
-        found.map_or_else(String::new, |it| it.says.clone())
+        let found = self
+            .declared
+            .conditions
+            .iter()
+            .find(|condition| condition.id == id);
+        found.map_or_else(String::new, |condition| condition.says.clone())
     }
 }
 
 fn figure(number: &str, title: &str, caption: String, series: &[&str], plots: Vec<Plot>) -> Sheet {
     let plots = Plots {
         beside: 2,
-        series: series.iter().map(|it| (*it).to_owned()).collect(),
+        series: series.iter().map(|series| (*series).to_owned()).collect(),
         plots,
     };
     Sheet::figure(number, title, caption, plots)
@@ -228,7 +236,7 @@ fn published([from, to]: [f64; 2]) -> Curve {
 fn ratios(along: &[AxisPoint], axis: &str, id: &str) -> Vec<[f64; 2]> {
     let own = along
         .iter()
-        .filter(|it| it.axis == axis && it.measured.id == id);
+        .filter(|axis_point| axis_point.axis == axis && axis_point.measured.id == id);
     let ratio = |it: &AxisPoint| {
         let mut all = along.iter();
         let is_one =

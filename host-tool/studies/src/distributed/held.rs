@@ -70,7 +70,7 @@ impl Series {
         let first = self.windows.iter().take(within);
         first
             .enumerate()
-            .find(|(_, it)| it.mean_n >= self.least_n())
+            .find(|(_, window)| window.mean_n >= self.least_n())
             .map(|(nth, _)| nth)
     }
 
@@ -90,7 +90,10 @@ impl Series {
         for (nth, it) in self.windows.iter().enumerate().skip(from) {
             sum += it.mean_n;
             if nth >= from + average {
-                sum -= self.windows.get(nth - average).map_or(0.0, |it| it.mean_n);
+                sum -= self
+                    .windows
+                    .get(nth - average)
+                    .map_or(0.0, |window| window.mean_n);
             }
             at_most = if it.is_most { at_most + 1 } else { 0 };
             let is_weak = sum < self.hold.below * self.wanted_n * average as f64;
@@ -128,7 +131,7 @@ impl Series {
             return none;
         };
         let ended = self.ended();
-        let end = ended.map_or(self.windows.len(), |it| it + 1);
+        let end = ended.map_or(self.windows.len(), |index| index + 1);
         Endurance {
             seconds: (end - reached) as f64 * self.window_s,
             is_longer: ended.is_none(),
@@ -150,8 +153,11 @@ impl Series {
             }
         };
         let own = self.windows.get(from..from + count)?;
-        let mean_n = own.iter().map(|it| it.mean_n).sum::<f64>();
-        let square = own.iter().map(|it| it.deviation_n.powi(2)).sum::<f64>();
+        let mean_n = own.iter().map(|window| window.mean_n).sum::<f64>();
+        let square = own
+            .iter()
+            .map(|window| window.deviation_n.powi(2))
+            .sum::<f64>();
         let deviation_n = (square / count as f64).sqrt();
         (mean_n > 0.0).then(|| deviation_n / (mean_n / count as f64))
     }
@@ -188,7 +194,9 @@ impl Series {
         let own = self
             .windows
             .get(self.count(self.hold.ripple_from_s)..self.count(60.0))?;
-        let off = own.iter().map(|it| (it.mean_n / self.wanted_n - 1.0).abs());
+        let off = own
+            .iter()
+            .map(|window| (window.mean_n / self.wanted_n - 1.0).abs());
         Some(off.sum::<f64>() / own.len() as f64)
     }
 
@@ -196,7 +204,7 @@ impl Series {
     #[must_use]
     pub fn course(&self, every: usize) -> Vec<[f64; 2]> {
         let of = |(nth, own): (usize, &[Window])| {
-            let mean_n = own.iter().map(|it| it.mean_n).sum::<f64>() / own.len() as f64;
+            let mean_n = own.iter().map(|window| window.mean_n).sum::<f64>() / own.len() as f64;
             let at = (nth * every) as f64 + 0.5 * own.len() as f64;
             [at * self.window_s, mean_n / self.wanted_n]
         };
@@ -206,7 +214,7 @@ impl Series {
 
     fn mean(&self, from: usize, count: usize) -> Option<f64> {
         let own = self.windows.get(from..from + count)?;
-        let mean_n = own.iter().map(|it| it.mean_n).sum::<f64>() / count as f64;
+        let mean_n = own.iter().map(|window| window.mean_n).sum::<f64>() / count as f64;
         Some(mean_n / self.wanted_n)
     }
 }

@@ -42,7 +42,7 @@ impl Person {
     #[must_use]
     pub fn middle(declared: &Declared) -> Self {
         Self {
-            drawn: declared.ranges.iter().map(|it| it.at(0.5)).collect(),
+            drawn: declared.ranges.iter().map(|range| range.at(0.5)).collect(),
             ranges: declared.ranges.clone(),
             seed: MIDDLE,
         }
@@ -51,7 +51,7 @@ impl Person {
     /// The same with another value of this field.
     #[must_use]
     pub fn with(mut self, field: &str, value: f64) -> Self {
-        let place = self.ranges.iter().position(|it| it.field == field);
+        let place = self.ranges.iter().position(|range| range.field == field);
         if let Some(own) = place.and_then(|place| self.drawn.get_mut(place)) {
             *own = value;
         }
@@ -99,7 +99,7 @@ impl Person {
         };
         // Mean force of a rested unit for an A of 1.
         let per_a = 1.0 / dynamics.normalised_at(ACTIVATION_HZ).a_n_per_s;
-        let electrodes = (0..CHANNELS).map(|it| self.electrode(own.groups, condition, it));
+        let electrodes = (0..CHANNELS).map(|index| self.electrode(own.groups, condition, index));
         let electrodes = electrodes.collect::<Result<Vec<_>, _>>()?;
         let electrodes = electrodes.try_into();
         Ok(SharedSpec {

@@ -75,10 +75,13 @@ impl<'a> Playing<'a> {
         let world = world.ok_or_else(|| failed("it is not simulated".to_owned()))?;
         world.body = Box::new(body);
         let electrodes: Vec<&Electrode> = spec.electrodes.iter().flatten().collect();
-        let electrode = electrodes.first().map(|it| (*it).clone());
+        let electrode = electrodes.first().map(|electrode| (*electrode).clone());
         let electrode = electrode.ok_or_else(|| failed("it has no electrode".to_owned()))?;
         // Each by what it can.
-        let all_n: f64 = electrodes.iter().map(|it| strength_n(spec, it)).sum();
+        let all_n: f64 = electrodes
+            .iter()
+            .map(|electrode| strength_n(spec, electrode))
+            .sum();
         let share = |it: &&Electrode| (1e3 * wanted_n * strength_n(spec, it) / all_n) as u32;
         let stepper = Stepper::open(file, port, Attached::default()).map_err(told)?;
         let mut playing = Self {
@@ -177,7 +180,10 @@ impl<'a> Playing<'a> {
         let own = readings.get(self.taken..).unwrap_or_default();
         let count = own.len().max(1) as f64;
         let mean_n = own.iter().sum::<f64>() / count;
-        let square = own.iter().map(|it| (it - mean_n).powi(2)).sum::<f64>();
+        let square = own
+            .iter()
+            .map(|value| (value - mean_n).powi(2))
+            .sum::<f64>();
         self.taken = readings.len();
         Window {
             mean_n,

@@ -13,7 +13,9 @@ impl Study {
     /// Of each condition, then ratios of endurance.
     pub(super) fn rows(&self, all: &[Found]) -> Vec<Row> {
         let conditions = self.declared.conditions.iter();
-        let mut rows: Vec<Row> = conditions.flat_map(|it| of_condition(it, all)).collect();
+        let mut rows: Vec<Row> = conditions
+            .flat_map(|condition| of_condition(condition, all))
+            .collect();
         let [four, one] = PUBLISHED_S;
         for (id, paper) in [
             ("two", None),
@@ -22,7 +24,7 @@ impl Study {
             ("four-half", None),
             ("four-fast", Some(four / one)),
         ] {
-            let ratios = all.iter().filter_map(|it| ratio(it, id));
+            let ratios = all.iter().filter_map(|result| ratio(result, id));
             let says = format!("endurance by one's, {id}");
             rows.push(Row::of(format!("ratio/{id}"), says, "", paper, ratios));
         }
@@ -39,9 +41,12 @@ pub(super) fn ratio(found: &Found, id: &str) -> Option<f64> {
 }
 
 fn of_condition(condition: &Condition, all: &[Found]) -> Vec<Row> {
-    let own: Vec<&Measured> = all.iter().filter_map(|it| it.of(&condition.id)).collect();
+    let own: Vec<&Measured> = all
+        .iter()
+        .filter_map(|result| result.of(&condition.id))
+        .collect();
     let row = |what: &str, says: &str, unit: &str, paper, of: &dyn Fn(&Measured) -> Option<f64>| {
-        let numbers = own.iter().filter_map(|it| of(it));
+        let numbers = own.iter().filter_map(|measurement| of(measurement));
         let id = format!("{}/{what}", condition.id);
         Row::of(
             id,

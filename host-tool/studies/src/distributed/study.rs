@@ -93,7 +93,9 @@ impl Found {
     /// What was measured in this condition.
     #[must_use]
     pub fn of(&self, id: &str) -> Option<&Measured> {
-        self.measured.iter().find(|it| it.id == id)
+        self.measured
+            .iter()
+            .find(|measurement| measurement.id == id)
     }
 }
 

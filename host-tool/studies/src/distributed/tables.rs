@@ -17,14 +17,17 @@ impl Study {
     /// How many of everybody reached the force, and how long they held it.
     fn holds(&self, all: &[Found]) -> Sheet {
         let held = self.declared.conditions.iter();
-        let held = held.filter(|it| it.drive != Drive::Open);
+        let held = held.filter(|condition| condition.drive != Drive::Open);
         let row = |condition: &crate::distributed::Condition| {
-            let own: Vec<&Measured> = all.iter().filter_map(|it| it.of(&condition.id)).collect();
+            let own: Vec<&Measured> = all
+                .iter()
+                .filter_map(|result| result.of(&condition.id))
+                .collect();
             let count = |is: &dyn Fn(&&&Measured) -> bool| own.iter().filter(is).count();
-            let seconds = own.iter().map(|it| it.endurance.seconds);
+            let seconds = own.iter().map(|measurement| measurement.endurance.seconds);
             let row = Row::of(String::new(), String::new(), "s", None, seconds);
             let whole =
-                |it: Option<f64>| it.map_or_else(|| "-".to_owned(), |it| format!("{it:.0}"));
+                |it: Option<f64>| it.map_or_else(|| "-".to_owned(), |value| format!("{value:.0}"));
             vec![
                 condition.id.clone(),
                 format!("{}", count(&|it| it.is_refused)),
@@ -66,14 +69,16 @@ impl Study {
 
 /// The middle person by the rate of each electrode.
 fn rates(along: &[AxisPoint]) -> Sheet {
-    let own = along.iter().filter(|it| it.axis == "rate_hz");
+    let own = along
+        .iter()
+        .filter(|axis_point| axis_point.axis == "rate_hz");
     let row = |it: &AxisPoint| {
         let ripple = it.measured.ripple;
         vec![
             format!("{:.2} Hz", it.value),
             format!("{:.0} Hz", 4.0 * it.value),
             seconds(it),
-            ripple.map_or_else(|| "-".to_owned(), |it| format!("{:.1} %", 1e2 * it)),
+            ripple.map_or_else(|| "-".to_owned(), |ripple| format!("{:.1} %", 1e2 * ripple)),
         ]
     };
     let heads = ["of each", "of the four", "endurance", "ripple"];
@@ -98,7 +103,7 @@ fn wanted(along: &[AxisPoint]) -> Sheet {
     };
     let firsts = along
         .iter()
-        .filter(|it| it.axis == "wanted" && it.measured.id == "one");
+        .filter(|axis_point| axis_point.axis == "wanted" && axis_point.measured.id == "one");
     let row = |it: &AxisPoint| {
         let mut row = vec![format!("{:.0} %", 1e2 * it.value)];
         row.extend(["one", "four", "four-half"].map(|id| of(it.value, id)));

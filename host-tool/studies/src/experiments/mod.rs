@@ -65,7 +65,10 @@ pub fn named(name: &str) -> Result<Experiment, LaboratoryError> {
     if let Some((file, text)) = DECLARATIONS.iter().find(|(file, _)| *file == own) {
         return Ok(Experiment::new(file, text, &of_program)?.called(name));
     }
-    if Path::new(name).extension().is_none_or(|it| it != "toml") {
+    if Path::new(name)
+        .extension()
+        .is_none_or(|name| name != "toml")
+    {
         let (name, known) = (name.to_owned(), every().join(", "));
         return Err(LaboratoryError::Unknown { name, known });
     }

@@ -249,7 +249,9 @@ where
     /// 5 to 15 mA on both channels.
     fn wanted(&mut self) -> Request {
         let channels = &self.session.channels;
-        let mask = channels.iter().fold(0, |mask, it| mask | 1 << it.index());
+        let mask = channels
+            .iter()
+            .fold(0, |mask, channel| mask | 1 << channel.index());
         let ua = 5_000 + self.random.below(10_001) as u32;
         Request::Amplitudes {
             at: None,

@@ -33,12 +33,14 @@ pub(super) fn strike(
 fn stand(fork: &mut Chip, register: &str) -> Result<bool, FaultsError> {
     let from_us = fork.device_us();
     let board = &mut fork.device;
-    match register.split_once('_').map_or(register, |it| it.0) {
+    match register.split_once('_').map_or(register, |pair| pair.0) {
         "TIM1" => misclocked(board, 1)?,
         "TIM2" => misclocked(board, 2)?,
         "DMA2" => {
             let number = register.as_bytes().get("DMA2_S".len()).copied();
-            let stream = number.filter(u8::is_ascii_digit).map(|it| it - b'0');
+            let stream = number
+                .filter(u8::is_ascii_digit)
+                .map(|number| number - b'0');
             let Some(stream) = stream else {
                 return Ok(false);
             };

@@ -67,8 +67,10 @@ impl<'k> BrokenAngle<'k> {
                 return;
             }
             _ => {
-                let others = angles.iter().filter(|it| it.index != self.angle.index);
-                let others: Vec<u8> = others.map(|it| it.index).collect();
+                let others = angles
+                    .iter()
+                    .filter(|measurement| measurement.index != self.angle.index);
+                let others: Vec<u8> = others.map(|measurement| measurement.index).collect();
                 if others.is_empty() {
                     SensorFault::Reversed(self.angle.middle_deg())
                 } else {

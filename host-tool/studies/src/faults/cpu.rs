@@ -110,7 +110,10 @@ impl Core {
         board: &mut Board<()>,
         random: &mut Random,
     ) -> Result<(String, Result<(), Stop>), FaultsError> {
-        let each = self.registers.iter().map(|it| it.bits.count_ones());
+        let each = self
+            .registers
+            .iter()
+            .map(|register| register.bits.count_ones());
         let bits = u64::from(each.sum::<u32>());
         let drawn = random.below(bits.max(1));
         let Some((register, bit)) = bit_of(&self.registers, drawn) else {

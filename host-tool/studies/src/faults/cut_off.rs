@@ -86,7 +86,7 @@ impl CutOff {
         let begin_us = first.now_us();
         let copy_us = copy * (ERASE_US + WORDS * WORD_US);
         let at_us = begin_us + BEGINS_US + copy_us + within_us as u64;
-        let after = kept.partition_point(|it| it.now_us() <= at_us);
+        let after = kept.partition_point(|bench| bench.now_us() <= at_us);
         let mut bench = kept.get(after.saturating_sub(1)).unwrap_or(first).clone();
         bench.device.around.soc.flash.seed = random.below(u64::MAX);
         let played = bench

@@ -84,7 +84,7 @@ impl<B: Boards> Declared<B> {
         let declared = if kind == "other stage" { other } else { has };
         Ok(Drawn {
             kind,
-            stages: [has, declared].map(|it| STAGES[it as usize]),
+            stages: [has, declared].map(|value| STAGES[value as usize]),
             random,
         })
     }
@@ -169,7 +169,7 @@ impl Drawn<'_> {
                 copies[place][(bit / 32) as usize] ^= 1 << (bit % 32);
             }
             "table of another board" => {
-                let other = uid.map(|it| it ^ random.word() as u32);
+                let other = uid.map(|value| value ^ random.word() as u32);
                 copies = [table.words(other); 2];
             }
             _ => {}

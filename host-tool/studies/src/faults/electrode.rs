@@ -185,8 +185,10 @@ impl Drawn<'_> {
 /// What of the session is drawn.
 fn wanted(session: &Session, drawn: &Drawn<'_>) -> Request {
     let channels = session.channels.iter();
-    let mask = channels.clone().fold(0, |mask, it| mask | 1 << it.index());
-    let values = channels.map(|it| match it.index() == drawn.channel {
+    let mask = channels
+        .clone()
+        .fold(0, |mask, channel| mask | 1 << channel.index());
+    let values = channels.map(|channel| match channel.index() == drawn.channel {
         true => Amplitude::new(drawn.amplitude),
         false => Amplitude::new(4_000),
     });

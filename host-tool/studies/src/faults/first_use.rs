@@ -45,7 +45,7 @@ impl Refills {
         let mut refills = Self::default();
         let mut from = window.start;
         let all = watched.device.observer.done.into_iter();
-        for it in all.filter(|it| window.contains(&it.start) && it.end <= window.end) {
+        for it in all.filter(|range| window.contains(&range.start) && range.end <= window.end) {
             refills.outside.push(from..it.start);
             from = it.end;
             refills.inside.push(it);
@@ -70,12 +70,16 @@ impl Refills {
             }
             left -= length(it);
         }
-        all.last().map_or(0, |it| it.end)
+        all.last().map_or(0, |range| range.end)
     }
 
     /// The share of time in which one is under way.
     pub fn share(&self) -> f64 {
-        let sum = |all: &[Range<Cycle>]| all.iter().map(|it| it.end - it.start).sum::<Cycle>();
+        let sum = |all: &[Range<Cycle>]| {
+            all.iter()
+                .map(|range| range.end - range.start)
+                .sum::<Cycle>()
+        };
         let (inside, outside) = (sum(&self.inside), sum(&self.outside));
         inside as f64 / (inside + outside).max(1) as f64
     }

@@ -65,7 +65,7 @@ impl Flips {
 
     /// The stratum of case `index`: of any first ones, each has its declared part.
     fn stratum(&self, index: u64) -> Result<&Stratum, FaultsError> {
-        let total = self.strata.iter().map(|it| it.count).sum::<u64>();
+        let total = self.strata.iter().map(|stratum| stratum.count).sum::<u64>();
         let none = || FaultsError::Declaration("flips.toml: no strata".into());
         let mut place = spread(index % total.max(1), total);
         for stratum in &self.strata {
@@ -115,8 +115,8 @@ impl Flips {
         };
         let bytes: Vec<_> = drawn.iter().map(byte).collect();
         let wanted: Vec<_> = std::iter::zip(&drawn, &bytes)
-            .map(|(it, byte)| Wanted {
-                cycle: it.cycle,
+            .map(|(draw, byte)| Wanted {
+                cycle: draw.cycle,
                 byte,
             })
             .collect();
@@ -160,7 +160,9 @@ fn spread(index: u64, total: u64) -> u64 {
     }
     // The golden section, as near as has no factor in common.
     let near = (total as f64 * 0.618_033_988_75) as u64;
-    let step = (near.max(1)..).find(|&it| gcd(it, total) == 1).unwrap_or(1);
+    let step = (near.max(1)..)
+        .find(|&index| gcd(index, total) == 1)
+        .unwrap_or(1);
     index * step % total.max(1)
 }
 
@@ -199,7 +201,7 @@ impl Draws for Flips {
     fn notes(&self) -> Vec<String> {
         let strata = self.strata.iter();
         let mut notes: Vec<_> = strata
-            .map(|it| format!("{}: {}.", it.kind, it.area.in_words()))
+            .map(|stratum| format!("{}: {}.", stratum.kind, stratum.area.in_words()))
             .collect();
         let share = 100.0 * self.refills.share();
         notes.push(format!("A refill is under way {share:.1} % of the time."));
@@ -232,7 +234,7 @@ mod tests {
             let early = places
                 .iter()
                 .take(100)
-                .filter(|it| **it < total / 2)
+                .filter(|place| **place < total / 2)
                 .count();
             assert!(total < 100 || (45..56).contains(&early), "{early}");
             places.sort_unstable();

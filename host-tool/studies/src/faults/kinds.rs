@@ -19,7 +19,12 @@ impl Kinds {
         let of = &declaration.of;
         let names = boards.own(&*of.kinds, &*of.native_kinds).to_vec();
         let later = of.later.as_ref();
-        let later = later.map(|it| (*boards.own(&it.from, &it.native_from), it.kind.clone()));
+        let later = later.map(|later| {
+            (
+                *boards.own(&later.from, &later.native_from),
+                later.kind.clone(),
+            )
+        });
         let seed = word(seed, stream);
         Self { names, later, seed }
     }

@@ -85,7 +85,8 @@ impl<B: Replays> Link<B> {
             what: String::new(),
         };
         let told = drawn.break_it(kind, at, script, &mut random);
-        let asked = request(bytes).map_or_else(|| "no frame".to_owned(), |it| name(&it));
+        let asked =
+            request(bytes).map_or_else(|| "no frame".to_owned(), |to_device| name(&to_device));
         let file = &script.file.name;
         drawn.what = format!("{kind}: {file}, message {at}, {asked}{told}");
         Ok((script, drawn))
@@ -102,7 +103,9 @@ impl<B: Replays> Link<B> {
         let orders = Orders::of(session, script.said.writes(), B::LINE_US);
         let last = stream.writes().last().map_or(0, |write| write.t_us);
         let sent = script.said.writes().iter().map(|write| &*write.bytes);
-        let sent: Vec<&[u8]> = sent.chain(drawn.written.iter().map(|it| &**it)).collect();
+        let sent: Vec<&[u8]> = sent
+            .chain(drawn.written.iter().map(|values| &**values))
+            .collect();
         let moments = [*moment_us, drawn.again_us(script), last];
         let on = PlayedOn::of(script, &orders, &sent, moments);
         let is_over = |bench: &Bench<B::Board>, passed: &[Write], left: &[Write]| {
@@ -158,7 +161,7 @@ impl Drawn {
         // With the cable out nobody hears what it says; when it ended is judged.
         let (is_out, heard) = (self.out.is_some(), bench.heard());
         let tells = broken && !is_out;
-        let is_told = !tells || heard.refused.iter().any(|it| is_of_a_frame(it.0));
+        let is_told = !tells || heard.refused.iter().any(|pair| is_of_a_frame(pair.0));
         let ends = heard.stopping.is_some() || heard.fault.is_some();
         let is_ended = !silenced || ends || is_out && fate.severe.is_empty();
         // What else it tells is of what is missing or late, or it is a false alarm.

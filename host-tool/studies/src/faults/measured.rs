@@ -41,7 +41,7 @@ impl Measured {
 
 /// Those of a session, if it has any.
 pub(super) fn angles(session: &Session) -> Vec<Measured> {
-    let degrees = |mdeg: [i32; 2]| mdeg.map(|it| f64::from(it) * 1e-3);
+    let degrees = |mdeg: [i32; 2]| mdeg.map(|mdeg| f64::from(mdeg) * 1e-3);
     let mut all = Vec::new();
     if let Some(joint) = &session.joint {
         let converted_deg = match joint.sensor {

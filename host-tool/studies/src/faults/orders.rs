@@ -123,7 +123,7 @@ impl Orders {
             }
         }
         quiet.extend(off_us.map(|_| until(off_us, u64::MAX)));
-        quiet.retain(|it| it.from_us < it.until_us);
+        quiet.retain(|quiet| quiet.from_us < quiet.until_us);
         Owed {
             quiet,
             is_silenced,
@@ -212,7 +212,7 @@ mod tests {
         let ms = |us: u64| us as f64 * 1e-3;
         let all = owed.quiet.iter();
         (
-            all.map(|it| (ms(it.from_us), ms(it.until_us.min(2_000_000))))
+            all.map(|quiet| (ms(quiet.from_us), ms(quiet.until_us.min(2_000_000))))
                 .collect(),
             owed.is_silenced,
         )

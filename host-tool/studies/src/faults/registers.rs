@@ -32,7 +32,10 @@ impl Registers {
 
     /// Bits that may be turned.
     fn bits(&self) -> u64 {
-        let each = self.registers.iter().map(|it| it.bits.count_ones());
+        let each = self
+            .registers
+            .iter()
+            .map(|register| register.bits.count_ones());
         each.sum::<u32>().into()
     }
 }
@@ -108,7 +111,11 @@ impl Draws for Registers {
     }
 
     fn notes(&self) -> Vec<String> {
-        let names: Vec<_> = self.registers.iter().map(|it| &*it.name).collect();
+        let names: Vec<_> = self
+            .registers
+            .iter()
+            .map(|register| &*register.name)
+            .collect();
         let bits = self.bits();
         vec![format!(
             "Turned: one of {bits} bits of {}.",

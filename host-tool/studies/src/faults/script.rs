@@ -168,7 +168,7 @@ impl<B: Replays> Script<B> {
         };
         drop(port);
         let heard = Arc::into_inner(heard).map(Mutex::into_inner);
-        let heard = heard.map(|it| it.unwrap_or_else(PoisonError::into_inner));
+        let heard = heard.map(|writes| writes.unwrap_or_else(PoisonError::into_inner));
         let said = Stream::new(heard.unwrap_or_default());
         let first_us = said.writes().first().map_or(0, |write| write.t_us);
         let mut bench = boards.booted(session, sensors)?;
@@ -247,7 +247,7 @@ impl<B: Replays> Script<B> {
     /// What is severe without protection, and is not when nothing breaks.
     pub fn bare(&self, verdict: &Verdict) -> Vec<String> {
         let found = verdict.bare.findings.iter();
-        let found = found.filter(|it| !self.always.contains(&(it.rule, it.channel)));
+        let found = found.filter(|finding| !self.always.contains(&(finding.rule, finding.channel)));
         found.map(ToString::to_string).collect()
     }
 
@@ -315,7 +315,7 @@ fn say<D: Simulated>(
             passed.push(write.clone()); // before the fork
             continue;
         }
-        while let Some((at, is_in)) = cable.next_if(|it| it.0 <= write.t_us) {
+        while let Some((at, is_in)) = cable.next_if(|pair| pair.0 <= write.t_us) {
             carry(bench, &mut waiting, passed, at)?;
             waiting.clear();
             bench.device.plug(is_in);
@@ -338,7 +338,7 @@ fn say<D: Simulated>(
             }));
         }
     }
-    for (at, is_in) in cable.filter(|it| it.0 < end_us) {
+    for (at, is_in) in cable.filter(|pair| pair.0 < end_us) {
         carry(bench, &mut waiting, passed, at)?;
         waiting.clear();
         bench.device.plug(is_in);
@@ -390,7 +390,8 @@ pub(super) fn name(asked: &ToDevice) -> String {
 
 /// The first write that is this request.
 fn find(said: &Stream, wanted: &str) -> Result<(usize, u64), FaultsError> {
-    let is = |write: &Write| request(&write.bytes).is_some_and(|it| name(&it) == wanted);
+    let is =
+        |write: &Write| request(&write.bytes).is_some_and(|to_device| name(&to_device) == wanted);
     let found = said.writes().iter().position(is);
     let write = found.map(|index| (index, said.writes()[index].t_us));
     write.ok_or_else(|| FaultsError::NeverStimulates(format!("its host says no {wanted}")))

@@ -237,7 +237,9 @@ pub(super) fn is_isolated_for_good(
     let reset_us = device.reset_us();
     let found = heard.fault.is_some() || reset_us.is_some() || device.keeps_to_itself();
     let last = trace.levels.last();
-    let since_us = last.filter(|it| it.1 == Levels::ISOLATED).map(|it| it.0);
+    let since_us = last
+        .filter(|pair| pair.1 == Levels::ISOLATED)
+        .map(|pair| pair.0);
     let since_us = since_us.map(|us| us.max(reset_us.unwrap_or(0)));
     found && since_us.is_some_and(|us| us + FOR_GOOD_US <= now_us)
 }
@@ -290,7 +292,7 @@ pub(super) fn judged_to<D: Simulated>(
     let severe = verdict.as_built.findings.iter();
     fate.severe = severe.map(ToString::to_string).collect();
     let truncated = verdict.as_built.truncated.iter();
-    fate.truncated_uc = truncated.map(|it| it.charge_uc).collect();
+    fate.truncated_uc = truncated.map(|truncated| truncated.charge_uc).collect();
     fate.latched = !verdict.as_built.latched.is_empty();
     (fate, verdict)
 }

@@ -110,7 +110,10 @@ impl Stem {
 
     /// Device time 0, and the window, in cycles.
     pub fn cycles(&self) -> (Cycle, Range<Cycle>) {
-        let origin = self.kept.first().map_or(0, |it| it.device.around.origin());
+        let origin = self
+            .kept
+            .first()
+            .map_or(0, |bench| bench.device.around.origin());
         let [begin, end] = [0.0, 1.0].map(|part| origin + self.moment(part) * CYCLES_PER_US);
         (origin, begin..end)
     }
@@ -183,7 +186,7 @@ impl Stem {
     pub fn follow_shown(&self, fork: Chip, moment_us: u64) -> Fate {
         let (mut fate, verdict) = self.judged(fork, moment_us);
         let bare = verdict.bare.findings.iter();
-        let bare = bare.filter(|it| !self.always.contains(&(it.rule, it.channel)));
+        let bare = bare.filter(|finding| !self.always.contains(&(finding.rule, finding.channel)));
         fate.bare = bare.map(ToString::to_string).collect();
         fate
     }
@@ -224,11 +227,17 @@ impl Stem {
         let (trace, told) = (&mut fork.recorder.trace, &stem.recorder.trace);
         let before_end = |t: u64| t < end_us;
         let levels = self.whole.levels.iter().skip(told.levels.len());
-        trace.levels.extend(levels.filter(|it| before_end(it.0)));
+        trace
+            .levels
+            .extend(levels.filter(|level| before_end(level.0)));
         let dac = self.whole.dac.iter().skip(told.dac.len());
-        trace.dac.extend(dac.filter(|it| before_end(it.t_us)));
+        trace
+            .dac
+            .extend(dac.filter(|dac_write| before_end(dac_write.t_us)));
         let trips = self.whole.trips.iter().skip(told.trips.len());
-        trace.trips.extend(trips.filter(|it| before_end(it.t_us)));
+        trace
+            .trips
+            .extend(trips.filter(|trip_write| before_end(trip_write.t_us)));
         let pump = fork.device.pump().followed_by(&self.pump, at_us);
         let on = (&pump, end_us);
         let (mut fate, verdict) = judged_to(&mut fork, moment_us, self.truth.clone(), on);
@@ -254,8 +263,8 @@ impl Stem {
         let silent_us = moment_us + self.timing.runs_us;
         // A fall's last pulses, of single codes, are uneven by themselves.
         let truncated = verdict.as_built.truncated.iter();
-        let truncated = truncated.filter(|it| it.t_us < silent_us);
-        fate.truncated_uc = truncated.map(|it| it.charge_uc).collect();
+        let truncated = truncated.filter(|truncated| truncated.t_us < silent_us);
+        fate.truncated_uc = truncated.map(|truncated| truncated.charge_uc).collect();
         let compared_us = fork.now_us().min(silent_us);
         self.compare(&mut fate, &fork, (moment_us, compared_us));
         (fate, verdict)
@@ -306,13 +315,13 @@ fn longest_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<
     let is_unlike = within(a) != within(b);
     let mut times: Vec<u64> = [a, b]
         .iter()
-        .flat_map(|it| it.levels.iter().map(|l| l.0))
+        .flat_map(|trace| trace.levels.iter().map(|l| l.0))
         .collect();
     times.retain(|t| (from_us..to_us).contains(t));
     times.push(to_us);
     times.sort_unstable();
     let at = |trace: &Trace, t: u64| {
-        let after = trace.levels.partition_point(|it| it.0 <= t);
+        let after = trace.levels.partition_point(|level| level.0 <= t);
         after.checked_sub(1).map(|last| trace.levels[last].1)
     };
     let (mut since, mut longest) = (None, is_unlike.then_some(0));
@@ -331,7 +340,7 @@ fn longest_difference(a: &Trace, b: &Trace, from_us: u64, to_us: u64) -> Option<
 /// When two lists in order of time first differ.
 fn first_unlike<T: PartialEq>(a: &[(u64, T)], b: &[(u64, T)]) -> Option<u64> {
     let same = a.iter().zip(b).take_while(|(a, b)| a == b).count();
-    let next = |list: &[(u64, T)]| list.get(same).map(|it| it.0);
+    let next = |list: &[(u64, T)]| list.get(same).map(|list| list.0);
     next(a).into_iter().chain(next(b)).min()
 }
 

@@ -34,7 +34,7 @@ impl Area {
     /// How many there are, while the main stack pointer is `msp`.
     fn bytes(&self, msp: u32) -> u64 {
         match self {
-            Self::Bytes(ranges) => ranges.iter().map(|it| it.len() as u64).sum(),
+            Self::Bytes(ranges) => ranges.iter().map(|range| range.len() as u64).sum(),
             Self::Live(top) => top.saturating_sub(msp).into(),
         }
     }
@@ -62,7 +62,8 @@ impl Area {
             Self::Live(top) => format!("what the stack holds, below {top:#010x}"),
             Self::Bytes(ranges) => {
                 let all = ranges.iter();
-                let all = all.map(|it| format!("{:#010x} to {:#010x}", it.start, it.end - 1));
+                let all =
+                    all.map(|range| format!("{:#010x} to {:#010x}", range.start, range.end - 1));
                 let bytes = self.bytes(0);
                 format!("{}, {bytes} bytes", all.collect::<Vec<_>>().join(", "))
             }
@@ -84,7 +85,10 @@ pub(super) fn found(
         symbol: symbol.to_owned(),
     };
     let variable = |name: &str| {
-        let found = image.symbols.variable(name).filter(|it| it.size > 0);
+        let found = image
+            .symbols
+            .variable(name)
+            .filter(|symbol| symbol.size > 0);
         let found = found.ok_or_else(|| missing(name))?;
         Ok::<_, FaultsError>(found.address..found.address + found.size)
     };
@@ -106,8 +110,12 @@ pub(super) fn found(
             Memory::Rest => {
                 let end = image.symbols.find(END_OF_VARIABLES);
                 let end = end.ok_or_else(|| missing(END_OF_VARIABLES))?.address;
-                let others = written.iter().filter(|it| it.memory == Memory::Variable);
-                let others: Result<Vec<_>, _> = others.map(|it| variable(&it.symbol)).collect();
+                let others = written
+                    .iter()
+                    .filter(|written_stratum| written_stratum.memory == Memory::Variable);
+                let others: Result<Vec<_>, _> = others
+                    .map(|written_stratum| variable(&written_stratum.symbol))
+                    .collect();
                 Area::Bytes(without(SRAM1.start..end, others?))
             }
         })
@@ -125,9 +133,9 @@ pub(super) fn found(
 
 /// What of `all` lies in none of `others`.
 fn without(all: Range<u32>, mut others: Vec<Range<u32>>) -> Vec<Range<u32>> {
-    others.sort_by_key(|it| it.start);
+    others.sort_by_key(|range| range.start);
     let (mut left, mut from) = (Vec::new(), all.start);
-    for other in others.into_iter().filter(|it| it.start < all.end) {
+    for other in others.into_iter().filter(|range| range.start < all.end) {
         if other.start > from {
             left.push(from..other.start);
         }

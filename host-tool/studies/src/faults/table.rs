@@ -147,7 +147,7 @@ pub(super) fn in_words(case: &Case) -> String {
         what,
         fate,
     } = case;
-    let fault = fate.fault.map(|it| format!("fault {}", it.number()));
+    let fault = fate.fault.map(|fault| format!("fault {}", fault.number()));
     let reset = fate.reset.then(|| "reset".to_owned());
     let unfound = (fate.must_find && !fate.found).then(|| "NOT FOUND".to_owned());
     let other = (!fate.must_find && fate.found).then(|| "told, though nothing shows it".to_owned());
@@ -263,11 +263,14 @@ mod tests {
         let outcome = Outcome::of(Class::Flips, &cases);
         let text = format!("{}\n{}", Outcome::head(), outcome.lines());
         assert!(text.contains(" 1000ms  1000ms "), "{text}");
-        assert!(text.lines().all(|it| it.chars().count() <= WIDTH), "{text}");
+        assert!(
+            text.lines().all(|line| line.chars().count() <= WIDTH),
+            "{text}"
+        );
         let kinds: Vec<_> = outcome
             .kinds
             .iter()
-            .map(|it| (it.drawn, it.harmless))
+            .map(|outcome| (outcome.drawn, outcome.harmless))
             .collect();
         assert_eq!(kinds, [(1, 1), (9_999, 0)]);
         assert_eq!(outcome.harmless + outcome.found, outcome.drawn);

@@ -201,7 +201,11 @@ impl<B: Replays> Worn<B> {
         let (mut said, heeded_us) = (None, heeded_us(script));
         let mut late: Vec<(u64, Vec<u8>)> = Vec::new();
         for (next, write) in script.said.writes().iter().enumerate().skip(next) {
-            while let Some(first) = late.first().map(|it| it.0).filter(|at| *at <= write.t_us) {
+            while let Some(first) = late
+                .first()
+                .map(|pair| pair.0)
+                .filter(|at| *at <= write.t_us)
+            {
                 self.run_to(first)?;
                 self.world.send(&late.remove(0).1);
             }

@@ -22,7 +22,7 @@ pub fn picture(hands: &Hands) -> String {
         Key::Line(stroke(MUTED, 2.0)),
         "to the 95th percentile".to_owned(),
     );
-    let of = hands.wearer.as_ref().map(|it| format!(" of {it}"));
+    let of = hands.wearer.as_ref().map(|wearer| format!(" of {wearer}"));
     Figure {
         title: "Control laws on simulated hands".to_owned(),
         subtitle: format!(

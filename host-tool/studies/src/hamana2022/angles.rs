@@ -13,9 +13,12 @@ const DIGITS: [&str; 5] = ["thumb", "index", "middle", "ring", "little"];
 pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
     let (mut rows, mut shares) = (Vec::new(), Vec::new());
     for (who, _) in people(sessions) {
-        let own: Vec<&Session> = sessions.iter().filter(|it| it.participant == who).collect();
+        let own: Vec<&Session> = sessions
+            .iter()
+            .filter(|session| session.participant == who)
+            .collect();
         let mut names: Vec<&str> = Vec::new();
-        for condition in own.iter().flat_map(|it| &it.conditions) {
+        for condition in own.iter().flat_map(|session| &session.conditions) {
             if !names.contains(&&*condition.name) {
                 names.push(&condition.name);
             }
@@ -23,9 +26,9 @@ pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
         names.sort_unstable();
         for name in names {
             for (digit, called) in DIGITS.into_iter().enumerate() {
-                let values = own
-                    .iter()
-                    .filter_map(|it| mean(it, |c| c.name == name, |s| 100.0 * s.flexed[digit]));
+                let values = own.iter().filter_map(|session| {
+                    mean(session, |c| c.name == name, |s| 100.0 * s.flexed[digit])
+                });
                 let quantity = format!("{who}, {name}, {called}");
                 let id = format!("{quantity}/Angle, % of the finger's range");
                 rows.push(row(&id, quantity, "% of range", None, values.collect()));
@@ -42,9 +45,9 @@ pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
                 .collect::<Option<Vec<f64>>>()
                 .map(|all| all.iter().sum::<f64>())
         };
-        let bend = own
-            .iter()
-            .map(|it| Some(others(it, ['g', 'h', 'i'])? > others(it, ['d', 'e', 'f'])?));
+        let bend = own.iter().map(|session| {
+            Some(others(session, ['g', 'h', 'i'])? > others(session, ['d', 'e', 'f'])?)
+        });
         let id = format!("over-{who}");
         let words = "others bend more 4 V above the greatest".to_owned();
         shares.push(claim(&id, format!("{who}: {words}"), Some(true), bend));
@@ -79,11 +82,11 @@ pub(super) fn postures(protocol: &Protocol, sessions: &[Session]) -> (Vec<Row>, 
     let (mut rows, mut shares) = (Vec::new(), Vec::new());
     let mut all = Vec::new();
     for (who, is_printed) in people(sessions) {
-        let own = sessions.iter().filter(|it| it.participant == who);
+        let own = sessions.iter().filter(|session| session.participant == who);
         let bent: Vec<Bent> = own.filter_map(bent).collect();
         for (method, name) in ["one point", "two points"].into_iter().enumerate() {
             for (place, lies) in LIES_DEG.into_iter().enumerate() {
-                let values = bent.iter().map(|it| it[method][place]).collect();
+                let values = bent.iter().map(|values| values[method][place]).collect();
                 let quantity = format!("{who}, {name}, {lies}° pronated");
                 let id = format!("{quantity}/Index finger (°)");
                 rows.push(row(&id, quantity, "°", None, values));
@@ -102,9 +105,16 @@ pub(super) fn postures(protocol: &Protocol, sessions: &[Session]) -> (Vec<Row>, 
 fn rotation(bent: &[[[f64; 3]; 2]]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (method, name) in ["one point", "two points"].into_iter().enumerate() {
-        let at = |place: usize| bent.iter().map(|it| it[method][place]).collect::<Vec<_>>();
+        let at = |place: usize| {
+            bent.iter()
+                .map(|values| values[method][place])
+                .collect::<Vec<_>>()
+        };
         let test = paired_t(&at(0), &at(2)).ok();
-        for (what, value) in [("t", test.map(|it| it.t)), ("p", test.map(|it| it.p))] {
+        for (what, value) in [
+            ("t", test.map(|paired_t| paired_t.t)),
+            ("p", test.map(|paired_t| paired_t.p)),
+        ] {
             rows.push(Row {
                 id: format!("rotation, {name}, {what}"),
                 quantity: format!("0° against 90°, {name}, all draws, {what}"),
@@ -130,7 +140,7 @@ fn posture_claims(
     let least_deg = protocol.posture_deg;
     let of = |id: &str, words: String, holds: fn([[f64; 3]; 2], f64) -> bool| {
         let id = format!("{id}-{who}");
-        let all = bent.iter().map(|it| Some(holds(*it, least_deg)));
+        let all = bent.iter().map(|values| Some(holds(*values, least_deg)));
         claim(
             &id,
             format!("{who}: {words}"),

@@ -117,8 +117,9 @@ impl Cells {
             let (field, low, high, source) = (&range.field, range.low, range.high, &range.source);
             format!("Drawn: {field} from {low} to {high} ({source}).")
         });
-        let missing = summaries.iter().map(|it| {
-            let (name, missing, draws) = (it.cell.name(), it.missing(), it.drawn.len());
+        let missing = summaries.iter().map(|summary| {
+            let (name, missing, draws) =
+                (summary.cell.name(), summary.missing(), summary.drawn.len());
             format!("{name}: {missing}; of {draws} draws.")
         });
         let said = [SIMULATED, MEANING, COUNTED].map(str::to_owned);
@@ -149,7 +150,11 @@ impl Drawing for Cells {
 
     fn columns(&self) -> Vec<String> {
         let place = ["unit", "cell", "wearer"].map(str::to_owned);
-        let drawn = self.population.ranges.iter().map(|it| it.field.clone());
+        let drawn = self
+            .population
+            .ranges
+            .iter()
+            .map(|range| range.field.clone());
         let own = row::columns(&self.population);
         place.into_iter().chain(drawn).chain(own).collect()
     }
@@ -221,7 +226,7 @@ impl Drawing for Cells {
             rows: summaries.iter().flat_map(Summary::rows).collect(),
             shares: summaries
                 .iter()
-                .flat_map(|it| it.shares(population))
+                .flat_map(|summary| summary.shares(population))
                 .collect(),
             decides: Vec::new(),
             sheets: Vec::new(),
@@ -237,7 +242,7 @@ impl Drawing for Cells {
         let summaries = self.summaries(sweep.draws, units);
         let lines = summaries
             .iter()
-            .map(|it| format!("\n{}\n{}", it.line(), it.below()));
+            .map(|summary| format!("\n{}\n{}", summary.line(), summary.below()));
         let table = Summary::head() + &lines.collect::<String>();
         Some(format!("{table}\n{}\n{SIMULATED}", in_columns(COLUMNS, 80)))
     }

@@ -30,17 +30,21 @@ impl Torques {
     #[must_use]
     pub fn of(outcomes: &[Outcome]) -> Self {
         let long = |isolated: bool| {
-            let of = outcomes.iter().filter(|it| {
-                it.pattern.isolated == isolated
-                    && it.pattern.after_us().is_some_and(|after| after >= LONG_US)
+            let of = outcomes.iter().filter(|outcome| {
+                outcome.pattern.isolated == isolated
+                    && outcome
+                        .pattern
+                        .after_us()
+                        .is_some_and(|after| after >= LONG_US)
             });
-            mean(of.map(|it| it.torque_nm)).unwrap_or_default()
+            mean(of.map(|outcome| outcome.torque_nm)).unwrap_or_default()
         };
         let alone = |isolated: bool| {
-            let of = outcomes.iter().filter(|it| {
-                it.pattern.isolated == isolated && matches!(it.pattern.points, Points::One(_))
+            let of = outcomes.iter().filter(|outcome| {
+                outcome.pattern.isolated == isolated
+                    && matches!(outcome.pattern.points, Points::One(_))
             });
-            of.map(|it| it.torque_nm).fold(0.0, f64::max)
+            of.map(|outcome| outcome.torque_nm).fold(0.0, f64::max)
         };
         Self {
             two: long(false),
@@ -69,10 +73,10 @@ pub(super) fn individuations(outcomes: &[Outcome]) -> Individuations {
 
 /// Mean individuation of the conducted patterns with this phase difference.
 fn individuation(outcomes: &[Outcome], after_us: u32) -> Option<f64> {
-    let of = outcomes
-        .iter()
-        .filter(|it| !it.pattern.isolated && it.pattern.after_us() == Some(after_us));
-    mean(of.filter_map(|it| it.individuation))
+    let of = outcomes.iter().filter(|outcome| {
+        !outcome.pattern.isolated && outcome.pattern.after_us() == Some(after_us)
+    });
+    mean(of.filter_map(|outcome| outcome.individuation))
 }
 
 /// Whether each claim of `population.toml` holds, in its order; `None` where it cannot be
@@ -100,11 +104,11 @@ pub fn judged(
     let lost = postures.map(|bent| bent[0] - bent[2]);
     [
         apart,
-        is_selective.map(|all| all.iter().all(|it| *it > SELECTIVE)),
-        ratio(torques.two, torques.one).map(|it| it > MORE),
-        ratio(torques.two, torques.apart).map(|it| it > MORE),
-        ratio(torques.apart, torques.one).map(|it| ALIKE.contains(&it)),
-        ratio(torques.one, torques.one_isolated).map(|it| ALIKE.contains(&it)),
+        is_selective.map(|all| all.iter().all(|value| *value > SELECTIVE)),
+        ratio(torques.two, torques.one).map(|ratio| ratio > MORE),
+        ratio(torques.two, torques.apart).map(|ratio| ratio > MORE),
+        ratio(torques.apart, torques.one).map(|ratio| ALIKE.contains(&ratio)),
+        ratio(torques.one, torques.one_isolated).map(|ratio| ALIKE.contains(&ratio)),
         Some(lower.unwrap_or(false)),
         Some(lost[1] < lost[0]),
     ]

@@ -35,7 +35,10 @@ fn patterns(
         let averages = Averages::of(experiment, &it.conditions, &it.stimulated);
         draws.entry(it.draw).or_default().push(averages);
     }
-    let all: Vec<Replication> = draws.values().map(|it| Replication::of(it)).collect();
+    let all: Vec<Replication> = draws
+        .values()
+        .map(|averages| Replication::of(averages))
+        .collect();
     let is_torque = experiment == Experiment::Torque;
     let mut rows = pattern_rows(is_torque.then_some(protocol.paper.one_point), &all);
     let printed = match is_torque {
@@ -62,7 +65,9 @@ fn patterns(
                 "friedman" => it.friedman,
                 _ => it.isolation,
             };
-            let values = all.iter().filter_map(|it| Some(of(it)?[place]));
+            let values = all
+                .iter()
+                .filter_map(|replication| Some(of(replication)?[place]));
             let id = format!("{id}-{}", ["statistic", "p"][place]);
             let name = format!("{name}, {what}");
             rows.push(row(&id, name, "", Some(paper[place]), values.collect()));
@@ -70,21 +75,25 @@ fn patterns(
     }
     if is_torque {
         for number in 0..PATTERNS {
-            let values = all.iter().filter_map(|it| Some(it.table_5[number]?[0]));
+            let values = all
+                .iter()
+                .filter_map(|replication| Some(replication.table_5[number]?[0]));
             let name = format!("pattern {number} against one point, t");
             let paper = Some(protocol.paper.table_5[number]);
             let id = format!("pattern {number}/t against one point");
             rows.push(row(&id, name, "", paper, values.collect()));
         }
         for (number, paper) in TABLE_5_P.into_iter().enumerate() {
-            let values = all.iter().filter_map(|it| Some(it.table_5[number]?[1]));
+            let values = all
+                .iter()
+                .filter_map(|replication| Some(replication.table_5[number]?[1]));
             let name = format!("pattern {number} against one point, p");
             let id = format!("pattern {number}/p against one point");
             rows.push(row(&id, name, "", Some(paper), values.collect()));
         }
         rows.extend(table_4(sessions));
     }
-    let people = all.iter().map(|it| it.n as f64).collect();
+    let people = all.iter().map(|replication| replication.n as f64).collect();
     rows.push(row(
         "participants",
         "participants of a draw".into(),
@@ -93,7 +102,8 @@ fn patterns(
         people,
     ));
     let left_out = draws.values().flatten();
-    let parts = left_out.map(|it| 100.0 * it.left_out as f64 / it.of.max(1) as f64);
+    let parts =
+        left_out.map(|averages| 100.0 * averages.left_out as f64 / averages.of.max(1) as f64);
     rows.push(row(
         "left-out",
         "trials left out".into(),
@@ -109,14 +119,16 @@ fn patterns(
 fn table_4(sessions: &[Session]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (who, _) in people(sessions) {
-        let own = sessions.iter().filter(|it| it.participant == who);
+        let own = sessions.iter().filter(|session| session.participant == who);
         let all: Vec<Averages> = own
-            .map(|it| Averages::of(Experiment::Torque, &it.conditions, &it.stimulated))
+            .map(|session| {
+                Averages::of(Experiment::Torque, &session.conditions, &session.stimulated)
+            })
             .collect();
         for (place, point) in ["A-C", "A-I", "B-C", "B-I"].into_iter().enumerate() {
             let name = format!("{who}, {point}");
             let id = format!("{name}/One point's torque, part of the greatest pattern");
-            let values = all.iter().filter_map(|it| it.points[place]);
+            let values = all.iter().filter_map(|averages| averages.points[place]);
             rows.push(row(&id, name, "", None, values.collect()));
         }
     }
@@ -141,7 +153,9 @@ fn pattern_rows(one_point: Option<[f64; 2]>, all: &[Replication]) -> Vec<Row> {
         .map(|(number, after_us, state)| (number, (after_us, state)))
         .collect();
     for (number, (after_us, state)) in named {
-        let values = all.iter().filter_map(|it| it.patterns[number]);
+        let values = all
+            .iter()
+            .filter_map(|replication| replication.patterns[number]);
         let name = format!("pattern {number}, {after_us} µs, {state}");
         let id = format!("{name}/{measured}");
         rows.push(row(&id, name, "", None, values.collect()));
@@ -152,7 +166,9 @@ fn pattern_rows(one_point: Option<[f64; 2]>, all: &[Replication]) -> Vec<Row> {
                 .into_iter()
                 .enumerate()
                 .map(|(place, state)| {
-                    let values = all.iter().filter_map(|it| Some(it.one_point?[place]));
+                    let values = all
+                        .iter()
+                        .filter_map(|replication| Some(replication.one_point?[place]));
                     let id = format!("one point, {state}/{measured}");
                     row(
                         &id,
@@ -176,7 +192,7 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
             Some(of(number)(it)? > isolated)
         });
         let pairs: Option<Vec<bool>> = pairs.into_iter().collect();
-        Some(pairs?.into_iter().all(|it| it))
+        Some(pairs?.into_iter().all(|pair| pair))
     };
     let mut shares = vec![
         claim(
@@ -204,15 +220,16 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
             "one point alike, conducted or isolated".into(),
             Some(true),
             all.iter()
-                .map(|it| it.one_point.map(|[c, i]| ALIKE.contains(&(c / i)))),
+                .map(|replication| replication.one_point.map(|[c, i]| ALIKE.contains(&(c / i)))),
         ));
         shares.push(claim(
             "two-more",
             "conducted two points pull more than one".into(),
             Some(true),
-            all.iter().map(|it| {
-                let [one, _] = it.one_point?;
-                let two: Option<Vec<f64>> = CONDUCTED.iter().map(|&n| it.patterns[n]).collect();
+            all.iter().map(|replication| {
+                let [one, _] = replication.one_point?;
+                let two: Option<Vec<f64>> =
+                    CONDUCTED.iter().map(|&n| replication.patterns[n]).collect();
                 Some(two?.into_iter().all(|two| two > one))
             }),
         ));
@@ -221,21 +238,21 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
             "selective",
             format!("above {} from pattern 5 on", protocol.selective),
             Some(true),
-            all.iter().map(|it| {
-                let late: Option<Vec<f64>> = it.patterns[5..].iter().copied().collect();
-                Some(late?.into_iter().all(|it| it > protocol.selective))
+            all.iter().map(|replication| {
+                let late: Option<Vec<f64>> = replication.patterns[5..].iter().copied().collect();
+                Some(late?.into_iter().all(|value| value > protocol.selective))
             }),
         ));
         shares.push(claim(
             "together-worst",
             "together least selective of all".into(),
             Some(true),
-            all.iter().map(|it| {
-                let rest: Option<Vec<f64>> = it.patterns[1..].iter().copied().collect();
+            all.iter().map(|replication| {
+                let rest: Option<Vec<f64>> = replication.patterns[1..].iter().copied().collect();
                 Some(
                     rest?
                         .into_iter()
-                        .all(|rest| rest > it.patterns[0].unwrap_or(1.0)),
+                        .all(|rest| rest > replication.patterns[0].unwrap_or(1.0)),
                 )
             }),
         ));

@@ -115,7 +115,7 @@ impl Wearer {
         let all = self.moved(population, number, (pattern, pronated_deg), HOLD_US)?;
         Ok(Hold {
             pattern,
-            course_deg: all.iter().map(|it| it[INDEX]).collect(),
+            course_deg: all.iter().map(|values| values[INDEX]).collect(),
         })
     }
 

@@ -105,7 +105,9 @@ impl Pattern {
     #[must_use]
     pub fn number(&self) -> Option<usize> {
         let after_us = self.after_us()?;
-        let place = CONDUCTED_US.iter().position(|&it| it == after_us)?;
+        let place = CONDUCTED_US
+            .iter()
+            .position(|&conducted_us| conducted_us == after_us)?;
         Some(match place.checked_sub(SHORT) {
             None => place,
             Some(place) => SHORT + 2 * place + usize::from(self.isolated),

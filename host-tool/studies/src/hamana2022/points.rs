@@ -75,13 +75,16 @@ fn most_selective(
         .collect();
     all.sort_by(|a, b| b.selectivity.total_cmp(&a.selectivity));
     // The best ones once more, with every nerve.
-    let again = all.iter().take(TRIED_AGAIN).map(|it| tried(it.pad, 1));
-    let mut best: Vec<Tried> = again.filter(|it| it.selectivity > 1.0).collect();
+    let again = all
+        .iter()
+        .take(TRIED_AGAIN)
+        .map(|trial| tried(trial.pad, 1));
+    let mut best: Vec<Tried> = again.filter(|trial| trial.selectivity > 1.0).collect();
     best.sort_by(|a, b| b.selectivity.total_cmp(&a.selectivity));
     let first = best.first()?.pad;
     let second = best
         .iter()
-        .find(|it| distance_m(&it.pad, &first) >= APART_M)?
+        .find(|trial| distance_m(&trial.pad, &first) >= APART_M)?
         .pad;
     Some((first, second))
 }
@@ -145,7 +148,10 @@ fn selectivity<'u>(
             .map_or(0.0, |drive| drive.max(0.0))
     };
     let drives = reached.each_mut().map(of_digit);
-    let others = drives.iter().enumerate().filter(|it| it.0 != digits::INDEX);
-    let most = others.map(|it| *it.1).fold(f64::MIN_POSITIVE, f64::max);
+    let others = drives
+        .iter()
+        .enumerate()
+        .filter(|pair| pair.0 != digits::INDEX);
+    let most = others.map(|pair| *pair.1).fold(f64::MIN_POSITIVE, f64::max);
     drives[digits::INDEX] / most
 }

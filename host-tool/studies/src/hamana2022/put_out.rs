@@ -182,7 +182,9 @@ impl Pattern {
         }
         let (expected, found) = (by_microsecond(&self.period(volts)), by_microsecond(put_out));
         let is_like = |(expected, found): (&[Terminal; 3], &[Terminal; 3])| {
-            let rests = !expected.iter().any(|it| matches!(it, Terminal::Driven(_)));
+            let rests = !expected
+                .iter()
+                .any(|terminal| matches!(terminal, Terminal::Driven(_)));
             expected.iter().zip(found).all(|(expected, found)| {
                 let floats = (*expected, *found) == (Terminal::Grounded, Terminal::Floating);
                 expected == found || rests && floats
@@ -293,10 +295,12 @@ fn period(heard: &[(u64, usize, Lead)], begin_us: u64) -> Vec<Segment> {
 #[must_use]
 pub fn driven_v(period: &[Segment]) -> [f64; 2] {
     [A, B].map(|point| {
-        let driven = period.iter().find_map(|it| match it.terminals[point] {
-            Terminal::Driven(v) => Some(-v),
-            _ => None,
-        });
+        let driven = period
+            .iter()
+            .find_map(|segment| match segment.terminals[point] {
+                Terminal::Driven(v) => Some(-v),
+                _ => None,
+            });
         driven.unwrap_or(0.0)
     })
 }
@@ -304,6 +308,6 @@ pub fn driven_v(period: &[Segment]) -> [f64; 2] {
 fn by_microsecond(period: &[Segment]) -> Vec<[Terminal; 3]> {
     let each = period
         .iter()
-        .flat_map(|it| std::iter::repeat_n(it.terminals, it.lasts_us as usize));
+        .flat_map(|segment| std::iter::repeat_n(segment.terminals, segment.lasts_us as usize));
     each.collect()
 }

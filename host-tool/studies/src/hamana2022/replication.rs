@@ -56,7 +56,9 @@ impl Averages {
             _ => it.individuation,
         };
         let of = |is: &dyn Fn(&Condition) -> bool| {
-            let all = all.iter().filter(|it| is(&conditions[it.condition]));
+            let all = all
+                .iter()
+                .filter(|stimulation| is(&conditions[stimulation.condition]));
             mean(all.filter_map(value))
         };
         let mut patterns: [Option<f64>; PATTERNS] =
@@ -70,15 +72,18 @@ impl Averages {
         if experiment == Experiment::Torque {
             let greatest = patterns.into_iter().flatten().fold(0.0, f64::max);
             let part = |it: f64| (greatest > 0.0).then(|| it / greatest);
-            patterns = patterns.map(|it| it.and_then(part));
+            patterns = patterns.map(|pattern| pattern.and_then(part));
             one_point = one_point.and_then(|[c, i]| Some([part(c)?, part(i)?]));
-            points = points.map(|it| it.and_then(part));
+            points = points.map(|point| point.and_then(part));
         }
         Self {
             patterns,
             one_point,
             points,
-            left_out: all.iter().filter(|it| value(it).is_none()).count(),
+            left_out: all
+                .iter()
+                .filter(|stimulation| value(stimulation).is_none())
+                .count(),
             of: all.len(),
         }
     }
@@ -89,15 +94,21 @@ impl Replication {
     #[must_use]
     pub fn of(participants: &[Averages]) -> Self {
         let patterns = std::array::from_fn(|number| {
-            mean(participants.iter().filter_map(|it| it.patterns[number]))
+            mean(
+                participants
+                    .iter()
+                    .filter_map(|averages| averages.patterns[number]),
+            )
         });
         let pick = |of: &dyn Fn(&Averages) -> Option<f64>| mean(participants.iter().filter_map(of));
         let one = |place: usize| pick(&move |it: &Averages| it.one_point.map(|both| both[place]));
         let subjects: Vec<Vec<f64>> = participants
             .iter()
-            .filter_map(|it| CONDUCTED.iter().map(|&n| it.patterns[n]).collect())
+            .filter_map(|averages| CONDUCTED.iter().map(|&n| averages.patterns[n]).collect())
             .collect();
-        let friedman = friedman(&subjects).ok().map(|it| [it.chi_squared, it.p]);
+        let friedman = friedman(&subjects)
+            .ok()
+            .map(|friedman| [friedman.chi_squared, friedman.p]);
         let late = |isolated: usize| {
             let numbers = [6, 8, 10, 12].map(|number| patterns[number + isolated]);
             numbers.into_iter().collect::<Option<Vec<f64>>>()
@@ -106,9 +117,9 @@ impl Replication {
             .zip(late(1))
             .and_then(|(conducted, isolated)| tested(&conducted, &isolated));
         let table_5 = std::array::from_fn(|number| {
-            let pairs = participants.iter().filter_map(|it| {
-                let [conducted, _] = it.one_point?;
-                Some((it.patterns[number]?, conducted))
+            let pairs = participants.iter().filter_map(|averages| {
+                let [conducted, _] = averages.one_point?;
+                Some((averages.patterns[number]?, conducted))
             });
             let (two, one): (Vec<f64>, Vec<f64>) = pairs.unzip();
             tested(&two, &one)
@@ -125,7 +136,9 @@ impl Replication {
 }
 
 fn tested(first: &[f64], second: &[f64]) -> Test {
-    paired_t(first, second).ok().map(|it| [it.t, it.p])
+    paired_t(first, second)
+        .ok()
+        .map(|paired_t| [paired_t.t, paired_t.p])
 }
 
 #[cfg(test)]

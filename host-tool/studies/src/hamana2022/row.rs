@@ -51,8 +51,10 @@ const ELECTRODES: [&str; 2] = ["round", "small"];
 /// Names of the columns: what it became, and its numbers; then a claim each.
 pub(super) fn columns(population: &Population) -> Vec<String> {
     let own = ["became", "electrodes"].into_iter();
-    let own = own.chain(NUMBERS.map(|it| it.0)).chain(["left_out"]);
-    let claims = population.claims.iter().map(|it| it.id.clone());
+    let own = own
+        .chain(NUMBERS.map(|numbers| numbers.0))
+        .chain(["left_out"]);
+    let claims = population.claims.iter().map(|claim| claim.id.clone());
     own.map(str::to_owned).chain(claims).collect()
 }
 
@@ -63,8 +65,8 @@ pub(super) fn written(drawn: &Drawn, population: &Population) -> String {
         let name = name.map_or("", |(name, _)| name);
         return name.to_owned() + &",".repeat(columns(population).len() - 1);
     };
-    let number = |it: Option<f64>| it.map_or_else(String::new, |it| it.to_string());
-    let claim = |it: Option<bool>| it.map_or_else(String::new, |it| it.to_string());
+    let number = |it: Option<f64>| it.map_or_else(String::new, |value| value.to_string());
+    let claim = |it: Option<bool>| it.map_or_else(String::new, |flag| flag.to_string());
     let mut fields = vec![
         WHOLE.to_owned(),
         ELECTRODES[usize::from(it.is_small)].to_owned(),
@@ -96,12 +98,14 @@ pub(super) fn read(row: &str, population: &Population) -> Result<Drawn, String> 
         let known = known.map(|(_, drawn)| drawn);
         return known.ok_or_else(|| format!("no draw becomes `{became}`"));
     }
-    let is_small = ELECTRODES.iter().position(|it| it == electrodes);
+    let is_small = ELECTRODES
+        .iter()
+        .position(|electrode| electrode == electrodes);
     let is_small = is_small.ok_or_else(|| format!("no electrodes are `{electrodes}`"))? == 1;
     let mut values = [None; NUMBERS.len()];
     for ((value, field), (name, ends)) in values.iter_mut().zip(rest).zip(NUMBERS) {
         *value = number_of(field)?;
-        if value.is_some_and(|it| !(ends[0]..=ends[1]).contains(&it)) {
+        if value.is_some_and(|value| !(ends[0]..=ends[1]).contains(&value)) {
             let [low, high] = ends;
             return Err(format!(
                 "{name} is {field}, it lies between {low} and {high}"
@@ -152,7 +156,7 @@ fn numbers_of(
     left_out: u64,
 ) -> Result<Drawn, String> {
     let value = |name: &str| {
-        let place = NUMBERS.iter().position(|it| it.0 == name);
+        let place = NUMBERS.iter().position(|number| number.0 == name);
         place.and_then(|place| values[place])
     };
     let must = |name: &str| value(name).ok_or_else(|| format!("{name} is missing"));

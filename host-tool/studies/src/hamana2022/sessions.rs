@@ -40,7 +40,7 @@ pub(super) fn claim(
 ) -> Share {
     let judged: Vec<bool> = all.into_iter().flatten().collect();
     let (holds, of) = (
-        judged.iter().filter(|it| **it).count() as u64,
+        judged.iter().filter(|flag| **flag).count() as u64,
         judged.len() as u64,
     );
     Share::counted(id.to_owned(), claim, paper, (holds, of))
@@ -53,7 +53,7 @@ pub(super) fn mean(
     of: impl Fn(&Stimulated) -> f64,
 ) -> Option<f64> {
     let all = session.stimulated.iter();
-    let own = all.filter(|it| is(&session.conditions[it.condition]));
+    let own = all.filter(|stimulation| is(&session.conditions[stimulation.condition]));
     statistics::mean(own.map(of))
 }
 

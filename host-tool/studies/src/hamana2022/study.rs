@@ -286,7 +286,7 @@ impl Population {
             torques: Torques::of(&outcomes),
             individuations: individuations(&outcomes),
             postures: trials.postures(&mut hand, volts)?,
-            left_out: outcomes.iter().map(|it| it.left_out).sum(),
+            left_out: outcomes.iter().map(|outcome| outcome.left_out).sum(),
         })
     }
 }

@@ -75,7 +75,7 @@ impl Cell {
 
 impl Summary {
     fn whole(&self) -> impl Iterator<Item = &Numbers> + Clone {
-        self.drawn.iter().filter_map(|it| match it {
+        self.drawn.iter().filter_map(|draw| match draw {
             Drawn::Whole(numbers) => Some(&**numbers),
             Drawn::NoPoints | Drawn::NoCoupling | Drawn::Held | Drawn::NoVoltages => None,
         })
@@ -83,9 +83,9 @@ impl Summary {
 
     /// Wearers in whom claim `index` holds, of those in whom it can be judged.
     fn holds(&self, index: usize) -> (u64, u64) {
-        let judged = self.whole().filter_map(|it| it.claims()[index]);
+        let judged = self.whole().filter_map(|numbers| numbers.claims()[index]);
         (
-            judged.clone().filter(|it| *it).count() as u64,
+            judged.clone().filter(|flag| *flag).count() as u64,
             judged.count() as u64,
         )
     }
@@ -94,7 +94,7 @@ impl Summary {
     fn holds_jointly(&self) -> (u64, u64) {
         let all = self
             .whole()
-            .filter(|it| it.claims().iter().all(|c| *c == Some(true)));
+            .filter(|numbers| numbers.claims().iter().all(|c| *c == Some(true)));
         (all.count() as u64, self.whole().count() as u64)
     }
 
@@ -122,9 +122,9 @@ impl Summary {
     #[must_use]
     pub fn below(&self) -> String {
         let median = |id: &str| {
-            let measure = MEASURES.iter().find(|it| it.0 == id);
+            let measure = MEASURES.iter().find(|measure| measure.0 == id);
             let middle = measure.and_then(|(_, _, of)| statistics::median(self.sorted(*of)));
-            middle.map_or_else(|| "-".to_owned(), |it| format!("{it:.2}"))
+            middle.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
         };
         format!(
             "  {}; medians: two/one {}, C/I {}, one C/I {}",
@@ -138,7 +138,7 @@ impl Summary {
     /// How many draws became no wearer with all numbers, and why.
     #[must_use]
     pub fn missing(&self) -> String {
-        let count = |is: fn(&Drawn) -> bool| self.drawn.iter().filter(|it| is(it)).count();
+        let count = |is: fn(&Drawn) -> bool| self.drawn.iter().filter(|draw| is(draw)).count();
         let no_points = count(|it| matches!(it, Drawn::NoPoints));
         let no_volts = count(|it| matches!(it, Drawn::NoVoltages));
         // Where only A's threshold is known, nothing is fitted to others.
@@ -152,7 +152,7 @@ impl Summary {
     /// What whole wearers have of a measure, rising.
     fn sorted(&self, of: Measure) -> Vec<f64> {
         let all = self.whole().filter_map(of);
-        let mut all: Vec<f64> = all.filter(|it| it.is_finite()).collect();
+        let mut all: Vec<f64> = all.filter(|value| value.is_finite()).collect();
         all.sort_unstable_by(f64::total_cmp);
         all
     }

@@ -202,7 +202,7 @@ mod tests {
             let starts = session
                 .channels
                 .iter()
-                .map(|it| it.spec.start == it.spec.limit);
+                .map(|channel| channel.spec.start == channel.spec.limit);
             assert!(starts.into_iter().all(|it| it), "{method:?}");
             assert_eq!(joint.extensor.threshold.get(), 14_000);
         }

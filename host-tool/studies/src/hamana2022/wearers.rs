@@ -59,10 +59,12 @@ const TRIALS: u64 = 0x7121;
 /// Whoever the wearer file `file` of this text describes, all of whose thresholds are
 /// known.
 fn own(file: &str, text: &str) -> Result<Participant, TwoPointsError> {
-    let of = Participant::of(&wearer::Wearer::parse(file, text)?).and_then(|it| {
+    let of = Participant::of(&wearer::Wearer::parse(file, text)?).and_then(|participant| {
         let missing = "no thresholds are known: measure those of A, B and the extensor's point, \
                        V, as `motor_threshold` of channels 1 to 3 or as `forearm.thresholds_v`";
-        it.thresholds_v.map_or(Err(missing.to_owned()), |_| Ok(it))
+        participant
+            .thresholds_v
+            .map_or(Err(missing.to_owned()), |_| Ok(participant))
     });
     of.map_err(|why| TwoPointsError::Wearer(file.to_owned(), why))
 }
@@ -77,7 +79,8 @@ impl Participants {
         let mut read: Self =
             toml::from_str(WEARERS).map_err(|e| TwoPointsError::Declaration(e.to_string()))?;
         let path = whom.map(Path::new);
-        if let Some(path) = path.filter(|it| it.extension().is_some_and(|it| it == "toml")) {
+        if let Some(path) = path.filter(|path| path.extension().is_some_and(|name| name == "toml"))
+        {
             let text = wearer::Wearer::text(path)?;
             let participant = own(&path.display().to_string(), &text)?;
             read.all = vec![participant];
@@ -95,8 +98,8 @@ impl Participants {
             *participant = Participant { paper, ..known };
             read.files.push((file, text.to_owned()));
         }
-        if let Some(name) = whom.filter(|it| *it != "all") {
-            read.all.retain(|it| it.name == name);
+        if let Some(name) = whom.filter(|text| *text != "all") {
+            read.all.retain(|participant| participant.name == name);
             if read.all.is_empty() {
                 return Err(TwoPointsError::Nobody(name.to_owned()));
             }
@@ -110,9 +113,12 @@ impl Participants {
     /// There is none of this name.
     pub fn departing(mut self, name: Option<&str>) -> Result<Self, TwoPointsError> {
         let Some(name) = name else { return Ok(self) };
-        let found = self.departures.iter().find(|it| it.name == name);
+        let found = self
+            .departures
+            .iter()
+            .find(|departure| departure.name == name);
         let Some(departure) = found else {
-            let names = self.departures.iter().map(|it| &*it.name);
+            let names = self.departures.iter().map(|departure| &*departure.name);
             let names = names.collect::<Vec<_>>().join(", ");
             return Err(TwoPointsError::NoDeparture(name.to_owned(), names));
         };

@@ -171,7 +171,7 @@ impl Hands {
     pub fn best_pid(&self, points: Points) -> usize {
         let of = |n: &usize| {
             let tracked = self.tracked(points, *n);
-            mean(tracked.iter().map(|it| it.1)).unwrap_or(f64::NAN)
+            mean(tracked.iter().map(|pair| pair.1)).unwrap_or(f64::NAN)
         };
         let pids = (0..self.contenders.len()).filter(|n| self.contenders[*n].is_pid());
         pids.min_by(|a, b| of(a).total_cmp(&of(b))).unwrap_or(0)
@@ -198,7 +198,7 @@ impl Hands {
     /// A contender's score.
     pub fn score(&self, points: Points, contender: usize) -> Score {
         let tracked = self.tracked(points, contender);
-        let all: Vec<f64> = tracked.iter().map(|it| it.1).collect();
+        let all: Vec<f64> = tracked.iter().map(|pair| pair.1).collect();
         let parts = tracked.iter().map(|(case, rmse)| rmse / case.holds_deg);
         let parts: Vec<f64> = parts.collect();
         let pid = self.best_pid(points);

@@ -183,7 +183,7 @@ impl Drawn {
             if ranges.iter().flatten().all(|range| is_range(*range)) {
                 let way = self.held(Way::of(Points::One, ranges, extensor_v))?;
                 one = one
-                    .filter(|it| it.span_deg() >= way.span_deg())
+                    .filter(|trajectory| trajectory.span_deg() >= way.span_deg())
                     .or(Some(way));
             }
         }

@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 /// For people, at most 80 columns.
 pub fn text(hands: &Hands) -> String {
     let (plan, follow) = (hands.plan, hands.cases.len());
-    let of = hands.wearer.as_deref().map_or(String::new(), |it| {
-        format!("Of {it}, as the wearer file says; what it does not say is drawn.\n")
+    let of = hands.wearer.as_deref().map_or(String::new(), |wearer| {
+        format!("Of {wearer}, as the wearer file says; what it does not say is drawn.\n")
     });
     let mut out = format!(
         "{of}{} hands drawn, seed {}: forearms that are a mechanism, {follow} with all voltages.\n\

@@ -55,7 +55,11 @@ pub fn changed(person: &Person, depends: Depends, included_deg: f64) -> Result<f
     let torque = |included_deg: f64| -> Result<f64, RampsError> {
         let flexion_deg = 180.0 - included_deg;
         let mut nm = 0.0;
-        for of in person.muscles.iter().filter(|it| is_triceps(it.muscle)) {
+        for of in person
+            .muscles
+            .iter()
+            .filter(|stimulation| is_triceps(stimulation.muscle))
+        {
             let arm_m = match depends.arms {
                 Some(source) => arm_m(source, of.muscle, flexion_deg),
                 None => arm_m(Source::RankinNeptune, of.muscle, 90.0),
@@ -102,7 +106,7 @@ pub fn is_significant(rows: &[Vec<f64>], level: f64) -> Option<bool> {
     // Strengths differ between rows by far more than angles: each against its own mean.
     let relative = rows.iter().filter_map(|row| {
         let mean = row.iter().sum::<f64>() / row.len() as f64;
-        (mean > 0.0).then(|| row.iter().map(|it| it / mean).collect())
+        (mean > 0.0).then(|| row.iter().map(|row| row / mean).collect())
     });
     let relative: Vec<Vec<f64>> = relative.collect();
     let tested = repeated_measures(&relative).ok()?;

@@ -19,11 +19,13 @@ pub fn holds(declared: &Declared, found: &Found, id: &str) -> Result<Option<bool
     let judged = &declared.judged;
     let all = || found.ramps(true).chain(found.ramps(false));
     let most = |of_current| {
-        let peaks = found.ramps(of_current).map(|it| it.peak_nm);
+        let peaks = found
+            .ramps(of_current)
+            .map(|measurement| measurement.peak_nm);
         peaks.fold(0.0, f64::max)
     };
     Ok(match id {
-        "rises" => Some(all().all(|it| it.rises)),
+        "rises" => Some(all().all(|measurement| measurement.rises)),
         "width-reaches-more" => Some(most(false) > most(true)),
         "current-more-linear" => {
             let of = |of_current| mean(found.ramps(of_current));
@@ -32,9 +34,17 @@ pub fn holds(declared: &Declared, found: &Found, id: &str) -> Result<Option<bool
                 .map(|(current, width)| current > width)
         }
         "35-most-linear" => most_linear(found),
-        "width-recruits-others" => Some(found.ramps(false).any(|it| it.has_others(judged))),
-        "current-isolated" => Some(!found.ramps(true).any(|it| it.has_others(judged))),
-        "triceps-first" => Some(all().all(|it| it.first.is_none_or(is_triceps))),
+        "width-recruits-others" => Some(
+            found
+                .ramps(false)
+                .any(|measurement| measurement.has_others(judged)),
+        ),
+        "current-isolated" => Some(
+            !found
+                .ramps(true)
+                .any(|measurement| measurement.has_others(judged)),
+        ),
+        "triceps-first" => Some(all().all(|measurement| measurement.first.is_none_or(is_triceps))),
         "angle-alike" => Some(found.departs < judged.same_within),
         "biceps-a-quarter-to-half" => co_contraction(declared, found)
             .map(|part| (CO_CONTRACTION[0]..=CO_CONTRACTION[1]).contains(&part)),
@@ -49,7 +59,7 @@ pub fn holds(declared: &Declared, found: &Found, id: &str) -> Result<Option<bool
 
 /// Mean of R², where there is one.
 fn mean<'m>(all: impl Iterator<Item = &'m Measured>) -> Option<f64> {
-    statistics::mean(all.filter_map(|it| it.linearity))
+    statistics::mean(all.filter_map(|measurement| measurement.linearity))
 }
 
 /// Whether 35 µs has a higher mean R² than both other widths.
@@ -85,7 +95,7 @@ pub fn shares(declared: &Declared, all: &[Found]) -> Result<Vec<Share>, RampsErr
 /// # Errors
 /// E690: a claim that nobody judges.
 pub fn decided(declared: &Declared, all: &[Found]) -> Result<Vec<Decided>, RampsError> {
-    let drawn: Vec<&[f64]> = all.iter().map(|it| &*it.person.drawn).collect();
+    let drawn: Vec<&[f64]> = all.iter().map(|result| &*result.person.drawn).collect();
     let one = |claim: &Judged| {
         let verdicts = verdicts(declared, all, &claim.id)?;
         Ok(claim.decided(&declared.ranges, &verdicts, &drawn))
@@ -94,5 +104,7 @@ pub fn decided(declared: &Declared, all: &[Found]) -> Result<Vec<Decided>, Ramps
 }
 
 fn verdicts(declared: &Declared, all: &[Found], id: &str) -> Result<Vec<Option<bool>>, RampsError> {
-    all.iter().map(|it| holds(declared, it, id)).collect()
+    all.iter()
+        .map(|result| holds(declared, result, id))
+        .collect()
 }

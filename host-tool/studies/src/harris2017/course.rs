@@ -101,14 +101,17 @@ pub fn recorded(
 ) -> Course {
     let (lever_m, sign) = (arm.spec().cell.lever_m, sign(test.stimulation));
     let mut average = Average::over(judged.average_ms);
-    let mut answers: Vec<Answer> = (arm.parts()).map(|it| Answer::none(it.0)).collect();
+    let mut answers: Vec<Answer> = (arm.parts()).map(|parts| Answer::none(parts.0)).collect();
     let (mut moments, mut zero) = (Vec::new(), (0.0, 0.0));
     let begin_ms = micros(protocol.settle_s) / 1_000;
     // The last pulse acts a delay and a rise later than it comes.
     let end_ms = begin_ms + (micros(protocol.ramp_s) + period_us(protocol)) / 1_000;
     let (mut next, mut last) = (0, None);
     for ms in 0..end_ms {
-        while let Some(pulse) = pulses.get(next).filter(|it| it.t_us < (ms + 1) * 1_000) {
+        while let Some(pulse) = pulses
+            .get(next)
+            .filter(|pulse| pulse.t_us < (ms + 1) * 1_000)
+        {
             arm.pulse(pulse);
             next += 1;
             last = Some(pulse);
@@ -202,21 +205,25 @@ impl Course {
     /// Largest measured torque, N·m.
     #[must_use]
     pub fn peak_nm(&self) -> f64 {
-        let all = self.moments.iter().map(|it| it.measured_nm);
+        let all = self.moments.iter().map(|moment| moment.measured_nm);
         all.fold(0.0, f64::max)
     }
 
     /// Whether the torque ends where it is highest, but for what noise and `falls_by` leave.
     #[must_use]
     pub fn rises(&self, judged: &Judged) -> bool {
-        let end = self.moments.last().map_or(0.0, |it| it.measured_nm);
+        let end = self.moments.last().map_or(0.0, |moment| moment.measured_nm);
         end >= (1.0 - judged.falls_by) * self.peak_nm()
     }
 
     /// From which moment on the torque is detected for good.
     fn begin(&self, judged: &Judged) -> Option<usize> {
         let below = |it: &Moment| it.measured_nm < judged.detected_nm;
-        let begin = self.moments.iter().rposition(below).map_or(0, |it| it + 1);
+        let begin = self
+            .moments
+            .iter()
+            .rposition(below)
+            .map_or(0, |index| index + 1);
         (begin < self.moments.len()).then_some(begin)
     }
 
@@ -230,7 +237,7 @@ impl Course {
     #[must_use]
     pub fn linearity(&self, judged: &Judged) -> Option<f64> {
         let above = self.moments.get(self.begin(judged)?..)?;
-        let points = above.iter().map(|it| (it.at, it.measured_nm));
+        let points = above.iter().map(|moment| (moment.at, moment.measured_nm));
         (above.len() >= 10).then(|| r_squared(points))?
     }
 
@@ -240,15 +247,20 @@ impl Course {
         let answered = self
             .answers
             .iter()
-            .filter_map(|it| Some((it.from?, it.muscle)));
+            .filter_map(|answer| Some((answer.from?, answer.muscle)));
         let first = answered.min_by(|a, b| a.0.total_cmp(&b.0));
         first.map(|(_, muscle)| muscle)
     }
 
     /// Muscles that were not meant and count as stimulated.
     pub fn others(&self, judged: &Judged) -> impl Iterator<Item = Muscle> {
-        let others = self.answers.iter().filter(|it| !is_triceps(it.muscle));
-        let counted = others.filter(|it| it.counts(judged)).map(|it| it.muscle);
+        let others = self
+            .answers
+            .iter()
+            .filter(|answer| !is_triceps(answer.muscle));
+        let counted = others
+            .filter(|answer| answer.counts(judged))
+            .map(|answer| answer.muscle);
         counted.collect::<Vec<_>>().into_iter()
     }
 }
@@ -256,7 +268,8 @@ impl Course {
 /// Of a line by least squares; nothing of points that are all alike.
 fn r_squared(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
     let n = points.clone().count() as f64;
-    let (sx, sy) = (points.clone()).fold((0.0, 0.0), |sum, it| (sum.0 + it.0, sum.1 + it.1));
+    let (sx, sy) =
+        (points.clone()).fold((0.0, 0.0), |sum, point| (sum.0 + point.0, sum.1 + point.1));
     let (mx, my) = (sx / n, sy / n);
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
     for (x, y) in points {
@@ -274,7 +287,7 @@ mod tests {
     fn a_line_has_all_of_its_variance_and_a_parabola_has_not() {
         let of = |f: fn(f64) -> f64| {
             let points: Vec<_> = (0..=100)
-                .map(|it| 0.1 * f64::from(it))
+                .map(|index| 0.1 * f64::from(index))
                 .map(|x| (x, f(x)))
                 .collect();
             r_squared(points.into_iter()).unwrap()
@@ -288,7 +301,7 @@ mod tests {
     #[test]
     fn an_average_forgets() {
         let mut average = Average::over(3.0);
-        let means = [3.0, 6.0, 9.0, 0.0].map(|it| average.push(it));
+        let means = [3.0, 6.0, 9.0, 0.0].map(|value| average.push(value));
         assert_eq!(means, [3.0, 4.5, 6.0, 5.0]);
     }
 }

@@ -15,11 +15,17 @@ impl Study {
         let judged = &self.declared.judged;
         for found in all {
             for it in &found.measured {
-                let number = |it: Option<f64>| it.map_or_else(String::new, |it| format!("{it:.6}"));
+                let number =
+                    |it: Option<f64>| it.map_or_else(String::new, |value| format!("{value:.6}"));
                 let others = it.answers.iter();
-                let others = others.filter(|it| !is_triceps(it.muscle) && it.counts(judged));
-                let others: Vec<String> = others.map(|it| format!("{:?}", it.muscle)).collect();
-                let first = it.first.map_or_else(String::new, |it| format!("{it:?}"));
+                let others =
+                    others.filter(|answer| !is_triceps(answer.muscle) && answer.counts(judged));
+                let others: Vec<String> = others
+                    .map(|answer| format!("{:?}", answer.muscle))
+                    .collect();
+                let first = it
+                    .first
+                    .map_or_else(String::new, |muscle| format!("{muscle:?}"));
                 // Writing to a string does not fail.
                 let _ = writeln!(
                     text,

@@ -112,10 +112,10 @@ impl Stimulation {
         world.body = Box::new(Notes::on(&heard));
         let streamed = self.stream(protocol, &file, port);
         let epoch_us = streamed.map_err(|e| failed(e.to_string()))?;
-        let found = heard.all().into_iter().filter_map(|it| {
-            let t_us = it.t_us.checked_sub(epoch_us)?;
-            let is_one = it.drive != Drive::Milliamps(0.0);
-            is_one.then_some(Pulse { t_us, ..it })
+        let found = heard.all().into_iter().filter_map(|pulse| {
+            let t_us = pulse.t_us.checked_sub(epoch_us)?;
+            let is_one = pulse.drive != Drive::Milliamps(0.0);
+            is_one.then_some(Pulse { t_us, ..pulse })
         });
         let found: Vec<Pulse> = found.collect();
         let apart = apart(&self.meant(protocol), &found).map_err(failed)?;

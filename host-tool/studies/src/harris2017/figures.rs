@@ -21,9 +21,11 @@ impl Study {
     pub(super) fn figures(&self, all: &[Found]) -> Vec<Sheet> {
         let protocol = &self.declared.protocol;
         let widths = protocol.width_ramp_currents_ma.iter();
-        let widths: Vec<_> = widths.map(|&it| Stimulation::Width(it)).collect();
+        let widths: Vec<_> = widths.map(|&width| Stimulation::Width(width)).collect();
         let currents = protocol.current_ramp_widths_us.iter();
-        let currents: Vec<_> = currents.map(|&it| Stimulation::Current(it)).collect();
+        let currents: Vec<_> = currents
+            .map(|&current| Stimulation::Current(current))
+            .collect();
         let mut sheets: Vec<Sheet> = self.strength_durations(all).into_iter().collect();
         if let Some(first) = all.first() {
             let caption = "Torque by the cell of participant 1, simulated: width ramps above, \
@@ -48,7 +50,8 @@ impl Study {
         let shown =
             |it: &&super::course::Course| rows.iter().any(|row| row.contains(&it.test.stimulation));
         let moments = found.courses.iter().filter(shown);
-        let moments = moments.flat_map(|it| it.moments.iter().map(|it| it.measured_nm));
+        let moments =
+            moments.flat_map(|course| course.moments.iter().map(|moment| moment.measured_nm));
         let top_nm = moments.fold(0.5, f64::max);
         let mut plots = Vec::new();
         for row in rows {
@@ -58,7 +61,7 @@ impl Study {
         }
         let series = (0..3).map(|place| {
             let held = rows.iter().filter_map(|row| row.get(place));
-            let held: Vec<String> = held.map(|it| it.held_at()).collect();
+            let held: Vec<String> = held.map(|stimulation| stimulation.held_at()).collect();
             held.join(" above, ") + if rows.len() > 1 { " below" } else { "" }
         });
         Sheet::figure(
@@ -99,7 +102,8 @@ impl Study {
         let own = found.strength_duration.first()?;
         let declared = &self.declared.strength_duration;
         let measured = own.thresholds.iter();
-        let measured = measured.map(|it| [f64::from(it.width_us), it.current_ma]);
+        let measured =
+            measured.map(|threshold| [f64::from(threshold.width_us), threshold.current_ma]);
         let mut curves = vec![Curve {
             marked: true,
             ..Curve::line(0, measured)
@@ -135,17 +139,23 @@ fn panel(found: &Found, row: &[Stimulation], deg: f64, top_nm: f64) -> Plot {
             course.test.stimulation == *it && course.test.included_deg == deg
         };
         let course = found.courses.iter().find(is)?;
-        let points = course.moments.iter().map(|it| [it.at, it.measured_nm]);
+        let points = course
+            .moments
+            .iter()
+            .map(|moment| [moment.at, moment.measured_nm]);
         Some(Curve::line(series, points))
     };
-    let end = row.iter().filter_map(|it| {
-        let is = |course: &&super::course::Course| course.test.stimulation == *it;
+    let end = row.iter().filter_map(|stimulation| {
+        let is = |course: &&super::course::Course| course.test.stimulation == *stimulation;
         Some(found.courses.iter().find(is)?.moments.last()?.at)
     });
     let end = end.fold(1.0, f64::max);
     Plot {
         title: format!("{deg}°"),
-        x: Along::even(row.first().map_or("", |it| it.axis()), [0.0, end]),
+        x: Along::even(
+            row.first().map_or("", |stimulation| stimulation.axis()),
+            [0.0, end],
+        ),
         y: Along::even("torque (N·m)", [-0.05 * top_nm, 1.05 * top_nm]),
         curves: row.iter().enumerate().filter_map(curve).collect(),
         ..Plot::default()

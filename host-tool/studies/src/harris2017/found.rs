@@ -102,8 +102,11 @@ impl Measured {
     /// Whether a muscle that was not meant counts as stimulated.
     #[must_use]
     pub fn has_others(&self, judged: &Judged) -> bool {
-        let mut others = self.answers.iter().filter(|it| !is_triceps(it.muscle));
-        others.any(|it| it.counts(judged))
+        let mut others = self
+            .answers
+            .iter()
+            .filter(|answer| !is_triceps(answer.muscle));
+        others.any(|answer| answer.counts(judged))
     }
 }
 
@@ -153,7 +156,7 @@ impl Found {
     pub fn ramps(&self, of_current: bool) -> impl Iterator<Item = &Measured> {
         self.measured
             .iter()
-            .filter(move |it| match it.test.stimulation {
+            .filter(move |measurement| match measurement.test.stimulation {
                 Stimulation::Current(_) => of_current,
                 Stimulation::Width(_) => !of_current,
                 Stimulation::Biceps => false,
@@ -193,10 +196,10 @@ impl Person {
             };
             !is_triceps(muscle) && answer.counts(judged)
         };
-        let others = parts.iter().filter(|it| counts(it)).map(|it| it.0);
+        let others = parts.iter().filter(|part| counts(part)).map(|part| part.0);
         Ok(Held {
             charge_uc: 1e-3 * pulse.current_ma * width_us,
-            torque_nm: parts.iter().map(|it| it.1).sum(),
+            torque_nm: parts.iter().map(|part| part.1).sum(),
             others: others.collect(),
         })
     }

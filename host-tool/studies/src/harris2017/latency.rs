@@ -94,8 +94,12 @@ impl Opened {
     /// From `from_us` to the first pulse after it of at least so much.
     fn to_first(&self, from_us: u64, least_ma: f64) -> Option<u64> {
         let is = |drive| matches!(drive, Drive::Milliamps(ma) if ma >= least_ma);
-        let mut later = self.heard.all().into_iter().filter(|it| it.t_us >= from_us);
-        Some(later.find(|it| is(it.drive))?.t_us - from_us)
+        let mut later = self
+            .heard
+            .all()
+            .into_iter()
+            .filter(|pulse| pulse.t_us >= from_us);
+        Some(later.find(|pulse| is(pulse.drive))?.t_us - from_us)
     }
 }
 

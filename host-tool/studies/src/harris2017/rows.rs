@@ -18,19 +18,19 @@ impl Study {
     pub(super) fn rows(&self, all: &[Found]) -> Result<Vec<Row>, RampsError> {
         let mut rows: Vec<Row> = stimulations(&self.declared.protocol)
             .into_iter()
-            .flat_map(|it| self.of_ramp(it, all))
+            .flat_map(|stimulation| self.of_ramp(stimulation, all))
             .collect();
         rows.extend(self.of_angles(all)?);
         let parts = all
             .iter()
-            .filter_map(|it| co_contraction(&self.declared, it));
+            .filter_map(|result| co_contraction(&self.declared, result));
         let says = "biceps at 40 mA, 25 µs against the triceps at 80 mA, 35 µs";
         let id = "biceps-part".to_owned();
         rows.push(row(
             id,
             says.to_owned(),
             "%",
-            parts.map(|it| 1e2 * it).collect(),
+            parts.map(|part| 1e2 * part).collect(),
         ));
         let found = all.iter().filter_map(Found::chronaxies_us);
         let parts = found.map(|(found, _, truth)| 1e2 * (found / truth - 1.0));
@@ -40,7 +40,7 @@ impl Study {
             let beyond = self.declared.beyond;
             let pulse = [beyond.first, beyond.second][nth];
             let says = format!("torque, {} mA × {} µs", pulse.current_ma, pulse.width_us);
-            let numbers = all.iter().map(|it| it.beyond[nth].torque_nm);
+            let numbers = all.iter().map(|result| result.beyond[nth].torque_nm);
             rows.push(row(id.to_owned(), says, "N·m", numbers.collect()));
         }
         Ok(rows)
@@ -48,7 +48,10 @@ impl Study {
 
     fn of_ramp(&self, stimulation: Stimulation, all: &[Found]) -> [Row; 3] {
         let middle_deg = self.middle_deg();
-        let own = || all.iter().filter_map(|it| it.at(stimulation, middle_deg));
+        let own = || {
+            all.iter()
+                .filter_map(|result| result.at(stimulation, middle_deg))
+        };
         let (id, words) = (stimulation.id(), stimulation.in_words());
         let unit = match stimulation {
             Stimulation::Width(_) => "µs",
@@ -61,18 +64,27 @@ impl Study {
             told("linearity", "R² of a line"),
         );
         [
-            row(peak.0, peak.1, "N·m", own().map(|it| it.peak_nm).collect()),
+            row(
+                peak.0,
+                peak.1,
+                "N·m",
+                own().map(|measurement| measurement.peak_nm).collect(),
+            ),
             row(
                 begin.0,
                 begin.1,
                 unit,
-                own().filter_map(|it| it.detected_at).collect(),
+                own()
+                    .filter_map(|measurement| measurement.detected_at)
+                    .collect(),
             ),
             row(
                 linear.0,
                 linear.1,
                 "",
-                own().filter_map(|it| it.linearity).collect(),
+                own()
+                    .filter_map(|measurement| measurement.linearity)
+                    .collect(),
             ),
         ]
     }
@@ -82,21 +94,27 @@ impl Study {
         let mut rows = Vec::new();
         let protocol = &self.declared.protocol;
         for (nth, (words, depends)) in DEPENDS.into_iter().enumerate() {
-            for &deg in protocol.angles_deg.iter().filter(|it| **it != 90.0) {
-                let numbers = all.iter().map(|it| changed(&it.person, depends, deg));
+            for &deg in protocol
+                .angles_deg
+                .iter()
+                .filter(|angle_deg| **angle_deg != 90.0)
+            {
+                let numbers = all
+                    .iter()
+                    .map(|result| changed(&result.person, depends, deg));
                 let numbers = numbers.collect::<Result<Vec<f64>, _>>()?;
                 let id = format!("angle-{nth}-{deg}");
                 let says = format!("triceps at {deg}°: {words}");
-                let numbers = numbers.into_iter().map(|it| 1e2 * it).collect();
+                let numbers = numbers.into_iter().map(|number| 1e2 * number).collect();
                 rows.push(row(id, says, "%", numbers));
             }
         }
-        let numbers = all.iter().map(|it| 1e2 * it.departs).collect();
+        let numbers = all.iter().map(|result| 1e2 * result.departs).collect();
         let says = "a current ramp's end at ±15°, the most".to_owned();
         rows.push(row("angle-most".to_owned(), says, "%", numbers));
         let level = self.declared.judged.level;
         for noise in [0.06, 0.10] {
-            let least = least_found(noise, level, self.seed).map(|it| 1e2 * it);
+            let least = least_found(noise, level, self.seed).map(|value| 1e2 * value);
             let percent = (1e2 * noise).round();
             let says = format!("±15° that 4 of 5 such studies find, noise of {percent} %");
             let id = format!("least-found-{percent}");
@@ -111,9 +129,9 @@ impl Study {
         let protocol = &self.declared.protocol;
         let ramps = stimulations(protocol);
         let rows = |found: &Found, with_widths: bool| {
-            let own = ramps
-                .iter()
-                .filter(|it| with_widths || matches!(it, Stimulation::Current(_)));
+            let own = ramps.iter().filter(|stimulation| {
+                with_widths || matches!(stimulation, Stimulation::Current(_))
+            });
             let row = |it: &Stimulation| {
                 let angles = protocol.angles_deg.iter();
                 let peaks = angles.filter_map(|&deg| Some(found.at(*it, deg)?.peak_nm));
@@ -129,7 +147,7 @@ impl Study {
         });
         let tested: Vec<bool> = tested.collect();
         let counts = (
-            tested.iter().filter(|it| **it).count() as u64,
+            tested.iter().filter(|flag| **flag).count() as u64,
             tested.len() as u64,
         );
         let says = "a study of two finds ±15° significant (p < 0.05)";
@@ -147,7 +165,7 @@ impl Study {
         let within = found.map(|(_, [low, high], truth)| low <= truth && truth <= high);
         let within: Vec<bool> = within.collect();
         let counts = (
-            within.iter().filter(|it| **it).count() as u64,
+            within.iter().filter(|flag| **flag).count() as u64,
             within.len() as u64,
         );
         let says = "the chronaxie's 95 % interval has the true one";

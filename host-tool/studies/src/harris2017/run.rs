@@ -89,7 +89,7 @@ impl laboratory::Study for Run {
         let mut files = vec![("draws.csv".to_owned(), self.study.csv(&all))];
         let wearers = all.iter().take(2).enumerate();
         let wearers = wearers.filter_map(|(nth, found)| self.study.wearer(nth, found));
-        files.extend(wearers.map(|it| (format!("{}.toml", it.name), it.to_toml())));
+        files.extend(wearers.map(|wearer| (format!("{}.toml", wearer.name), wearer.to_toml())));
         Ok(files)
     }
 

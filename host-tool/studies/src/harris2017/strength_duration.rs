@@ -90,7 +90,7 @@ impl Bench<'_> {
             }
         }
         let steps = (coarse_ma / step_ma).round() as u32;
-        let fine = (1..steps).map(|it| ma - coarse_ma + step_ma * f64::from(it));
+        let fine = (1..steps).map(|index| ma - coarse_ma + step_ma * f64::from(index));
         for lower_ma in fine {
             if self.step(lower_ma, width_us) >= detected_nm {
                 return Some(lower_ma);
@@ -147,15 +147,20 @@ pub fn fitted(thresholds: &[Threshold], step_ma: f64) -> Option<Fitted> {
     }
     let points = thresholds.iter();
     let points: Vec<(f64, f64)> = points
-        .map(|it| (1.0 / f64::from(it.width_us), it.current_ma - 0.5 * step_ma))
+        .map(|threshold| {
+            (
+                1.0 / f64::from(threshold.width_us),
+                threshold.current_ma - 0.5 * step_ma,
+            )
+        })
         .collect();
     let (sx, sy) = points
         .iter()
-        .fold((0.0, 0.0), |sum, it| (sum.0 + it.0, sum.1 + it.1));
+        .fold((0.0, 0.0), |sum, point| (sum.0 + point.0, sum.1 + point.1));
     let (mx, my) = (sx / n, sy / n);
-    let (xx, xy) = points.iter().fold((0.0, 0.0), |sum, it| {
-        let x = it.0 - mx;
-        (sum.0 + x * x, sum.1 + x * (it.1 - my))
+    let (xx, xy) = points.iter().fold((0.0, 0.0), |sum, point| {
+        let x = point.0 - mx;
+        (sum.0 + x * x, sum.1 + x * (point.1 - my))
     });
     let slope = xy / xx; // widths differ
     let rheobase_ma = my - slope * mx;
@@ -164,7 +169,7 @@ pub fn fitted(thresholds: &[Threshold], step_ma: f64) -> Option<Fitted> {
     }
     let left = points
         .iter()
-        .map(|it| (it.1 - rheobase_ma - slope * it.0).powi(2));
+        .map(|point| (point.1 - rheobase_ma - slope * point.0).powi(2));
     // Steps alone leave step²/12; residuals by chance smaller do not make it more certain.
     let variance = (left.sum::<f64>() / (n - 2.0)).max(step_ma * step_ma / 12.0);
     let t = student_quantile(n - 2.0)?;
@@ -210,7 +215,7 @@ impl Thresholds {
     #[must_use]
     pub fn upper_ma(&self, width_us: f64) -> f64 {
         let [(d1, i1), (d2, i2)] = [self.upper.first(), self.upper.last()]
-            .map(|it| it.map_or((1.0, 0.0), |&(d, i)| (f64::from(d), i)));
+            .map(|pair| pair.map_or((1.0, 0.0), |&(d, i)| (f64::from(d), i)));
         // i = b + b·c/d through both.
         let slope = (i1 - i2) / (1.0 / d1 - 1.0 / d2);
         let rheobase = i1 - slope / d1;
@@ -240,8 +245,8 @@ mod tests {
     fn the_law_comes_back_through_steps() {
         let within = |[low, high]: [f64; 2], it: f64| low <= it && it <= high;
         let (mut all, mut rheobases, mut chronaxies) = (0, 0, 0);
-        for (rheobase, chronaxie) in (0..600).map(|it| {
-            let (tenths, fives) = (f64::from(it % 24), f64::from(it / 24));
+        for (rheobase, chronaxie) in (0..600).map(|index| {
+            let (tenths, fives) = (f64::from(index % 24), f64::from(index / 24));
             (3.0 + 0.21 * tenths, 100.0 + 10.3 * fives)
         }) {
             let found = fitted(&law(rheobase, chronaxie, 0.5), 0.5).unwrap();

@@ -33,14 +33,14 @@ impl Study {
         nominal
             .muscles
             .iter_mut()
-            .for_each(|it| it.length_at_90 = 1.0);
+            .for_each(|stimulation| stimulation.length_at_90 = 1.0);
         let (mut heads, mut rows) = (vec!["torque against 90°".to_owned()], Vec::new());
         let angles = || {
             self.declared
                 .protocol
                 .angles_deg
                 .iter()
-                .filter(|it| **it != 90.0)
+                .filter(|angle_deg| **angle_deg != 90.0)
         };
         heads.extend(angles().map(|deg| format!("{deg}°")));
         for (words, depends) in DEPENDS {
@@ -77,16 +77,19 @@ impl Study {
         let row = |stimulation: Stimulation| {
             let own: Vec<&Measured> = all
                 .iter()
-                .filter_map(|it| it.at(stimulation, middle_deg))
+                .filter_map(|result| result.at(stimulation, middle_deg))
                 .collect();
             let first = |is: &dyn Fn(Muscle) -> bool| {
-                let count = own.iter().filter(|it| it.first.is_some_and(is)).count();
+                let count = own
+                    .iter()
+                    .filter(|measurement| measurement.first.is_some_and(is))
+                    .count();
                 percent(count, own.len())
             };
             let stimulated = |muscle: Muscle| {
                 let counts = |it: &&&Measured| {
                     let mut answers = it.answers.iter();
-                    answers.any(|it| it.muscle == muscle && it.counts(judged))
+                    answers.any(|answer| answer.muscle == muscle && answer.counts(judged))
                 };
                 percent(own.iter().filter(counts).count(), own.len())
             };
@@ -98,7 +101,7 @@ impl Study {
         let heads = ["at 90°", "triceps first", "another first"].map(str::to_owned);
         let heads = heads
             .into_iter()
-            .chain(OTHERS.map(|it| in_words(it).to_owned()));
+            .chain(OTHERS.map(|muscle| in_words(muscle).to_owned()));
         let grid = Grid {
             heads: heads.collect(),
             rows: stimulations(&self.declared.protocol)
@@ -119,24 +122,28 @@ impl Study {
         let median = |numbers: Vec<f64>| {
             let row = super::rows::row(String::new(), String::new(), "", numbers);
             row.ours
-                .map_or_else(|| "-".to_owned(), |it| format!("{it:.2}"))
+                .map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
         };
         let rows = [(beyond.first, 0), (beyond.second, 1)].map(|(pulse, nth)| {
             let own = |it: &Found| it.beyond[nth].clone();
             let held: Vec<Held> = all.iter().map(own).collect();
-            let has = |muscle| held.iter().filter(|it| it.others.contains(&muscle)).count();
+            let has = |muscle| {
+                held.iter()
+                    .filter(|held| held.others.contains(&muscle))
+                    .count()
+            };
             let mut row = vec![
                 format!("{} mA × {} µs", pulse.current_ma, pulse.width_us),
                 format!("{:.2}", 1e-3 * pulse.current_ma * f64::from(pulse.width_us)),
                 median(held.iter().map(|it| it.torque_nm).collect()),
             ];
-            row.extend(OTHERS.map(|it| format!("{} of {}", has(it), held.len())));
+            row.extend(OTHERS.map(|muscle| format!("{} of {}", has(muscle), held.len())));
             row
         });
         let heads = ["pulse", "charge, µC", "torque, N·m"].map(str::to_owned);
         let heads = heads
             .into_iter()
-            .chain(OTHERS.map(|it| in_words(it).to_owned()));
+            .chain(OTHERS.map(|muscle| in_words(muscle).to_owned()));
         let caption = "Of the body alone, held at 50 Hz and 90°, median of the persons: no device \
                        of this program puts out more than 100 mA. With one chronaxie of 200 µs for \
                        everything both pulses do the same by construction, at less than half of \
@@ -170,7 +177,11 @@ impl Study {
                 ("biceps", Muscle::Biceps),
             ]) {
                 let Some(fitted) = &own.fitted else { continue };
-                let truth = found.person.muscles.iter().find(|it| it.muscle == muscle)?;
+                let truth = found
+                    .person
+                    .muscles
+                    .iter()
+                    .find(|stimulation| stimulation.muscle == muscle)?;
                 let [low, high] = fitted.rheobase_within;
                 let [least, most] = fitted.chronaxie_within;
                 rows.push(vec![

@@ -144,7 +144,8 @@ impl Test {
     pub fn all(protocol: &Protocol) -> Vec<Self> {
         let ramps = stimulations(protocol);
         let angles = protocol.angles_deg.iter();
-        let ramps = angles.flat_map(|&deg| ramps.iter().map(move |&it| (it, deg)));
+        let ramps =
+            angles.flat_map(|&deg| ramps.iter().map(move |&stimulation| (stimulation, deg)));
         let middle = protocol.angles_deg.get(1).copied().unwrap_or(90.0);
         let all = ramps.chain([(Stimulation::Biceps, middle)]);
         let test = |(nth, (stimulation, included_deg))| Self {
@@ -161,9 +162,9 @@ impl Test {
 pub fn stimulations(protocol: &Protocol) -> Vec<Stimulation> {
     let widths = protocol.width_ramp_currents_ma.iter();
     let currents = protocol.current_ramp_widths_us.iter();
-    let widths = widths.map(|&it| Stimulation::Width(it));
+    let widths = widths.map(|&width| Stimulation::Width(width));
     widths
-        .chain(currents.map(|&it| Stimulation::Current(it)))
+        .chain(currents.map(|&current| Stimulation::Current(current)))
         .collect()
 }
 

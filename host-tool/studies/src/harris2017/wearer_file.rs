@@ -57,7 +57,11 @@ impl Study {
             triceps_nm: None,
             biceps_nm: None,
         });
-        let torque = |stimulation| found.at(stimulation, middle_deg).map(|it| it.peak_nm);
+        let torque = |stimulation| {
+            found
+                .at(stimulation, middle_deg)
+                .map(|measurement| measurement.peak_nm)
+        };
         let [extends, flexes] = [Stimulation::Current(TRICEPS_US), Stimulation::Biceps].map(torque);
         wearer.note = Some(note(declared, extends?, flexes?));
         wearer.history = vec![self.history()];
@@ -108,7 +112,10 @@ fn electrode(
     (width_us, limit_ma): (u32, f64),
     found: &StrengthDurationFound,
 ) -> Option<Electrode> {
-    let at = found.thresholds.iter().find(|it| it.width_us == width_us)?;
+    let at = found
+        .thresholds
+        .iter()
+        .find(|threshold| threshold.width_us == width_us)?;
     let fitted = found.fitted?;
     let milli = |ma: f64| Amplitude::new((1e3 * ma).round() as u32); // saturates
     let threshold = milli(at.current_ma);
@@ -117,7 +124,7 @@ fn electrode(
     let upper = declared.strength_duration.upper.iter();
     let upper = upper.map(|&(width_us, ma)| (width_us as u16, milli(ma)));
     let interval = |of, [low, high]: [f64; 2]| Interval { of, low, high };
-    let tenth = |ends: [f64; 2]| ends.map(|it| (10.0 * it).round() / 10.0);
+    let tenth = |ends: [f64; 2]| ends.map(|value| (10.0 * value).round() / 10.0);
     Some(Electrode {
         channel,
         place: place.to_owned(),
@@ -146,7 +153,9 @@ fn electrode(
         intervals: vec![
             interval(
                 "rheobase",
-                fitted.rheobase_within.map(|it| (1e3 * it).round() / 1e3),
+                fitted
+                    .rheobase_within
+                    .map(|rheobase_within| (1e3 * rheobase_within).round() / 1e3),
             ),
             interval("chronaxie_us", tenth(fitted.chronaxie_within)),
         ],

@@ -131,7 +131,7 @@ impl Told<'_> {
                 self.of(("printed", nth, "where"), &what);
             }
         }
-        if printed.values.is_empty() || !printed.values.iter().all(|it| it.is_finite()) {
+        if printed.values.is_empty() || !printed.values.iter().all(|value| value.is_finite()) {
             self.of(("printed", nth, "values"), &say("no finite value"));
         }
     }
@@ -142,22 +142,26 @@ impl Told<'_> {
             let what = format!("name is `{}`, allowed are a–z, 0–9 and -", d.name);
             self.whole("name", &what);
         }
-        let known: Vec<_> = measure::MEASURES.iter().map(|it| it.id).collect();
-        for name in d.measures.iter().filter(|it| measure::named(it).is_none()) {
+        let known: Vec<_> = measure::MEASURES.iter().map(|measure| measure.id).collect();
+        for name in d
+            .measures
+            .iter()
+            .filter(|text| measure::named(text).is_none())
+        {
             let what = format!("no measure `{name}`; there are {}", known.join(", "));
             self.whole("measures", &what);
         }
         if d.measures.is_empty() {
             self.whole("measures", "measures is empty: nothing would come out");
         }
-        for (_, what) in twice("measure", d.measures.iter().map(|it| &**it)) {
+        for (_, what) in twice("measure", d.measures.iter().map(|measure| &**measure)) {
             self.whole("measures", &what);
         }
-        for (nth, what) in twice("claim", d.claims.iter().map(|it| &*it.id)) {
+        for (nth, what) in twice("claim", d.claims.iter().map(|claim| &*claim.id)) {
             self.of(("claim", nth, "id"), &what);
         }
-        let drawn = d.drawn.iter().map(|it| &*it.field);
-        let fields = drawn.chain(d.grid.iter().map(|it| &*it.field));
+        let drawn = d.drawn.iter().map(|draw| &*draw.field);
+        let fields = drawn.chain(d.grid.iter().map(|grid| &*grid.field));
         for (nth, what) in twice("drawn field", fields) {
             match nth.checked_sub(d.drawn.len()) {
                 None => self.of(("draw", nth, "field"), &what),
@@ -167,7 +171,7 @@ impl Told<'_> {
     }
 
     fn factors(&mut self, d: &Declaration) {
-        for (nth, what) in twice("factor", d.factors.iter().map(|it| &*it.name)) {
+        for (nth, what) in twice("factor", d.factors.iter().map(|factor| &*factor.name)) {
             self.of(("factor", nth, "name"), &what);
         }
         for (nth, factor) in d.factors.iter().enumerate() {
@@ -201,8 +205,12 @@ impl Told<'_> {
     /// Levels whose field a draw or a grid would write over, so that the conditions
     /// would be alike in it.
     fn overwritten(&mut self, d: &Declaration) {
-        let drawn = d.drawn.iter().map(|it| ("draw", &*it.field)).enumerate();
-        let grids = d.grid.iter().map(|it| ("grid", &*it.field)).enumerate();
+        let drawn = d
+            .drawn
+            .iter()
+            .map(|draw| ("draw", &*draw.field))
+            .enumerate();
+        let grids = d.grid.iter().map(|grid| ("grid", &*grid.field)).enumerate();
         for (nth, (list, field)) in drawn.chain(grids) {
             for (at, factor) in d.factors.iter().enumerate() {
                 // A table that levels set alike in this field is what is drawn into.
@@ -236,7 +244,7 @@ impl Told<'_> {
             let what = format!("{trials} trials, at most {MOST_TRIALS} are allowed");
             self.whole("protocol", &what);
         }
-        for (nth, drawn) in d.drawn.iter().enumerate().filter(|(_, it)| !can_be(it)) {
+        for (nth, drawn) in d.drawn.iter().enumerate().filter(|(_, draw)| !can_be(draw)) {
             let Drawn {
                 field, low, high, ..
             } = drawn;
@@ -247,7 +255,7 @@ impl Told<'_> {
             self.of(("draw", nth, "low"), &what);
         }
         for (nth, grid) in d.grid.iter().enumerate() {
-            if grid.values.is_empty() || !grid.values.iter().all(|it| it.is_finite()) {
+            if grid.values.is_empty() || !grid.values.iter().all(|value| value.is_finite()) {
                 let what = format!("grid `{}` has no finite value", grid.field);
                 self.of(("grid", nth, "values"), &what);
             }
@@ -302,7 +310,7 @@ fn unknown_measure(d: &Declaration, name: &str) -> Option<String> {
 fn unknown_level(d: &Declaration, factor: &str, level: &str) -> Option<String> {
     match d.factors.iter().find(|known| known.name == factor) {
         None => Some(format!("no factor `{factor}`")),
-        Some(known) if known.levels.iter().any(|it| it.name == level) => None,
+        Some(known) if known.levels.iter().any(|item| item.name == level) => None,
         Some(_) => Some(format!("no level `{level}` of `{factor}`")),
     }
 }

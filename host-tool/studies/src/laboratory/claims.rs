@@ -75,8 +75,8 @@ impl Share {
             paper,
             holds,
             of,
-            low: interval.map(|it| it.low),
-            high: interval.map(|it| it.high),
+            low: interval.map(|share| share.low),
+            high: interval.map(|share| share.high),
         }
     }
 
@@ -189,8 +189,8 @@ fn share<'a>(
         paper: claim.paper,
         holds,
         of,
-        low: interval.map(|it| it.low),
-        high: interval.map(|it| it.high),
+        low: interval.map(|share| share.low),
+        high: interval.map(|share| share.high),
     }
 }
 
@@ -234,10 +234,11 @@ fn pairs(experiment: &Experiment, c: &Compared) -> Vec<(Others, usize, usize)> {
         c.only.iter().all(is)
     };
     let conditions = || experiment.conditions.iter().enumerate();
-    let about = conditions().filter(|(_, it)| level(&it.levels).as_ref() == Some(&c.this));
+    let about =
+        conditions().filter(|(_, condition)| level(&condition.levels).as_ref() == Some(&c.this));
     about
-        .filter_map(|(this, it)| {
-            let rest = others(&it.levels);
+        .filter_map(|(this, item)| {
+            let rest = others(&item.levels);
             let fits = |(_, other): &(usize, &super::condition::Condition)| {
                 level(&other.levels).as_ref() == Some(&c.than) && others(&other.levels) == rest
             };

@@ -59,15 +59,22 @@ pub struct Pair {
 /// missing.
 #[must_use]
 pub fn comparison(outcome: &Outcome) -> Option<Comparison> {
-    let about = ABOUT.iter().find(|it| it.study == outcome.name)?;
+    let about = ABOUT.iter().find(|about| about.study == outcome.name)?;
     let row = |levels: &[String]| {
-        let condition = outcome.conditions.iter().find(|it| it.levels == levels)?;
+        let condition = outcome
+            .conditions
+            .iter()
+            .find(|view| view.levels == levels)?;
         let id = format!("{}/{}", condition.name(), about.measure.0);
         outcome.rows.iter().find(|row| row.id == id)
     };
     let (mut pairs, mut paper, mut unit) = (Vec::new(), None, String::new());
     for condition in &outcome.conditions {
-        let Some(place) = condition.levels.iter().position(|it| it == about.this) else {
+        let Some(place) = condition
+            .levels
+            .iter()
+            .position(|level| level == about.this)
+        else {
             continue;
         };
         let with = |level: &str| {
@@ -122,7 +129,9 @@ impl Comparison {
             "" => both([pair.this, pair.than]),
             levels => format!("{} ({levels})", both([pair.this, pair.than])),
         });
-        let paper = self.paper.map(|it| format!("; the paper's: {}", both(it)));
+        let paper = self
+            .paper
+            .map(|paper| format!("; the paper's: {}", both(paper)));
         format!(
             "{} with {} against {}: {}{}.",
             self.quantity,

@@ -203,7 +203,10 @@ impl Level {
     fn change(&self, session: &mut Table) -> Vec<String> {
         let unset = self.unset.iter().map(|field| unset(session, field));
         let mut told: Vec<String> = unset.filter_map(Result::err).collect();
-        let set = self.set.iter().map(|it| set(session, it.0, it.1.clone()));
+        let set = self
+            .set
+            .iter()
+            .map(|pair| set(session, pair.0, pair.1.clone()));
         told.extend(set.filter_map(Result::err));
         told
     }

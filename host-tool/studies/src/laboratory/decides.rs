@@ -69,7 +69,7 @@ pub(super) fn decided(
     let known = held(experiment, units);
     let of_claim = |claim: &Claim| {
         let wearers = by_wearer(known.get(&*claim.id), draws);
-        let units = wearers.keys().map(|it| experiment.unit(seed, draws, *it));
+        let units = wearers.keys().map(|key| experiment.unit(seed, draws, *key));
         let numbers: Vec<Vec<f64>> = units.map(|unit| numbers(&unit)).collect();
         let holds: Vec<bool> = wearers.into_values().collect();
         let fields = declaration.drawn.iter().enumerate().map(|(nth, drawn)| {
@@ -135,7 +135,7 @@ pub(super) fn compared(fields: &[(&str, Vec<f64>)], holds: &[bool]) -> Vec<Field
         })
     };
     let mut all: Vec<Field> = fields.iter().filter_map(one).collect();
-    let p: Vec<f64> = all.iter().map(|it| it.p).collect();
+    let p: Vec<f64> = all.iter().map(|field| field.p).collect();
     // Without a p there is no field either.
     for (field, p_holm) in all.iter_mut().zip(holm(&p).unwrap_or_default()) {
         (field.p_holm, field.decides) = (p_holm, p_holm < LEVEL);
@@ -175,7 +175,7 @@ mod tests {
             ("constant", constant),
         ];
         let found = compared(&fields, &holds);
-        let names: Vec<&str> = found.iter().map(|it| &*it.field).collect();
+        let names: Vec<&str> = found.iter().map(|field| &*field.field).collect();
         assert_eq!(names, ["idle", "decisive"]);
         let [idle, decisive] = &found[..] else {
             panic!("{found:?}")

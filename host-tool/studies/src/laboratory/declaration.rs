@@ -178,7 +178,11 @@ impl TryFrom<ClaimFields> for Claim {
         let further = [("by", f.by.is_some()), ("where", f.only.is_some())];
         let compares = needed.iter().chain(&further).any(|(_, is_there)| *is_there);
         let combines = f.all.is_some() || f.none.is_some();
-        let missing: Vec<_> = needed.iter().filter(|it| !it.1).map(|it| it.0).collect();
+        let missing: Vec<_> = needed
+            .iter()
+            .filter(|pair| !pair.1)
+            .map(|pair| pair.0)
+            .collect();
         let compared = || {
             Some(Compared {
                 measure: f.measure?,
@@ -291,13 +295,13 @@ impl Declaration {
     /// What the paper prints of the condition with these levels, one of each factor.
     pub fn printed_of<'a>(&'a self, levels: &'a [String]) -> impl Iterator<Item = &'a Printed> {
         let has = move |(factor, wanted): (&String, &Vec<String>)| {
-            let at = self.factors.iter().position(|it| it.name == *factor);
+            let at = self.factors.iter().position(|item| item.name == *factor);
             let own = at.and_then(|at| levels.get(at));
             own.is_some_and(|own| wanted.contains(own))
         };
         self.printed
             .iter()
-            .filter(move |it| it.only.iter().all(has))
+            .filter(move |printed_value| printed_value.only.iter().all(has))
     }
 
     /// Every session that it names, once, with the factor and the level that names it;
@@ -308,7 +312,7 @@ impl Declaration {
         for (f, factor) in self.factors.iter().enumerate() {
             for (l, level) in factor.levels.iter().enumerate() {
                 let named = level.session.as_deref();
-                let new = named.filter(|it| !all.iter().any(|(known, _)| known == it));
+                let new = named.filter(|text| !all.iter().any(|(known, _)| known == text));
                 all.extend(new.map(|name| (name, Some((f, l)))));
             }
         }

@@ -165,7 +165,7 @@ pub enum LaboratoryError {
 impl LaboratoryError {
     /// Everything that is wrong with the declaration `file`, by line.
     pub(super) fn declaration(file: &str, mut mistakes: Vec<Mistake>) -> Self {
-        mistakes.sort_by_key(|it| it.line.unwrap_or(usize::MAX));
+        mistakes.sort_by_key(|mistake| mistake.line.unwrap_or(usize::MAX));
         let file = file.to_owned();
         Self::Declaration { file, mistakes }
     }

@@ -72,7 +72,10 @@ impl Experiment {
         let mut conditions =
             conditions.map_err(|all| unchanged(&declaration, (file, text), &all))?;
         let mut wearers: Vec<(String, String)> = Vec::new();
-        for worn in conditions.iter_mut().filter_map(|it| it.wear(&wearer)) {
+        for worn in conditions
+            .iter_mut()
+            .filter_map(|condition| condition.wear(&wearer))
+        {
             if !wearers.contains(&worn) {
                 wearers.push(worn);
             }
@@ -117,7 +120,7 @@ impl Experiment {
             let known = condition.change_wearer((file, text), &wearer);
             let known = known.map_err(refuse)?;
             let drawn = &mut self.declaration.drawn;
-            drawn.retain(|it| !known.contains(&&*it.field));
+            drawn.retain(|draw| !known.contains(&&*draw.field));
         }
         let name = format!("{WORN}{file}");
         self.hashes.push((name.clone(), sha256(text.as_bytes())));
@@ -131,7 +134,10 @@ impl Experiment {
     #[must_use]
     pub fn called(mut self, name: &str) -> Self {
         let file = Path::new(name).file_name();
-        self.asked = file.map_or_else(|| name.to_owned(), |it| it.to_string_lossy().into_owned());
+        self.asked = file.map_or_else(
+            || name.to_owned(),
+            |file| file.to_string_lossy().into_owned(),
+        );
         self
     }
 

@@ -66,7 +66,7 @@ impl Judged {
     #[must_use]
     pub fn share(&self, verdicts: &[Option<bool>]) -> Share {
         let known = verdicts.iter().flatten();
-        let holds = known.clone().filter(|it| **it).count() as u64;
+        let holds = known.clone().filter(|flag| **flag).count() as u64;
         let counts = (holds, known.count() as u64);
         Share::counted(self.id.clone(), self.says.clone(), self.paper, counts)
     }
@@ -83,8 +83,8 @@ impl Judged {
         let known: Vec<(bool, &[f64])> = known
             .filter_map(|(verdict, drawn)| Some(((*verdict)?, *drawn)))
             .collect();
-        let holds: Vec<bool> = known.iter().map(|it| it.0).collect();
-        let of = |wanted: bool| holds.iter().filter(|it| **it == wanted).count();
+        let holds: Vec<bool> = known.iter().map(|pair| pair.0).collect();
+        let of = |wanted: bool| holds.iter().filter(|hold| **hold == wanted).count();
         let enough = of(true).min(of(false)) >= LEAST_WEARERS;
         let fields = ranges.iter().enumerate().map(|(place, range)| {
             let own = known.iter().filter_map(|(_, drawn)| drawn.get(place));

@@ -99,7 +99,7 @@ impl Visit {
             .find(|pair| matches!(pair, [a, b] if b.1 < a.1));
         let turn_s = turn
             .and_then(|pair| pair.first())
-            .map_or(f64::INFINITY, |it| it.0);
+            .map_or(f64::INFINITY, |pair| pair.0);
         let last_off = self.0.iter().rfind(is_off);
         last_off.map_or(0.0, |(t_s, _)| (t_s - turn_s).max(0.0))
     }

@@ -175,19 +175,24 @@ fn is_meant(pattern: &str, id: &str) -> bool {
 pub fn paper_claims(outcome: &Outcome) -> (Vec<PaperClaim<'_>>, Vec<&Share>) {
     let grouping = GROUPINGS
         .iter()
-        .find(|it| it.studies.contains(&&*outcome.name));
-    let is_any = |patterns: &[&str], id: &str| patterns.iter().any(|it| is_meant(it, id));
+        .find(|grouping| grouping.studies.contains(&&*outcome.name));
+    let is_any = |patterns: &[&str], id: &str| patterns.iter().any(|pattern| is_meant(pattern, id));
     let (mut claims, mut beside) = (Vec::<(&str, PaperClaim<'_>)>::new(), Vec::new());
     for share in &outcome.shares {
-        let is_beside = grouping.is_some_and(|it| is_any(it.beside, &share.id));
+        let is_beside = grouping.is_some_and(|grouping| is_any(grouping.beside, &share.id));
         if share.paper.is_none() || is_beside {
             beside.push(share);
             continue;
         }
-        let own = grouping.and_then(|it| it.claims.iter().find(|it| is_any(it.1, &share.id)));
+        let own = grouping.and_then(|grouping| {
+            grouping
+                .claims
+                .iter()
+                .find(|claim| is_any(claim.1, &share.id))
+        });
         let id = share.id.split('/').next().unwrap_or_default();
         let (key, says) = own.map_or((id, &*share.claim), |(says, _)| (*says, *says));
-        match claims.iter_mut().find(|it| it.0 == key) {
+        match claims.iter_mut().find(|claim| claim.0 == key) {
             Some((_, claim)) => claim.parts.push(share),
             None => {
                 let parts = vec![share];
@@ -219,13 +224,13 @@ impl PaperClaim<'_> {
     #[must_use]
     pub fn standing(&self) -> Standing {
         let of = |wanted| {
-            let mut counted = self.parts.iter().filter_map(|it| it.verdict());
-            counted.any(|it| it == wanted)
+            let mut counted = self.parts.iter().filter_map(|share| share.verdict());
+            counted.any(|verdict| verdict == wanted)
         };
         let worst = [Verdict::Unlike, Verdict::Undecided, Verdict::Like];
-        match worst.into_iter().find(|it| of(*it)) {
+        match worst.into_iter().find(|verdict| of(*verdict)) {
             Some(worst) => Standing::Judged(worst),
-            None if self.parts.iter().any(|it| it.is_single()) => Standing::Single,
+            None if self.parts.iter().any(|share| share.is_single()) => Standing::Single,
             None => Standing::Unjudged,
         }
     }
@@ -233,8 +238,8 @@ impl PaperClaim<'_> {
     /// How many of its parts are as the paper says, and how many are counted.
     #[must_use]
     pub fn counts(&self) -> (usize, usize) {
-        let counted = self.parts.iter().filter_map(|it| it.verdict());
-        let like = counted.clone().filter(|it| *it == Verdict::Like);
+        let counted = self.parts.iter().filter_map(|share| share.verdict());
+        let like = counted.clone().filter(|verdict| *verdict == Verdict::Like);
         (like.count(), counted.count())
     }
 

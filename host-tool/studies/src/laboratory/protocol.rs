@@ -68,7 +68,10 @@ impl Stop {
     /// The criteria that a session gives nothing to hold against, and what that would be.
     pub(super) fn unmet(&self, session: &Session) -> Vec<(&'static str, &'static str)> {
         let has_angle = session.joint.is_some() || session.wall.is_some();
-        let has_force = session.channels.iter().any(|it| it.muscle.is_some());
+        let has_force = session
+            .channels
+            .iter()
+            .any(|channel| channel.muscle.is_some());
         let angle = "measured angle: its session has neither joint nor wall";
         let force = "predicted force: no channel of its session has a muscle";
         [

@@ -130,16 +130,16 @@ impl Row {
         paper: Option<f64>,
         numbers: impl IntoIterator<Item = f64>,
     ) -> Self {
-        let spread = Spread::of(numbers.into_iter().filter(|it| it.is_finite()));
+        let spread = Spread::of(numbers.into_iter().filter(|number| number.is_finite()));
         Self {
             id,
             quantity,
             unit: unit.to_owned(),
             paper,
-            ours: spread.map(|it| it.median),
-            low: spread.map(|it| it.low),
-            high: spread.map(|it| it.high),
-            n: spread.map_or(0, |it| it.n),
+            ours: spread.map(|spread| spread.median),
+            low: spread.map(|spread| spread.low),
+            high: spread.map(|spread| spread.high),
+            n: spread.map_or(0, |spread| spread.n),
         }
     }
 }
@@ -239,7 +239,7 @@ impl Outcome {
             Some(false) => None,
             None => Some(UNKNOWN),
         };
-        let said = said.iter().chain(meaning).map(|it| (*it).to_owned());
+        let said = said.iter().chain(meaning).map(|text| (*text).to_owned());
         let assumed = declaration.assumed.iter().cloned();
         let printed = declaration.printed.iter().filter_map(|printed| {
             let (measure, mean, source) = (&printed.measure, printed.mean()?, &printed.source);
@@ -338,7 +338,7 @@ fn absent(experiment: &Experiment, units: &Units) -> Vec<String> {
         let conditions = experiment.conditions.iter().enumerate();
         let names = conditions
             .filter(lacks)
-            .map(|(_, it)| format!("`{}`", it.name()));
+            .map(|(_, condition)| format!("`{}`", condition.name()));
         let names: Vec<String> = names.collect();
         if !names.is_empty() {
             told.push(format!(
@@ -355,5 +355,6 @@ fn absent(experiment: &Experiment, units: &Units) -> Vec<String> {
 
 fn printed(declaration: &Declaration, levels: &[String], measure: &str) -> Option<f64> {
     let mut all = declaration.printed_of(levels);
-    all.find(|it| it.measure == measure)?.mean()
+    all.find(|printed_value| printed_value.measure == measure)?
+        .mean()
 }

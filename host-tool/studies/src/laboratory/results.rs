@@ -220,7 +220,9 @@ pub fn results_text(all: &[NamedResult]) -> String {
     };
     text += &format!("\n{count} of {of} numbers differ{shown}.\n");
     let differences = declaration_differences(all);
-    let told = differences.iter().map(|it| format!("\n{}", it.text()));
+    let told = differences
+        .iter()
+        .map(|file_difference| format!("\n{}", file_difference.text()));
     text += &told.collect::<String>();
     text.trim_end().to_owned()
 }

@@ -176,7 +176,7 @@ impl Curve {
         Self {
             series,
             marked: false,
-            points: points.into_iter().map(|it| it.map(round)).collect(),
+            points: points.into_iter().map(|point| point.map(round)).collect(),
             ranges: Vec::new(),
         }
     }
@@ -224,7 +224,7 @@ impl Grid {
         let rows: Vec<&Vec<String>> = std::iter::once(&self.heads).chain(&self.rows).collect();
         let wide = |column: usize| {
             let cells = rows.iter().filter_map(|row| row.get(column));
-            cells.map(|it| it.chars().count()).max().unwrap_or(0)
+            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
         };
         let wide: Vec<usize> = (0..self.heads.len()).map(wide).collect();
         let line = |row: &&Vec<String>| {

@@ -95,5 +95,5 @@ pub(super) fn tables<'s>(
         Ok(text.parse().unwrap_or_default())
     };
     let each = sessions.iter();
-    each.map(|it| Ok((&*it.0, table(it)?))).collect()
+    each.map(|pair| Ok((&*pair.0, table(pair)?))).collect()
 }

@@ -105,7 +105,7 @@ impl<S: Study> Drawing for Lines<'_, S> {
     }
 
     fn only(&self) -> Option<String> {
-        Some(self.0.about().arguments).filter(|it| !it.is_empty())
+        Some(self.0.about().arguments).filter(|arguments| !arguments.is_empty())
     }
 
     fn version(&self) -> String {

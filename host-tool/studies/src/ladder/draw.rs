@@ -215,8 +215,11 @@ fn reach_n(p: &Parameters, threshold: f64, slope: f64, (period_us, fastest_us): 
         hold: HoldPolicy::Hold,
         max_period_us: None,
     };
-    let control = recruitment.and_then(|it| ForceControl::new(0, &force, spec(p), it, period_us));
-    control.map_or(0.0, |it| f64::from(it.reach_mn().1) * 1e-3)
+    let control = recruitment
+        .and_then(|recruitment| ForceControl::new(0, &force, spec(p), recruitment, period_us));
+    control.map_or(0.0, |force_control| {
+        f64::from(force_control.reach_mn().1) * 1e-3
+    })
 }
 
 /// A channel's wanted force up to `top`, N.

@@ -75,7 +75,10 @@ fn one(seed: u64, index: usize) -> Result<Vec<Row>, JudgeError> {
     let of = TOLERANCES.map(|tolerance| verdicts(&session, tolerance, seed ^ index as u64));
     let [a, b, c, d] = of;
     let of = [a?, b?, c?, d?];
-    let muscles = session.channels.iter().filter(|it| it.muscle.is_some());
+    let muscles = session
+        .channels
+        .iter()
+        .filter(|channel| channel.muscle.is_some());
     let rows = muscles.enumerate().map(|(n, channel)| {
         let muscle = channel.muscle.as_ref();
         Row {
@@ -83,8 +86,8 @@ fn one(seed: u64, index: usize) -> Result<Vec<Row>, JudgeError> {
             kind,
             duration_s: session.duration_us as f64 * 1e-6,
             channel: channel.number,
-            tires: muscle.is_some_and(|it| it.fatigue.is_some()),
-            report: muscle.is_some_and(|it| it.report),
+            tires: muscle.is_some_and(|muscle| muscle.fatigue.is_some()),
+            report: muscle.is_some_and(|muscle| muscle.report),
             steering: channel.force.is_some(),
             verdicts: std::array::from_fn(|t| of[t][n]),
         }
@@ -103,7 +106,7 @@ fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdic
         }
     }
     let judged = choose(&settled, tolerance, NOISE)?;
-    let mut errors: Vec<f64> = judged.needs.iter().map(|it| it.together).collect();
+    let mut errors: Vec<f64> = judged.needs.iter().map(|need| need.together).collect();
     if !session.setpoints.bounds.is_empty() {
         // Not in the worst sessions that it was chosen by, but in drawn ones.
         errors.fill(0.0);
@@ -119,11 +122,15 @@ fn verdicts(session: &Session, tolerance: Share, seed: u64) -> Result<Vec<Verdic
     }
     let both = choice.needs.iter().zip(&judged.needs).zip(errors);
     let each = both.map(|((chosen, judged), error)| {
-        let cheaper = judged.tried.iter().rev().find(|it| it.rung < chosen.rung);
+        let cheaper = judged
+            .tried
+            .iter()
+            .rev()
+            .find(|trial| trial.rung < chosen.rung);
         Verdict {
             chosen: chosen.enough.map(|_| chosen.rung),
             error_pct: error * 100.0,
-            cheaper_pct: cheaper.map(|it| it.error() * 100.0),
+            cheaper_pct: cheaper.map(|trial| trial.error() * 100.0),
         }
     });
     Ok(each.collect())
@@ -170,16 +177,18 @@ impl Summary {
         for session in rows.chunk_by(|a, b| a.session == b.session) {
             let verdicts = || session.iter().map(|row| row.verdicts[tolerance]);
             let is_within = |it: &Verdict| it.error_pct <= limit_pct;
-            let chosen = || verdicts().filter(|it| it.chosen.is_some());
-            let cheaper = || chosen().filter_map(|it| it.cheaper_pct);
+            let chosen = || verdicts().filter(|verdict| verdict.chosen.is_some());
+            let cheaper = || chosen().filter_map(|verdict| verdict.cheaper_pct);
             sum.muscles += chosen().count();
-            sum.refused += verdicts().filter(|it| it.chosen.is_none()).count();
+            sum.refused += verdicts()
+                .filter(|verdict| verdict.chosen.is_none())
+                .count();
             sum.within += chosen().filter(is_within).count();
             sum.with_cheaper += cheaper().count();
-            sum.cheaper_fails += cheaper().filter(|it| *it > limit_pct).count();
-            if verdicts().all(|it| it.chosen.is_some()) {
+            sum.cheaper_fails += cheaper().filter(|value| *value > limit_pct).count();
+            if verdicts().all(|verdict| verdict.chosen.is_some()) {
                 sum.sessions += 1;
-                sum.sessions_within += usize::from(verdicts().all(|it| is_within(&it)));
+                sum.sessions_within += usize::from(verdicts().all(|verdict| is_within(&verdict)));
             }
         }
         sum
@@ -210,7 +219,7 @@ pub fn csv(rows: &[Row]) -> String {
             let chosen = verdict.chosen.map_or("refused", rung_name);
             let cheaper = verdict
                 .cheaper_pct
-                .map_or(String::new(), |it| format!("{it:.3}"));
+                .map_or(String::new(), |cheaper_pct| format!("{cheaper_pct:.3}"));
             out.push_str(&format!(",{chosen},{:.3},{cheaper}", verdict.error_pct));
         }
         out.push('\n');

@@ -40,10 +40,10 @@ pub fn analysed(session: &Session, declared: &Declaration) -> Result<Analysed, L
     let peaks_n: Vec<[f64; 3]> = session
         .records
         .iter()
-        .map(|it| it.each_ref().map(peak_n))
+        .map(|record| record.each_ref().map(peak_n))
         .collect();
     let exponentials: [_; 3] = std::array::from_fn(|f| exponential(&amplitudes, &peaks_n, f));
-    let last = session.records.last().map_or(&[][..], |it| &it[..]);
+    let last = session.records.last().map_or(&[][..], |record| &record[..]);
     let fit = |weighting| Fit { weighting };
     let best = fit(Weighting::Whitened).of(last)?;
     let averaged_fit = fit(Weighting::Averaged).near(last, best.constants)?;
@@ -68,7 +68,7 @@ pub fn analysed(session: &Session, declared: &Declaration) -> Result<Analysed, L
         responses(constants, (own, 1.0), &gains)
     };
     let by_frequency = [times(0), times(1), times(2)];
-    let of_amplitude = |i: usize| by_frequency.each_ref().map(|it| it[i]);
+    let of_amplitude = |i: usize| by_frequency.each_ref().map(|responses| responses[i]);
     let measured = |records: &[ForceRecord; 3]| records.each_ref().map(t_rt_s);
     Ok(Analysed {
         agreements: both().map(agree).collect(),
@@ -97,7 +97,7 @@ fn exponential(
     let points: Vec<(f64, f64)> = amplitudes
         .iter()
         .copied()
-        .zip(peaks_n.iter().map(|it| it[f]))
+        .zip(peaks_n.iter().map(|peak_n| peak_n[f]))
         .collect();
     let own = Exponential::through(&points)?;
     let estimated: Vec<f64> = points.iter().map(|(ma, _)| own.at(*ma)).collect();

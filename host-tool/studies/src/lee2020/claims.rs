@@ -25,15 +25,19 @@ impl Study {
 
     /// Claims that every subject's replication decides.
     fn of_each(&self, parts: &[Part]) -> Vec<Share> {
-        let each: Vec<&Analysed> = (0..SUBJECTS).flat_map(|it| printed(parts, it)).collect();
-        let count = |is: &dyn Fn(&Analysed) -> Option<bool>| counted(each.iter().map(|it| is(it)));
+        let each: Vec<&Analysed> = (0..SUBJECTS)
+            .flat_map(|index| printed(parts, index))
+            .collect();
+        let count = |is: &dyn Fn(&Analysed) -> Option<bool>| {
+            counted(each.iter().map(|analysis| is(analysis)))
+        };
         let by_amplitude = |it: &Analysed, f: usize| {
-            let own: Vec<f64> = it.peaks_n.iter().map(|it| it[f]).collect();
+            let own: Vec<f64> = it.peaks_n.iter().map(|peak_n| peak_n[f]).collect();
             rise(&own)
         };
         let times = |it: &Analysed| {
             let own = it.responses.last()?.iter();
-            own.map(|it| Some(it.as_ref()?.t_rt_s()))
+            own.map(|response| Some(response.as_ref()?.t_rt_s()))
                 .collect::<Option<Vec<f64>>>()
         };
         vec![
@@ -41,7 +45,7 @@ impl Study {
                 "rises-f",
                 "peak force rises with frequency",
                 Some(true),
-                count(&|it| Some(it.peaks_n.iter().all(|it| rise(it)))),
+                count(&|it| Some(it.peaks_n.iter().all(|peak_n| rise(peak_n)))),
             ),
             said(
                 "rises-i",
@@ -90,7 +94,7 @@ impl Study {
                 Some(true),
                 count(&|all| {
                     let means: Option<Vec<f64>> = (0..last).map(|i| mean_nrmse(all, i)).collect();
-                    Some(means?.iter().all(|it| *it <= claims.nrmse_percent))
+                    Some(means?.iter().all(|mean| *mean <= claims.nrmse_percent))
                 }),
             ),
         ]
@@ -98,9 +102,9 @@ impl Study {
 
     fn printed_thresholds(&self, parts: &[Part]) -> Share {
         let step = self.declared.search.step_ma + 1e-9;
-        let near = drawn(parts).map(|it| {
-            let printed_ma = self.truths.get(it.subject)?.printed_ma;
-            Some((it.searched.i_mt_ma()? - printed_ma).abs() <= step)
+        let near = drawn(parts).map(|draw| {
+            let printed_ma = self.truths.get(draw.subject)?.printed_ma;
+            Some((draw.searched.i_mt_ma()? - printed_ma).abs() <= step)
         });
         let claim = "I_MT found by force is the printed one ± 0.5 mA";
         said("i-mt", claim, Some(true), counted(near))
@@ -149,7 +153,7 @@ impl Study {
             let cells = self.cells(parts, which);
             for (i, name) in NAMES.iter().enumerate() {
                 let sum = |of: fn(&Cell) -> u32| -> u64 {
-                    cells.iter().map(|it| u64::from(of(&it[i]))).sum()
+                    cells.iter().map(|cell| u64::from(of(&cell[i]))).sum()
                 };
                 let count = (sum(|it| it.covers), sum(|it| it.of));
                 let id = format!("covers-{}-{name}", which as usize);
@@ -161,13 +165,13 @@ impl Study {
 }
 
 fn rise(all: &[f64]) -> bool {
-    all.windows(2).all(|it| it[1] > it[0])
+    all.windows(2).all(|window| window[1] > window[0])
 }
 
 fn mean_nrmse(all: &[&Analysed], i: usize) -> Option<f64> {
     let own: Option<Vec<f64>> = all
         .iter()
-        .map(|it| Some(it.agreements.get(i)?.nrmse_percent))
+        .map(|analysis| Some(analysis.agreements.get(i)?.nrmse_percent))
         .collect();
     Some(mean_sd(&own?)?.0)
 }
@@ -176,12 +180,12 @@ fn above_r2(all: &[&Analysed], least: f64) -> Option<bool> {
     let of = |f: usize| -> Option<f64> {
         let own: Option<Vec<f64>> = all
             .iter()
-            .map(|it| Some(it.exponentials[f]?.1.r2))
+            .map(|analysis| Some(analysis.exponentials[f]?.1.r2))
             .collect();
         Some(mean_sd(&own?)?.0)
     };
     let means: Option<Vec<f64>> = (0..3).map(of).collect();
-    Some(means?.iter().all(|it| *it > least))
+    Some(means?.iter().all(|mean| *mean > least))
 }
 
 /// Mean over frequencies of the change from I1 to I5.
@@ -198,7 +202,7 @@ fn flat(it: &Analysed, part: f64) -> Option<bool> {
 fn counted(all: impl Iterator<Item = Option<bool>>) -> (u64, u64) {
     let judged: Vec<bool> = all.flatten().collect();
     (
-        judged.iter().filter(|it| **it).count() as u64,
+        judged.iter().filter(|flag| **flag).count() as u64,
         judged.len() as u64,
     )
 }

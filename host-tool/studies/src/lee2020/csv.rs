@@ -68,9 +68,9 @@ impl Study {
     }
 
     fn lines(&self, text: &mut String, drawn: &Drawn) {
-        let number = |it: Option<f64>| it.map_or_else(String::new, |it| format!("{it:.4}"));
+        let number = |it: Option<f64>| it.map_or_else(String::new, |value| format!("{value:.4}"));
         debug_assert!(drawn.subject < SUBJECTS);
-        let truth = self.truths.get(drawn.subject).map(|it| it.i_mt_ma);
+        let truth = self.truths.get(drawn.subject).map(|truth| truth.i_mt_ma);
         for (session, came) in [("printed", &drawn.printed), ("found", &drawn.found)] {
             let became = came.as_ref().err().map_or("whole", |why| why.as_str());
             let became = became.replace('"', "'").replace('\n', " ");

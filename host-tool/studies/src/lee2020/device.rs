@@ -188,12 +188,12 @@ impl OnDevice {
             .pulses
             .iter()
             .copied()
-            .filter(|it| it.0 >= epoch_us)
+            .filter(|pulse| pulse.0 >= epoch_us)
             .collect();
         if let Some(why) = Self::unlike(&own, train) {
             return Err(why);
         }
-        let first_us = own.first().map_or(0, |it| it.0);
+        let first_us = own.first().map_or(0, |pair| pair.0);
         let begin_ms = (first_us / SAMPLE_US).saturating_sub(train.before as u64);
         let skipped = begin_ms
             .checked_sub(heard.since_ms)
@@ -206,7 +206,7 @@ impl OnDevice {
         let record = ForceRecord {
             pulses_us: own
                 .iter()
-                .map(|it| (it.0 - begin_ms * SAMPLE_US) as u32)
+                .map(|pair| (pair.0 - begin_ms * SAMPLE_US) as u32)
                 .collect(),
             samples_n,
             gain: 1.0,
@@ -300,11 +300,11 @@ impl Study {
         let covered = estimates
             .iter()
             .zip(constants)
-            .filter(|(it, truth)| it.covers(*truth));
+            .filter(|(estimate, truth)| estimate.covers(*truth));
         let (trains, pulses) = by.compared();
         let i_mt = searched
             .i_mt_ma()
-            .map_or_else(|| "none".to_owned(), |it| format!("{it} mA"));
+            .map_or_else(|| "none".to_owned(), |i_mt_ma| format!("{i_mt_ma} mA"));
         Ok(vec![format!(
             "All numbers are of the body alone. {}'s whole protocol, each train an ordinary \
              session, was put out by --device {} as well: {trains} trains, {pulses} pulses, each \

@@ -33,7 +33,7 @@ pub(super) fn marked(series: usize, points: Vec<[f64; 2]>, ranges: Vec<[f64; 2]>
 impl Study {
     /// All, in their order; nothing of nothing.
     pub(super) fn figures(&self, parts: &[Part]) -> Result<Vec<Sheet>, LeeError> {
-        if (0..SUBJECTS).any(|it| printed(parts, it).next().is_none()) {
+        if (0..SUBJECTS).any(|index| printed(parts, index).next().is_none()) {
             return Ok(Vec::new());
         }
         let mut all = vec![self.figure_7(parts), self.figure_8(parts)];
@@ -96,7 +96,9 @@ impl Study {
             .collect();
         let most = points.iter().flatten().copied().fold(1.0, f64::max);
         // Each by itself: no line joins them.
-        let alone = points.iter().map(|it| marked(0, vec![*it], Vec::new()));
+        let alone = points
+            .iter()
+            .map(|point| marked(0, vec![*point], Vec::new()));
         let slope = Curve::line(1, [[0.0, 0.0], [most, paper::FIGURE_8[0] * most]]);
         let curves = alone.chain([slope]).collect();
         let plot = Plot {
@@ -168,7 +170,7 @@ impl Study {
         let measured = thin(averaged(&record.from_rest()));
         let model = thin(averaged(&simulated(constants, &model).0));
         let both = measured.iter().chain(&model);
-        let most = both.map(|it| it[1]).fold(0.1, f64::max);
+        let most = both.map(|values| values[1]).fold(0.1, f64::max);
         Plot {
             title: format!("I{}, {} Hz", i + 1, self.declared.trains.frequencies_hz[f]),
             x: Along::even("time (s)", [0.0, 2.5]),

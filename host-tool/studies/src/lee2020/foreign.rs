@@ -43,7 +43,7 @@ pub fn mismatch(
         generator,
         ..truth.spec
     };
-    let place = Kind::ALL.iter().position(|it| *it == foreign.kind);
+    let place = Kind::ALL.iter().position(|kind| *kind == foreign.kind);
     let seed = word(
         word(seed, place.unwrap_or_default() as u64),
         (1e6 * foreign.size) as u64,
@@ -58,7 +58,11 @@ pub fn mismatch(
     Ok(Mismatch {
         subject,
         foreign,
-        nrmse_percent: found.agreements.iter().map(|it| it.nrmse_percent).collect(),
+        nrmse_percent: found
+            .agreements
+            .iter()
+            .map(|agreement| agreement.nrmse_percent)
+            .collect(),
         ratios: std::array::from_fn(|i| fit.constants[i] / constants[i]),
         covers: std::array::from_fn(|i| estimates[i].covers(constants[i])),
     })

@@ -23,21 +23,24 @@ impl Study {
             let mut row = vec![name(subject)];
             for it in own {
                 let covers = 100.0 * f64::from(it.covers) / f64::from(it.of.max(1));
-                let over = cell(Some(it.over_bound).filter(|it| it.is_finite()), 2);
+                let over = cell(
+                    Some(it.over_bound).filter(|over_bound| over_bound.is_finite()),
+                    2,
+                );
                 row.push(format!("{covers:.1} {over} {:.2}", 100.0 * it.least));
             }
             rows.push(row);
         }
         let mut row = vec!["all".to_owned()];
         for i in 0..PARAMETERS {
-            let of: u32 = cells.iter().map(|it| it[i].of).sum();
-            let covers: u32 = cells.iter().map(|it| it[i].covers).sum();
+            let of: u32 = cells.iter().map(|cell| cell[i].of).sum();
+            let covers: u32 = cells.iter().map(|cell| cell[i].covers).sum();
             let logarithms: Vec<f64> = cells
                 .iter()
-                .map(|it| it[i].over_bound.ln())
-                .filter(|it| it.is_finite())
+                .map(|cell| cell[i].over_bound.ln())
+                .filter(|value| value.is_finite())
                 .collect();
-            let geometric = mean_sd(&logarithms).map(|it| it.0.exp());
+            let geometric = mean_sd(&logarithms).map(|pair| pair.0.exp());
             row.push(format!(
                 "{:.1} {}",
                 100.0 * f64::from(covers) / f64::from(of.max(1)),
@@ -79,15 +82,15 @@ impl Study {
                 false => self.truths[subject].spec.sensor.noise_n,
             };
             let all: Vec<_> = (0..SUBJECTS)
-                .map(|it| self.bound_of(it, trains, decay, noise_n(it)))
+                .map(|index| self.bound_of(index, trains, decay, noise_n(index)))
                 .collect();
             let mut row = vec![what.to_owned()];
             for (i, constant) in NAMES.iter().enumerate() {
-                let errors = all.iter().flatten().map(|it| 100.0 * it.errors()[i]);
+                let errors = all.iter().flatten().map(|bound| 100.0 * bound.errors()[i]);
                 let untold = all
                     .iter()
                     .flatten()
-                    .filter(|it| it.untold.contains(constant))
+                    .filter(|bound| bound.untold.contains(constant))
                     .count();
                 row.push(format!("{} ({untold})", cell(median(errors), 1)));
             }
@@ -110,21 +113,21 @@ impl Study {
     pub(super) fn searched(&self, parts: &[Part]) -> Sheet {
         let mut rows = Vec::new();
         for (subject, truth) in self.truths.iter().enumerate() {
-            let i_mt = median(own(parts, subject).filter_map(|it| it.searched.i_mt_ma()));
-            let bare = median(own(parts, subject).filter_map(|it| it.searched.bare_ma));
+            let i_mt = median(own(parts, subject).filter_map(|draw| draw.searched.i_mt_ma()));
+            let bare = median(own(parts, subject).filter_map(|draw| draw.searched.bare_ma));
             let found = self.thresholds(own(parts, subject));
             let percent = |n: u64| format!("{:.1}", 100.0 * n as f64 / found.of.max(1) as f64);
             let peak = |i: usize| {
                 let all = own(parts, subject)
-                    .filter_map(|it| Some(it.found.as_ref().ok()?.peaks_n.get(i)?[2]));
+                    .filter_map(|draw| Some(draw.found.as_ref().ok()?.peaks_n.get(i)?[2]));
                 median(all)
             };
             let last = self.declared.trains.amplitudes - 1;
             let range = i_mt.map_or_else(
                 || "-".to_owned(),
-                |it| format!("{it:.1}-{:.2}", self.declared.trains.reach * it),
+                |value| format!("{value:.1}-{:.2}", self.declared.trains.reach * value),
             );
-            let placement = median(own(parts, subject).map(|it| it.searched.placement_n));
+            let placement = median(own(parts, subject).map(|draw| draw.searched.placement_n));
             rows.push(vec![
                 name(subject),
                 format!("{:.1}", truth.printed_ma),

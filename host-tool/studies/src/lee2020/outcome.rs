@@ -100,7 +100,7 @@ impl Study {
             add("nrmse", "its NRMSE", "%", nrmse, &|it| {
                 Some(own(it)?.1.nrmse_percent)
             });
-            let table_7 = paper::TABLE_7.iter().map(|it| it[f]).sum::<f64>() / 10.0;
+            let table_7 = paper::TABLE_7.iter().map(|table_7| table_7[f]).sum::<f64>() / 10.0;
             add("t-rt", "T_RT", "ms", table_7, &|it| {
                 Some(1e3 * it.responses.last()?[f]?.t_rt_s())
             });
@@ -121,7 +121,8 @@ impl Study {
     fn figure_8_rows(&self, parts: &[Part]) -> Vec<Row> {
         let each = (0..self.draws).filter_map(|draw| {
             let of: Vec<&Analysed> = self.of_draw(parts, draw);
-            let points: Vec<(f64, f64)> = of.iter().flat_map(|it| estimated(it)).collect();
+            let points: Vec<(f64, f64)> =
+                of.iter().flat_map(|analysis| estimated(analysis)).collect();
             let (slope, r2) = regression(&points)?;
             let square = points.iter().map(|(m, e)| (m - e).powi(2)).sum::<f64>();
             Some([slope, r2, (square / points.len() as f64).sqrt()])
@@ -138,7 +139,11 @@ impl Study {
         ];
         let all = names.iter().zip(paper::FIGURE_8).enumerate();
         all.map(|(i, (told, printed))| {
-            row(*told, Some(printed), each.iter().map(|it| it[i]).collect())
+            row(
+                *told,
+                Some(printed),
+                each.iter().map(|values| values[i]).collect(),
+            )
         })
         .collect()
     }
@@ -165,11 +170,11 @@ impl Study {
         for (i, name) in NAMES.iter().enumerate() {
             let ratios: Vec<f64> = cells
                 .iter()
-                .map(|it| it[i].over_bound)
-                .filter(|it| it.is_finite() && *it > 0.0)
+                .map(|cell| cell[i].over_bound)
+                .filter(|value| value.is_finite() && *value > 0.0)
                 .collect();
-            let logarithms: Vec<f64> = ratios.iter().map(|it| it.ln()).collect();
-            let geometric = mean_sd(&logarithms).map(|it| it.0.exp());
+            let logarithms: Vec<f64> = ratios.iter().map(|ratio| ratio.ln()).collect();
+            let geometric = mean_sd(&logarithms).map(|pair| pair.0.exp());
             let (id, what) = (
                 format!("over-bound-{name}"),
                 format!("variance over its bound, {name}"),
@@ -177,12 +182,13 @@ impl Study {
             rows.push(row((&id, &what, ""), None, one(geometric)));
         }
         for subject in 0..SUBJECTS {
-            let all = super::quality::own(parts, subject).filter_map(|it| it.searched.i_mt_ma());
+            let all =
+                super::quality::own(parts, subject).filter_map(|draw| draw.searched.i_mt_ma());
             let (id, what) = (
                 format!("i-mt-{}", name(subject)),
                 format!("I_MT by force, {}", name(subject)),
             );
-            let printed = self.truths.get(subject).map(|it| it.printed_ma);
+            let printed = self.truths.get(subject).map(|truth| truth.printed_ma);
             rows.push(row((&id, &what, "mA"), printed, all.collect()));
         }
         rows
@@ -200,7 +206,7 @@ impl Study {
     /// Everybody's trains at the printed amplitudes of this replication.
     pub(super) fn of_draw<'p>(&self, parts: &'p [Part], draw: u64) -> Vec<&'p Analysed> {
         let all = drawn(parts).filter(|it| it.draw == draw);
-        all.filter_map(|it| it.printed.as_ref().ok()).collect()
+        all.filter_map(|draw| draw.printed.as_ref().ok()).collect()
     }
 }
 

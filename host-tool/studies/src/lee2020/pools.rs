@@ -25,11 +25,11 @@ impl Study {
         for spread in SPREADS {
             for lowest in LOWEST {
                 let all: Vec<[f64; 3]> = (0..SUBJECTS)
-                    .filter_map(|it| self.pool(it, (lowest, spread)))
+                    .filter_map(|index| self.pool(index, (lowest, spread)))
                     .collect();
                 let mean = |i: usize| {
-                    let own: Vec<f64> = all.iter().map(|it| it[i]).collect();
-                    mean_sd(&own).map(|it| it.0)
+                    let own: Vec<f64> = all.iter().map(|values| values[i]).collect();
+                    mean_sd(&own).map(|pair| pair.0)
                 };
                 rows.push(vec![
                     format!("{lowest} and {spread}"),

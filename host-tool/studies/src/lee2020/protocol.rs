@@ -82,7 +82,7 @@ impl Searched {
     /// I_MT, mA.
     #[must_use]
     pub fn i_mt_ma(&self) -> Option<f64> {
-        self.found.as_ref().map(|it| it.threshold_ma)
+        self.found.as_ref().map(|result| result.threshold_ma)
     }
 }
 

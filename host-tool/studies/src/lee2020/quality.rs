@@ -30,12 +30,12 @@ pub(super) enum Which {
 
 /// Every replication of this subject.
 pub(super) fn own(parts: &[Part], subject: usize) -> impl Iterator<Item = &Drawn> {
-    drawn(parts).filter(move |it| it.subject == subject)
+    drawn(parts).filter(move |draw| draw.subject == subject)
 }
 
 /// Every replication.
 pub(super) fn drawn(parts: &[Part]) -> impl Iterator<Item = &Drawn> {
-    parts.iter().filter_map(|it| match it {
+    parts.iter().filter_map(|part| match part {
         Part::Own(drawn) => Some(&**drawn),
         Part::Foreign(_) => None,
     })
@@ -43,7 +43,7 @@ pub(super) fn drawn(parts: &[Part]) -> impl Iterator<Item = &Drawn> {
 
 /// Whatever came of the trains at the printed amplitudes.
 pub(super) fn printed(parts: &[Part], subject: usize) -> impl Iterator<Item = &Analysed> {
-    own(parts, subject).filter_map(|it| it.printed.as_ref().ok())
+    own(parts, subject).filter_map(|draw| draw.printed.as_ref().ok())
 }
 
 impl Study {
@@ -80,20 +80,23 @@ impl Study {
             let truth = &self.truths[subject];
             let noise_n = truth.spec.sensor.noise_n;
             let bound = self.bound_of(subject, &frequencies, 1_000, noise_n);
-            let errors = bound.map_or([f64::NAN; PARAMETERS], |it| it.errors());
+            let errors = bound.map_or([f64::NAN; PARAMETERS], |bound| bound.errors());
             let most_ma = self.declared.trains.reach * truth.printed_ma;
             let constants = truth.constants(most_ma, self.declared.trains.width_us);
             let fits: Vec<_> = printed(parts, subject)
-                .map(|it| &it.fits[which as usize])
+                .map(|analysis| &analysis.fits[which as usize])
                 .collect();
             std::array::from_fn(|i| {
                 let n = fits.len() as f64;
                 let off = |fit: &&_| logarithm(fit, i, constants[i]);
                 let mean = fits.iter().map(off).sum::<f64>() / n;
-                let square = fits.iter().map(|it| (off(it) - mean).powi(2)).sum::<f64>();
+                let square = fits
+                    .iter()
+                    .map(|fit| (off(fit) - mean).powi(2))
+                    .sum::<f64>();
                 let covers = fits
                     .iter()
-                    .filter(|it| it.estimates()[i].covers(constants[i]));
+                    .filter(|fit| fit.estimates()[i].covers(constants[i]));
                 Cell {
                     of: fits.len() as u32,
                     covers: covers.count() as u32,
@@ -111,8 +114,8 @@ impl Study {
     /// of the true constants; K06's τ2 is corrected in both.
     pub(super) fn t_rt_off_ms(&self, parts: &[Part]) -> [TimesOff; 2] {
         let fitted = |subject: usize, f: usize| {
-            let all = printed(parts, subject).filter_map(|it| it.responses.last()?[f]);
-            super::spread::median(all.map(|it| 1e3 * it.t_rt_s()))
+            let all = printed(parts, subject).filter_map(|analysis| analysis.responses.last()?[f]);
+            super::spread::median(all.map(|response| 1e3 * response.t_rt_s()))
         };
         let truth = |subject: usize, f: usize| self.true_t_rt_ms(subject)[f];
         [times_off(&fitted), times_off(&truth)]
@@ -139,7 +142,9 @@ pub(super) struct TimesOff {
 
 fn times_off(ours: &dyn Fn(usize, usize) -> Option<f64>) -> TimesOff {
     let rms = |subjects: &[usize]| {
-        let all = subjects.iter().flat_map(|it| (0..3).map(move |f| (*it, f)));
+        let all = subjects
+            .iter()
+            .flat_map(|subject| (0..3).map(move |f| (*subject, f)));
         let squares: Option<Vec<f64>> = all
             .map(|(subject, f)| Some((ours(subject, f)? - paper::TABLE_7[subject][f]).powi(2)))
             .collect();
@@ -147,11 +152,11 @@ fn times_off(ours: &dyn Fn(usize, usize) -> Option<f64>) -> TimesOff {
         Some((squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
     };
     let usual: Vec<usize> = (0..SUBJECTS)
-        .filter(|it| !paper::APART.contains(it))
+        .filter(|index| !paper::APART.contains(index))
         .collect();
     TimesOff {
         usual: rms(&usual),
-        apart: paper::APART.map(|it| rms(&[it])),
+        apart: paper::APART.map(|index| rms(&[index])),
     }
 }
 

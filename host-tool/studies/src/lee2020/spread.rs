@@ -15,7 +15,7 @@ pub(super) fn median(all: impl IntoIterator<Item = f64>) -> Option<f64> {
 
 /// Quantile of the finite values.
 pub(super) fn at(all: impl IntoIterator<Item = f64>, part: f64) -> Option<f64> {
-    quantile(all.into_iter().filter(|it| it.is_finite()), part)
+    quantile(all.into_iter().filter(|value| value.is_finite()), part)
 }
 
 /// Median, 5th and 95th percentile beside what the paper printed.
@@ -32,7 +32,7 @@ pub(super) fn row(
 
 /// For a cell: so many decimals, or a dash.
 pub(super) fn cell(it: Option<f64>, decimals: usize) -> String {
-    it.map_or_else(|| "-".to_owned(), |it| format!("{it:.decimals$}"))
+    it.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
 }
 
 /// Slope and R² of the straight line that `y` has over `x`.

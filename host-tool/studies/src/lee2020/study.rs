@@ -75,7 +75,7 @@ impl Study {
         device: DeviceName,
     ) -> Result<Self, LeeError> {
         let declared = Declaration::declared()?;
-        let truths = (0..SUBJECTS).map(|it| Truth::of(it, &declared));
+        let truths = (0..SUBJECTS).map(|index| Truth::of(index, &declared));
         Ok(Self {
             truths: truths.collect::<Result<_, _>>()?,
             seed: seed.unwrap_or(declared.seed),
@@ -97,7 +97,7 @@ impl Study {
         let all = 0..self.truths.len();
         let own = all
             .clone()
-            .flat_map(|it| (0..self.draws).map(move |draw| Unit::Own(it, draw)));
+            .flat_map(|index| (0..self.draws).map(move |draw| Unit::Own(index, draw)));
         let mut units: Vec<Unit> = own.collect();
         for kind in Kind::ALL {
             for size in &self.declared.foreign.sizes {
@@ -138,12 +138,12 @@ impl Study {
         let mut alone = Alone::new(self.truths[subject].spec, seed)?;
         let searched = search(&mut alone, &self.declared)?;
         let printed = self.printed(subject, draw);
-        let printed = printed.and_then(|it| analysed(&it, &self.declared));
+        let printed = printed.and_then(|session| analysed(&session, &self.declared));
         let found = match searched.i_mt_ma() {
             None => Err("no motor threshold was found".to_owned()),
             Some(i_mt_ma) => self
                 .session(subject, i_mt_ma, word(seed, FOUND))
-                .and_then(|it| analysed(&it, &self.declared))
+                .and_then(|session| analysed(&session, &self.declared))
                 .map_err(|e| e.to_string()),
         };
         Ok(Drawn {

@@ -14,7 +14,7 @@ const DECIMALS: [usize; PARAMETERS] = [1, 3, 1, 1, 1];
 
 pub(super) fn grid(heads: &[&str], rows: Vec<Vec<String>>) -> Grid {
     Grid {
-        heads: heads.iter().map(|it| (*it).to_owned()).collect(),
+        heads: heads.iter().map(|head| (*head).to_owned()).collect(),
         rows,
     }
 }
@@ -48,7 +48,10 @@ impl Study {
             let (_, forces) = wrist::PRINTED[subject];
             for (f, [least, most]) in forces.into_iter().enumerate() {
                 let of = |i: usize| {
-                    median(printed(parts, subject).filter_map(|it| Some(it.peaks_n.get(i)?[f])))
+                    median(
+                        printed(parts, subject)
+                            .filter_map(|analysis| Some(analysis.peaks_n.get(i)?[f])),
+                    )
                 };
                 let last = self.declared.trains.amplitudes - 1;
                 row.push(beside(least, of(0), 2));
@@ -82,15 +85,15 @@ impl Study {
             let mut row = vec![format!("{hz} Hz")];
             for (of, printed_is) in own.iter().zip(paper::TABLE_3[f]) {
                 let all: Vec<f64> = (0..SUBJECTS)
-                    .flat_map(|it| printed(parts, it))
-                    .filter_map(|it| of(it))
+                    .flat_map(|index| printed(parts, index))
+                    .filter_map(|analysis| of(analysis))
                     .collect();
-                row.push(beside(printed_is, mean_sd(&all).map(|it| it.0), 3));
+                row.push(beside(printed_is, mean_sd(&all).map(|pair| pair.0), 3));
             }
             let found: Vec<f64> = super::quality::drawn(parts)
-                .filter_map(|it| Some(it.found.as_ref().ok()?.exponentials[f]?.0.b_per_ma))
+                .filter_map(|draw| Some(draw.found.as_ref().ok()?.exponentials[f]?.0.b_per_ma))
                 .collect();
-            row.push(cell(mean_sd(&found).map(|it| it.0), 3));
+            row.push(cell(mean_sd(&found).map(|pair| pair.0), 3));
             rows.push(row);
         }
         let heads = [
@@ -119,14 +122,16 @@ impl Study {
             for i in 0..PARAMETERS {
                 let of = |part| {
                     at(
-                        printed(parts, subject).map(|it| SCALE[i] * it.fits[1].constants[i]),
+                        printed(parts, subject)
+                            .map(|analysis| SCALE[i] * analysis.fits[1].constants[i]),
                         part,
                     )
                 };
                 row.push(beside(paper::TABLE_4[subject][i], of(0.5), DECIMALS[i]));
             }
             let nrmse = median(
-                printed(parts, subject).filter_map(|it| Some(it.agreements.last()?.nrmse_percent)),
+                printed(parts, subject)
+                    .filter_map(|analysis| Some(analysis.agreements.last()?.nrmse_percent)),
             );
             row.push(beside(paper::TABLE_4[subject][7], nrmse, 2));
             rows.push(row);
@@ -159,18 +164,18 @@ impl Study {
             let mut row = vec![name(subject)];
             for (i, printed_is) in paper::TABLE_5[subject].iter().enumerate().take(last) {
                 let own = printed(parts, subject)
-                    .filter_map(|it| Some(it.agreements.get(i)?.nrmse_percent));
+                    .filter_map(|analysis| Some(analysis.agreements.get(i)?.nrmse_percent));
                 row.push(beside(*printed_is, median(own), 2));
             }
             rows.push(row);
         }
         let mut row = vec!["mean".to_owned()];
         for (i, [_, printed_is]) in paper::TABLE_5_MEANS.iter().enumerate().take(last) {
-            let all = (0..SUBJECTS).flat_map(|it| printed(parts, it));
+            let all = (0..SUBJECTS).flat_map(|index| printed(parts, index));
             let all: Vec<f64> = all
-                .filter_map(|it| Some(it.agreements.get(i)?.nrmse_percent))
+                .filter_map(|analysis| Some(analysis.agreements.get(i)?.nrmse_percent))
                 .collect();
-            row.push(beside(*printed_is, mean_sd(&all).map(|it| it.0), 2));
+            row.push(beside(*printed_is, mean_sd(&all).map(|pair| pair.0), 2));
         }
         rows.push(row);
         let heads = ["NRMSE, %", "I1", "I2", "I3", "I4", "I5"];
@@ -189,10 +194,10 @@ impl Study {
         let mut rows = Vec::new();
         for (subject, printed_is) in paper::TABLE_6.iter().enumerate() {
             let of = |what: &dyn Fn(&host_core::identify::Response) -> f64| {
-                let all =
-                    printed(parts, subject).flat_map(|it| it.responses.iter().flatten().flatten());
-                let all: Vec<f64> = all.map(|it| 1e3 * what(it)).collect();
-                mean_sd(&all).map(|it| it.0)
+                let all = printed(parts, subject)
+                    .flat_map(|analysis| analysis.responses.iter().flatten().flatten());
+                let all: Vec<f64> = all.map(|response| 1e3 * what(response)).collect();
+                mean_sd(&all).map(|pair| pair.0)
             };
             rows.push(vec![
                 name(subject),
@@ -220,8 +225,9 @@ impl Study {
             let truth = self.true_t_rt_ms(subject);
             let mut row = vec![name(subject)];
             for (f, of_truth) in truth.into_iter().enumerate() {
-                let own = printed(parts, subject).filter_map(|it| it.responses.last()?[f]);
-                let ours = median(own.map(|it| 1e3 * it.t_rt_s()));
+                let own =
+                    printed(parts, subject).filter_map(|analysis| analysis.responses.last()?[f]);
+                let ours = median(own.map(|response| 1e3 * response.t_rt_s()));
                 row.push(format!(
                     "{} / {}",
                     beside(paper::TABLE_7[subject][f], ours, 1),

@@ -21,7 +21,7 @@ fn places() -> impl Iterator<Item = f64> {
 
 /// T_RT over places, each with its standard deviation.
 fn times(title: &str, x: Along, own: &[(f64, f64)], paper: Vec<[f64; 2]>) -> Plot {
-    let points = places().zip(own).map(|(x, it)| [x, it.0]);
+    let points = places().zip(own).map(|(x, pair)| [x, pair.0]);
     let ranges = own.iter().map(|(mean, sd)| [mean - sd, mean + sd]);
     Plot {
         title: title.to_owned(),
@@ -35,21 +35,31 @@ fn times(title: &str, x: Along, own: &[(f64, f64)], paper: Vec<[f64; 2]>) -> Plo
 
 impl Study {
     pub(super) fn figure_11(&self, parts: &[Part]) -> Sheet {
-        let all: Vec<&Analysed> = (0..SUBJECTS).flat_map(|it| printed(parts, it)).collect();
+        let all: Vec<&Analysed> = (0..SUBJECTS)
+            .flat_map(|index| printed(parts, index))
+            .collect();
         let by_frequency = |f: usize| {
-            let own = all.iter().filter_map(|it| it.responses.last()?[f]);
-            spread(&own.map(|it| 1e3 * it.t_rt_s()).collect::<Vec<_>>())
+            let own = all
+                .iter()
+                .filter_map(|analysis| analysis.responses.last()?[f]);
+            spread(
+                &own.map(|response| 1e3 * response.t_rt_s())
+                    .collect::<Vec<_>>(),
+            )
         };
         let by_amplitude = |i: usize| {
-            let own = all.iter().filter_map(|it| it.measured_t_rt_s.get(i));
+            let own = all
+                .iter()
+                .filter_map(|analysis| analysis.measured_t_rt_s.get(i));
             let own = own.flatten().flatten();
-            spread(&own.map(|it| 1e3 * it).collect::<Vec<_>>())
+            spread(&own.map(|value| 1e3 * value).collect::<Vec<_>>())
         };
         let count = self.declared.trains.amplitudes;
         let left: Vec<(f64, f64)> = (0..3).map(by_frequency).collect();
         let right: Vec<(f64, f64)> = (0..count).map(by_amplitude).collect();
-        let means = (0..3).map(|f| paper::TABLE_7.iter().map(|it| it[f]).sum::<f64>() / 10.0);
-        let means = places().zip(means).map(|(x, it)| [x, it]).collect();
+        let means =
+            (0..3).map(|f| paper::TABLE_7.iter().map(|table_7| table_7[f]).sum::<f64>() / 10.0);
+        let means = places().zip(means).map(|(x, value)| [x, value]).collect();
         let amplitudes = (1..=count).map(|i| format!("I{i}"));
         let plots = Plots {
             beside: 2,
@@ -115,19 +125,20 @@ impl Study {
         kind: Kind,
         (series, from, to): (usize, usize, usize),
     ) -> Curve {
-        let own = (0..SUBJECTS).flat_map(|it| printed(parts, it));
-        let own = own.flat_map(|it| it.agreements.get(from..to).unwrap_or_default());
+        let own = (0..SUBJECTS).flat_map(|index| printed(parts, index));
+        let own = own.flat_map(|analysis| analysis.agreements.get(from..to).unwrap_or_default());
         let mut all = vec![(0.0, own.map(|it| it.nrmse_percent).collect::<Vec<f64>>())];
         for size in &self.declared.foreign.sizes {
-            let foreign = parts.iter().filter_map(|it| match it {
-                Part::Foreign(Ok(it)) => Some(it),
+            let foreign = parts.iter().filter_map(|part| match part {
+                Part::Foreign(Ok(part)) => Some(part),
                 _ => None,
             });
             let is = |foreign: hal_sim::body::bench::Foreign| {
                 foreign.kind == kind && foreign.size == *size
             };
-            let foreign = foreign.filter(|it| is(it.foreign));
-            let numbers = foreign.flat_map(|it| it.nrmse_percent.get(from..to).unwrap_or_default());
+            let foreign = foreign.filter(|mismatch| is(mismatch.foreign));
+            let numbers = foreign
+                .flat_map(|mismatch| mismatch.nrmse_percent.get(from..to).unwrap_or_default());
             all.push((*size, numbers.copied().collect()));
         }
         let (mut points, mut ranges) = (Vec::new(), Vec::new());

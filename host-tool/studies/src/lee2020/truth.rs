@@ -32,7 +32,7 @@ impl Truth {
     pub fn of(index: usize, declared: &Declaration) -> Result<Self, LeeError> {
         let spec = WristSpec::subject(index)?;
         let nothing = LeeError::Declaration("most_ma moves nobody".to_owned());
-        let printed_ma = PRINTED.get(index).map_or(0.0, |it| it.0);
+        let printed_ma = PRINTED.get(index).map_or(0.0, |pair| pair.0);
         Ok(Self {
             i_mt_ma: lowest_step(spec, declared)?.ok_or(nothing)?,
             lowest_ma: spec.pool.lowest(),
@@ -68,7 +68,7 @@ fn lowest_step(spec: WristSpec, declared: &Declaration) -> Result<Option<f64>, L
             before: layout.before,
             samples: layout.samples,
         });
-        if averaged(&truth).iter().any(|it| *it > MOVES_N) {
+        if averaged(&truth).iter().any(|value| *value > MOVES_N) {
             return Ok(Some(ma));
         }
     }

@@ -32,8 +32,8 @@ impl Study {
     pub fn wearers(&self, parts: &[Part]) -> Result<Vec<(String, String)>, LeeError> {
         let mut all = Vec::new();
         for subject in 0..SUBJECTS {
-            let first = own(parts, subject).find(|it| it.draw == 0);
-            let Some(wearer) = first.and_then(|it| self.wearer(it)) else {
+            let first = own(parts, subject).find(|draw| draw.draw == 0);
+            let Some(wearer) = first.and_then(|draw| self.wearer(draw)) else {
                 continue;
             };
             let (file, text) = (format!("{}.toml", wearer.name), wearer.to_toml());

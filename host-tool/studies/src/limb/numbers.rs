@@ -39,7 +39,11 @@ impl Spread {
     /// Of numbers in any order; NaN of none.
     pub(super) fn of(all: &[f64]) -> Self {
         let sorted = Sorted::of(all);
-        let at = |part| sorted.as_ref().map_or(f64::NAN, |it| it.quantile(part));
+        let at = |part| {
+            sorted
+                .as_ref()
+                .map_or(f64::NAN, |sorted| sorted.quantile(part))
+        };
         Self {
             median: at(0.5),
             p95: at(0.95),

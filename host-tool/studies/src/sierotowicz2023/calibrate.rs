@@ -108,7 +108,7 @@ pub fn twitches(
 fn nearest(cylinder: &Cylinder, point: &Point, normals: &[Vector3<f64>]) -> Vec<f64> {
     let cost = |azimuth: f64| -> f64 {
         let at = cylinder.at(&Point { azimuth, ..*point });
-        normals.iter().map(|it| at.dot(it).powi(2)).sum()
+        normals.iter().map(|vector| at.dot(vector).powi(2)).sum()
     };
     let step = std::f64::consts::TAU / 720.0;
     let mut found = Vec::new();
@@ -149,7 +149,7 @@ pub fn routed(
     let [origins, insertions] = [0, 1].map(|end| {
         let segment = usize::from(action.joint.index()) + end;
         let own = segments[segment].1.transpose();
-        let normals: Vec<Vector3<f64>> = normals.iter().map(|it| own * it).collect();
+        let normals: Vec<Vector3<f64>> = normals.iter().map(|vector| own * vector).collect();
         nearest(&Cylinder::of(segment), &action.points[end], &normals)
     });
     let mut best = (f64::NEG_INFINITY, action);
@@ -213,7 +213,8 @@ fn gain(
 /// Channels whose twitches turn nothing.
 #[must_use]
 pub fn still(twitches: &[Twitches; ELECTRODES]) -> Vec<usize> {
-    let is_still = |it: &Twitches| it.is_empty() || it.iter().any(|it| it.norm() < LEAST_RAD_S);
+    let is_still =
+        |it: &Twitches| it.is_empty() || it.iter().any(|vector| vector.norm() < LEAST_RAD_S);
     (0..ELECTRODES)
         .filter(|at| is_still(&twitches[*at]))
         .collect()

@@ -10,25 +10,27 @@ const SIGNIFICANT: f64 = 0.05;
 
 /// Diagonal coefficients of one condition of a study.
 pub(super) fn diagonal(of: &Replication, name: &str) -> Vec<f64> {
-    let each = of.people.iter().filter_map(|it| it.condition(name));
-    each.flat_map(|it| it.measures.diagonal()).collect()
+    let each = of.people.iter().filter_map(|wearer| wearer.condition(name));
+    each.flat_map(|condition| condition.measures.diagonal())
+        .collect()
 }
 
 /// Errors of all participants of one condition of a study, N.
 pub(super) fn errors(of: &Replication, name: &str) -> Vec<f64> {
-    let each = of.people.iter().filter_map(|it| it.condition(name));
-    each.flat_map(|it| it.measures.errors_n.clone()).collect()
+    let each = of.people.iter().filter_map(|wearer| wearer.condition(name));
+    each.flat_map(|condition| condition.measures.errors_n.clone())
+        .collect()
 }
 
 /// Median error of a condition, N.
 pub(super) fn median_of(person: &Person, name: &str) -> f64 {
     person
         .condition(name)
-        .map_or(f64::NAN, |it| it.measures.median_n())
+        .map_or(f64::NAN, |condition| condition.measures.median_n())
 }
 
 fn count((id, claim): (&str, &str), paper: Option<bool>, cases: Vec<bool>) -> Share {
-    let holds = cases.iter().filter(|it| **it).count() as u64;
+    let holds = cases.iter().filter(|case| **case).count() as u64;
     let of = cases.len() as u64;
     Share::counted(id.to_owned(), claim.to_owned(), paper, (holds, of))
 }
@@ -44,20 +46,21 @@ pub(super) fn shares(all: &[Replication]) -> Vec<Share> {
 fn of_wearers(all: &[Replication]) -> Vec<Share> {
     let lower = |less: &str, more: &str| -> Vec<bool> {
         wearers(all)
-            .map(|it| median_of(it, less) < median_of(it, more))
+            .map(|wearer| median_of(wearer, less) < median_of(wearer, more))
             .collect()
     };
     let higher: Vec<bool> = wearers(all)
-        .map(|it| {
+        .map(|wearer| {
             let sum = |name| {
-                it.condition(name)
-                    .map_or(f64::NAN, |it| it.measures.diagonal().iter().sum())
+                wearer.condition(name).map_or(f64::NAN, |condition| {
+                    condition.measures.diagonal().iter().sum()
+                })
             };
             sum("C3") > sum("C2")
         })
         .collect();
     let nearer = wearers(all)
-        .map(|it| it.geometry()[1] < it.geometry()[0])
+        .map(|wearer| wearer.geometry()[1] < wearer.geometry()[0])
         .collect();
     let yes = Some(true);
     vec![
@@ -114,7 +117,7 @@ fn of_wearers(all: &[Replication]) -> Vec<Share> {
             ),
             None,
             wearers(all)
-                .map(|it| it.walks[1].part <= 1.1 * it.walks[0].part)
+                .map(|wearers| wearers.walks[1].part <= 1.1 * wearers.walks[0].part)
                 .collect(),
         ),
     ]
@@ -123,20 +126,27 @@ fn of_wearers(all: &[Replication]) -> Vec<Share> {
 /// Cases are studies, or all of them together.
 fn of_studies(all: &[Replication]) -> Vec<Share> {
     let signed = |name: &str, other: &str| -> f64 {
-        let of = |name| all.iter().flat_map(|it| diagonal(it, name)).sum::<f64>();
+        let of = |name| {
+            all.iter()
+                .flat_map(|replication| diagonal(replication, name))
+                .sum::<f64>()
+        };
         of(name) - of(other)
     };
-    let significant = all.iter().map(|it| {
-        let (c2, c3) = (diagonal(it, "C2"), diagonal(it, "C3"));
+    let significant = all.iter().map(|replication| {
+        let (c2, c3) = (diagonal(replication, "C2"), diagonal(replication, "C3"));
         let rises = c3.iter().sum::<f64>() > c2.iter().sum::<f64>();
-        rises && wilcoxon(&c2, &c3).is_ok_and(|it| it.p < SIGNIFICANT)
+        rises && wilcoxon(&c2, &c3).is_ok_and(|wilcoxon| wilcoxon.p < SIGNIFICANT)
     });
-    let smaller = all.iter().map(|it| {
-        let (c2, c3) = (errors(it, "C2"), errors(it, "C3"));
+    let smaller = all.iter().map(|replication| {
+        let (c2, c3) = (errors(replication, "C2"), errors(replication, "C3"));
         let falls = median(&c3) < median(&c2);
-        falls && mann_whitney(&c2, &c3).is_ok_and(|it| it.p < SIGNIFICANT)
+        falls && mann_whitney(&c2, &c3).is_ok_and(|mann_whitney| mann_whitney.p < SIGNIFICANT)
     });
-    let most = CONDITIONS.iter().skip(1).all(|it| signed("C1", it) > 0.0);
+    let most = CONDITIONS
+        .iter()
+        .skip(1)
+        .all(|condition| signed("C1", condition) > 0.0);
     let less = signed("C4", "C2") < 0.0;
     let yes = Some(true);
     vec![

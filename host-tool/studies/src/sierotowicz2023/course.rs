@@ -73,7 +73,7 @@ fn table_1(
     };
     let outputs: Vec<Vec<f64>> = targets.iter().map(outputs).collect();
     let how = &study.regression;
-    let commands: Vec<usize> = targets.iter().map(|it| it.command).collect();
+    let commands: Vec<usize> = targets.iter().map(|target| target.command).collect();
     let ways = [folds(targets.len(), how.folds, seed), commands];
     let mut rows = vec![
         [Score {

@@ -214,14 +214,14 @@ impl Study {
         let is_positive = |it: f64| it.is_finite() && it > 0.0;
         let mut wrong: Vec<String> = times
             .into_iter()
-            .filter(|(_, it)| !is_positive(*it))
-            .map(|(name, it)| format!("{name} is {it}, must be above zero"))
+            .filter(|(_, value)| !is_positive(*value))
+            .map(|(name, value)| format!("{name} is {value}, must be above zero"))
             .collect();
         if protocol.magnitudes.is_empty()
             || !protocol
                 .magnitudes
                 .iter()
-                .all(|it| (0.0..=1.0).contains(it))
+                .all(|magnitude| (0.0..=1.0).contains(magnitude))
         {
             wrong.push("protocol.magnitudes must be parts of one".to_owned());
         }
@@ -238,8 +238,9 @@ impl Study {
             ("regression.features", self.regression.features, 1),
             ("regression.folds", self.regression.folds, 2),
         ];
-        let few = counts.into_iter().filter(|(_, it, least)| it < least);
-        wrong.extend(few.map(|(name, it, least)| format!("{name} is {it}, at least {least}")));
+        let few = counts.into_iter().filter(|(_, index, least)| index < least);
+        wrong
+            .extend(few.map(|(name, index, least)| format!("{name} is {index}, at least {least}")));
         for (name, [low, high]) in [
             ("comfort.least", self.comfort.least),
             ("comfort.greatest", self.comfort.greatest),

@@ -26,14 +26,14 @@ const SIGNIFICANT: f64 = 0.05;
 /// Error of a target along an axis, or of its whole force, N.
 fn error_n(of: &Target, axis: usize) -> f64 {
     let off: [f64; 3] = std::array::from_fn(|at| force(of.measured)[at] - of.wanted_n[at]);
-    off.get(axis).map_or_else(|| size(off), |it| it.abs())
+    off.get(axis).map_or_else(|| size(off), |value| value.abs())
 }
 
 /// Errors of every target of all participants of a study, N.
 fn errors_n(of: &Replication, name: &str, axis: usize) -> Vec<f64> {
-    let each = of.people.iter().filter_map(|it| it.condition(name));
-    let targets = each.flat_map(|it| &it.targets);
-    targets.map(|it| error_n(it, axis)).collect()
+    let each = of.people.iter().filter_map(|wearer| wearer.condition(name));
+    let targets = each.flat_map(|condition| &condition.targets);
+    targets.map(|target| error_n(target, axis)).collect()
 }
 
 /// Each condition's error beside what was wanted at most, along each axis.
@@ -57,8 +57,9 @@ pub(super) fn figure(all: &[Replication]) -> Sheet {
 
 fn plot(all: &[Replication], axis: usize) -> Plot {
     let of = |name: &str, pick: fn(&Condition) -> [f64; 4]| {
-        let each = people(all).filter_map(|it| it.condition(name));
-        each.map(|it| pick(it)[axis]).collect::<Vec<f64>>()
+        let each = people(all).filter_map(|wearer| wearer.condition(name));
+        each.map(|condition| pick(condition)[axis])
+            .collect::<Vec<f64>>()
     };
     let (mut bars, mut most) = (Vec::new(), 0.0_f64);
     for (place, name) in SHOWN.into_iter().enumerate() {
@@ -96,16 +97,16 @@ pub(super) fn tests(all: &[Replication]) -> Sheet {
         for (axis, paper) in printed.into_iter().enumerate() {
             let tested: Vec<(f64, bool)> = all
                 .iter()
-                .filter_map(|it| {
-                    let [a, b] = [first, second].map(|name| errors_n(it, name, axis));
+                .filter_map(|replication| {
+                    let [a, b] = [first, second].map(|name| errors_n(replication, name, axis));
                     let p = mann_whitney(&a, &b).ok()?.p;
                     Some((p, median(&b) < median(&a)))
                 })
                 .collect();
-            let p: Vec<f64> = tested.iter().map(|it| it.0).collect();
+            let p: Vec<f64> = tested.iter().map(|pair| pair.0).collect();
             let count = |is_less: bool| {
                 let own = tested.iter();
-                own.filter(|it| it.0 < SIGNIFICANT && it.1 == is_less)
+                own.filter(|pair| pair.0 < SIGNIFICANT && pair.1 == is_less)
                     .count()
             };
             let middle = match median(&p) {

@@ -41,7 +41,7 @@ fn resting(spec: &ArmSpec, posture: Posture) -> Result<[Vector3<f64>; SEGMENTS],
             *sum += arm.imu(segment).map_or_else(Vector3::zeros, accel);
         }
     }
-    Ok(sum.map(|it| it / SAMPLES as f64))
+    Ok(sum.map(|sum| sum / SAMPLES as f64))
 }
 
 fn accel(imu: Imu) -> Vector3<f64> {

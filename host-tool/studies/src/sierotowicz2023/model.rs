@@ -87,7 +87,7 @@ impl Cylinder {
     /// The same of a place along the segment's own axes.
     fn around(&self, at: &Vector3<f64>) -> Point {
         let aside = self.axis.cross(&self.front);
-        self.point([self.axis, self.front, aside].map(|it| at.dot(&it)))
+        self.point([self.axis, self.front, aside].map(|vector| at.dot(&vector)))
     }
 }
 

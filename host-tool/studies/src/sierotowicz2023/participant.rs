@@ -109,7 +109,7 @@ impl Participant {
         for (place, direction) in DIRECTIONS.iter().enumerate() {
             let reach = device.reachable_n(*direction);
             for (size, magnitude) in magnitudes.iter().enumerate() {
-                let wanted = direction.map(|it| it * magnitude * reach);
+                let wanted = direction.map(|direction| direction * magnitude * reach);
                 let command = (place * magnitudes.len() + size, wanted);
                 all.extend(std::iter::repeat_n(command, study.protocol.repetitions));
             }
@@ -151,7 +151,7 @@ impl Participant {
         let mut all = Vec::new();
         for _ in 0..study.protocol.voluntary_repetitions {
             for (place, direction) in DIRECTIONS.iter().enumerate() {
-                let wanted_n = direction.map(|it| it * device.reachable_n(*direction));
+                let wanted_n = direction.map(|value| value * device.reachable_n(*direction));
                 let deviate = |random: &mut Random| random::standard_normal(random.word(), 0);
                 let size = 1.0 + aim.size * deviate(&mut random);
                 let aside = aim.direction_deg.to_radians();
@@ -250,6 +250,6 @@ impl Mean {
     }
 
     fn mean(&self) -> [f64; 6] {
-        self.sum.map(|it| it / f64::from(self.n.max(1)))
+        self.sum.map(|sum| sum / f64::from(self.n.max(1)))
     }
 }

@@ -60,11 +60,14 @@ fn forces(person: &Person, name: &str) -> Vec<[[f64; 3]; 2]> {
         let all = condition
             .targets
             .iter()
-            .filter(|it| it.command == 2 * place + 1);
+            .filter(|target| target.command == 2 * place + 1);
         let all: Vec<_> = all.collect();
         let wanted = all.first()?.wanted_n;
         let given = std::array::from_fn(|axis| {
-            all.iter().map(|it| force(it.measured)[axis]).sum::<f64>() / all.len() as f64
+            all.iter()
+                .map(|target| force(target.measured)[axis])
+                .sum::<f64>()
+                / all.len() as f64
         });
         Some([wanted, given])
     };
@@ -75,8 +78,8 @@ fn forces(person: &Person, name: &str) -> Vec<[[f64; 3]; 2]> {
 fn picture(person: &Person, name: &str, title: &str) -> Svg {
     let mut canvas = Canvas::default();
     let all = forces(person, name);
-    let sizes = all.iter().flatten().map(|it| {
-        let (x, y) = seen(*it);
+    let sizes = all.iter().flatten().map(|values| {
+        let (x, y) = seen(*values);
         x.hypot(y)
     });
     let largest = sizes.fold(0.0, f64::max).max(1e-9);

@@ -89,7 +89,7 @@ fn begins_ms(study: &Study, place: usize) -> u64 {
 
 /// Three numbers of millionths in thousandths.
 fn triple(um: &[i32; 3]) -> String {
-    um.map(|it| format!("{:.3}", f64::from(it) / 1e3))
+    um.map(|value| format!("{:.3}", f64::from(value) / 1e3))
         .join(", ")
 }
 
@@ -119,7 +119,7 @@ fn wearer(study: &Study, model: &Model) -> String {
         let points: Vec<String> = line.vias.iter().map(via).collect();
         let (number, points) = (line.channel + 1, points.join(", "));
         let [threshold, limit] =
-            [line.threshold, line.limit].map(|it| f64::from(it.get()) / 1000.0);
+            [line.threshold, line.limit].map(|amplitude| f64::from(amplitude.get()) / 1000.0);
         let gain = f64::from(line.gain_mn_per_ma) / 1e3;
         let joint = joints[usize::from(line.joint.index())];
         let (width_us, hz) = (study.protocol.width_us, study.protocol.frequency_hz);
@@ -138,7 +138,10 @@ fn wearer(study: &Study, model: &Model) -> String {
 
 /// The session: what is played of these contractions, one after the other.
 fn session(study: &Study, model: &Model, all: &[Contraction]) -> String {
-    let played: Vec<&Contraction> = all.iter().filter(|it| it.is_played).collect();
+    let played: Vec<&Contraction> = all
+        .iter()
+        .filter(|contraction| contraction.is_played)
+        .collect();
     let protocol = &study.protocol;
     let lasts_s = begins_ms(study, played.len()) as f64 / 1e3;
     let mut text = format!(
@@ -146,7 +149,10 @@ fn session(study: &Study, model: &Model, all: &[Contraction]) -> String {
          [body]\nkind = \"still\"\nload_ohm = {LOAD_OHM}\n"
     );
     for channel in 0..ELECTRODES {
-        let place = ORDER.iter().position(|it| *it == channel).unwrap_or(0);
+        let place = ORDER
+            .iter()
+            .position(|order| *order == channel)
+            .unwrap_or(0);
         let (number, offset_us) = (channel + 1, APART_US * place as u64);
         let (width_us, hz) = (protocol.width_us, protocol.frequency_hz);
         let _ = write!(
@@ -217,10 +223,13 @@ fn put_out(
         ..edge
     });
     let edges = edges.take_while(|edge| edge.t_us < until_us).collect();
-    let since = heard.all().into_iter().filter(|it| it.t_us >= epoch_us);
-    let pulses = since.map(|it| Pulse {
-        t_us: it.t_us - epoch_us,
-        ..it
+    let since = heard
+        .all()
+        .into_iter()
+        .filter(|pulse| pulse.t_us >= epoch_us);
+    let pulses = since.map(|pulse| Pulse {
+        t_us: pulse.t_us - epoch_us,
+        ..pulse
     });
     Ok((edges, pulses.collect()))
 }
@@ -235,7 +244,7 @@ fn replay(
     let mut next = pulses.iter().peekable();
     let lasts_us = (1e6 * lasts_s) as u64;
     for end_us in (1..=lasts_us / 1_000).map(|ms| 1_000 * ms) {
-        while let Some(pulse) = next.next_if(|it| it.t_us < end_us) {
+        while let Some(pulse) = next.next_if(|pulse| pulse.t_us < end_us) {
             arm.pulse(&Pulse {
                 t_us: now_us + pulse.t_us,
                 ..*pulse
@@ -266,7 +275,7 @@ pub fn played_c3(study: &Study, seed: u64, device: &DeviceName) -> Result<Played
     if let Some(at) =
         (0..edges.len().max(others.len())).find(|at| edges.get(*at) != others.get(*at))
     {
-        let told = |it: Option<&Edge>| it.map_or("nothing".to_owned(), |it| format!("{it:?}"));
+        let told = |it: Option<&Edge>| it.map_or("nothing".to_owned(), |edge| format!("{edge:?}"));
         return Err(EndpointError::OtherEdges(
             device.typed(),
             told(others.get(at)),
@@ -306,11 +315,11 @@ fn compared(
             [0, 1].map(|next| 1_000 * begins_ms(study, found.played + next) - 5_000);
         let own: Vec<Pulse> = pulses
             .iter()
-            .filter(|it| (from_us..to_us).contains(&it.t_us))
-            .filter(|it| it.drive != Drive::Milliamps(0.0))
-            .map(|it| Pulse {
-                t_us: (it.t_us - from_us).saturating_sub(5_000),
-                ..*it
+            .filter(|pulse| (from_us..to_us).contains(&pulse.t_us))
+            .filter(|pulse| pulse.drive != Drive::Milliamps(0.0))
+            .map(|pulse| Pulse {
+                t_us: (pulse.t_us - from_us).saturating_sub(5_000),
+                ..*pulse
             })
             .collect();
         let driven = it.currents_ma.iter().filter(|ma| **ma > 0.0).count();

@@ -46,7 +46,7 @@ fn row(id: &str, quantity: &str, unit: &str, paper: Option<f64>, values: Vec<f64
 /// Numbers of one condition over all participants.
 fn condition_rows(study: &Study, all: &[Replication], name: &str) -> [Row; 5] {
     let of = |pick: &dyn Fn(&Condition) -> f64| -> Vec<f64> {
-        let each = people(all).filter_map(|it| it.condition(name));
+        let each = people(all).filter_map(|wearer| wearer.condition(name));
         each.map(pick).collect()
     };
     let printed = match name {
@@ -94,8 +94,8 @@ fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
     let mut rows: Vec<Row> = conditions
         .flat_map(|name| condition_rows(study, all, name))
         .collect();
-    let best = all.iter().map(|it| {
-        let all = ["C2", "C3", "C4"].map(|name| diagonal(it, name));
+    let best = all.iter().map(|replication| {
+        let all = ["C2", "C3", "C4"].map(|name| diagonal(replication, name));
         all.into_iter().flatten().fold(f64::NEG_INFINITY, f64::max)
     });
     let name = "a study's best component, C2 to C4";
@@ -108,12 +108,18 @@ fn rows(study: &Study, all: &[Replication]) -> Vec<Row> {
 
 /// Geometry, switching and tiredness.
 fn geometry_rows(all: &[Replication]) -> Vec<Row> {
-    let worn = |at: usize| -> Vec<f64> { wearers(all).map(|it| it.geometry()[at]).collect() };
+    let worn =
+        |at: usize| -> Vec<f64> { wearers(all).map(|wearer| wearer.geometry()[at]).collect() };
     let of = |pick: &dyn Fn(&Person) -> f64| -> Vec<f64> { people(all).map(pick).collect() };
     let jumps = |at: usize| of(&|it| it.switches[at].jumps as f64);
     let step = |at: usize| of(&|it| it.switches[at].greatest);
     let left = |at: usize| of(&|it| it.freshness[at]);
-    let reversed = of(&|it| it.geometry_deg[1].iter().filter(|it| **it > 90.0).count() as f64);
+    let reversed = of(&|it| {
+        it.geometry_deg[1]
+            .iter()
+            .filter(|geometry_deg| **geometry_deg > 90.0)
+            .count() as f64
+    });
     let all = [
         (
             "geometry/before",
@@ -131,7 +137,9 @@ fn geometry_rows(all: &[Replication]) -> Vec<Row> {
             "geometry/rested",
             "geometry's error, calibrated at rest",
             "°",
-            wearers(all).map(|it| median(&it.rested_deg)).collect(),
+            wearers(all)
+                .map(|wearer| median(&wearer.rested_deg))
+                .collect(),
         ),
         (
             "geometry/reversed",
@@ -193,8 +201,10 @@ fn device_rows(all: &[Replication]) -> Vec<Row> {
     let walk = |at: usize| of(&|it| it.walks[at].part);
     let beyond = |name: &'static str| {
         of(&move |it: &Person| {
-            let targets = it.condition(name).map_or(&[][..], |it| &it.targets);
-            let beyond = targets.iter().filter(|it| it.is_beyond).count();
+            let targets = it
+                .condition(name)
+                .map_or(&[][..], |condition| &condition.targets);
+            let beyond = targets.iter().filter(|target| target.is_beyond).count();
             100.0 * beyond as f64 / targets.len() as f64
         })
     };
@@ -230,11 +240,11 @@ fn tests(study: &Study, all: &[Replication]) -> Vec<Row> {
     };
     let w = |it: &Replication| {
         let found = wilcoxon(&diagonal(it, "C2"), &diagonal(it, "C3"));
-        found.map_or(f64::NAN, |it| it.p)
+        found.map_or(f64::NAN, |wilcoxon| wilcoxon.p)
     };
     let u = |it: &Replication| {
         let found = mann_whitney(&errors(it, "C2"), &errors(it, "C3"));
-        found.map_or(f64::NAN, |it| it.p)
+        found.map_or(f64::NAN, |mann_whitney| mann_whitney.p)
     };
     let of = |pick: &dyn Fn(&Replication) -> f64| all.iter().map(pick).collect();
     vec![
@@ -266,9 +276,10 @@ fn tests(study: &Study, all: &[Replication]) -> Vec<Row> {
 fn interval(study: &Study, all: &[Replication], less: &str) -> Option<String> {
     let each: Vec<f64> = all
         .iter()
-        .map(|it| {
-            let wearers = it.people.iter().skip(1);
-            let part = wearers.map(|it| 100.0 * (median_of(it, less) / median_of(it, "C2") - 1.0));
+        .map(|replication| {
+            let wearers = replication.people.iter().skip(1);
+            let part = wearers
+                .map(|wearer| 100.0 * (median_of(wearer, less) / median_of(wearer, "C2") - 1.0));
             mean(part)
         })
         .collect::<Option<_>>()?;
@@ -288,7 +299,7 @@ fn interval(study: &Study, all: &[Replication], less: &str) -> Option<String> {
 fn who_did_not_twitch(all: &[Replication]) -> Vec<String> {
     let mut notes = Vec::new();
     let of = |pick: &dyn Fn(&Person) -> &[usize]| {
-        let each: Vec<usize> = wearers(all).map(|it| pick(it).len()).collect();
+        let each: Vec<usize> = wearers(all).map(|wearer| pick(wearer).len()).collect();
         let who = each.iter().filter(|n| **n > 0).count();
         (who, each.iter().sum::<usize>())
     };
@@ -300,7 +311,7 @@ fn who_did_not_twitch(all: &[Replication]) -> Vec<String> {
              S1's frame. Where each twitch waits for the arm to rest: in {at_rest} ({few} channels)."
         ));
     }
-    for it in all.iter().filter(|it| it.in_vain > 0) {
+    for it in all.iter().filter(|replication| replication.in_vain > 0) {
         notes.push(format!(
             "Study {}: a channel of S1 did not twitch; another was drawn as S1, {} in vain.",
             it.index, it.in_vain
@@ -346,11 +357,11 @@ pub fn outcome(study: &Study, all: &[Replication], told: Told) -> Result<Outcome
     notes.extend(
         ["C3", "C4", "fresh", "rested"]
             .iter()
-            .filter_map(|it| interval(study, all, it)),
+            .filter_map(|text| interval(study, all, text)),
     );
     notes.extend(who_did_not_twitch(all));
     let shares = shares(all);
-    notes.extend(shares.first().and_then(|it| asked(study, it)));
+    notes.extend(shares.first().and_then(|share| asked(study, share)));
     let (device, played) = told.played.unzip();
     notes.extend(played);
     notes.extend(

@@ -39,13 +39,16 @@ impl Features {
     pub fn of(&self, input: &[f64]) -> DVector<f64> {
         let scale = (2.0 / self.phases.len() as f64).sqrt();
         let turned = &self.frequencies * DVector::from_column_slice(input) + &self.phases;
-        turned.map(|it| scale * it.cos())
+        turned.map(|value| scale * value.cos())
     }
 
     /// Of several, in rows.
     #[must_use]
     pub fn rows(&self, inputs: &[Vec<f64>]) -> DMatrix<f64> {
-        let rows: Vec<_> = inputs.iter().map(|it| self.of(it).transpose()).collect();
+        let rows: Vec<_> = inputs
+            .iter()
+            .map(|input| self.of(input).transpose())
+            .collect();
         DMatrix::from_rows(&rows)
     }
 }
@@ -130,7 +133,8 @@ pub fn folds(n: usize, folds: usize, seed: u64) -> Vec<usize> {
 pub fn score(outputs: &[Vec<f64>], answers: &[Vec<f64>], columns: std::ops::Range<usize>) -> Score {
     let mut sums = [0.0; 3];
     for column in columns {
-        let of = |all: &[Vec<f64>]| -> Vec<f64> { all.iter().map(|it| it[column]).collect() };
+        let of =
+            |all: &[Vec<f64>]| -> Vec<f64> { all.iter().map(|values| values[column]).collect() };
         let (wanted, told) = (of(outputs), of(answers));
         let fold = |first: f64, pick: fn(f64, f64) -> f64| wanted.iter().copied().fold(first, pick);
         let range = fold(f64::NEG_INFINITY, f64::max) - fold(f64::INFINITY, f64::min);

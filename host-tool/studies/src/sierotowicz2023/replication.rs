@@ -79,13 +79,15 @@ impl Person {
     /// The condition of this name.
     #[must_use]
     pub fn condition(&self, name: &str) -> Option<&Condition> {
-        self.conditions.iter().find(|it| it.name == name)
+        self.conditions
+            .iter()
+            .find(|condition| condition.name == name)
     }
 
     /// Median of geometry's errors before and after calibration, degrees.
     #[must_use]
     pub fn geometry(&self) -> [f64; 2] {
-        self.geometry_deg.each_ref().map(|it| median(it))
+        self.geometry_deg.each_ref().map(|values| median(values))
     }
 }
 
@@ -301,10 +303,11 @@ pub fn replication(study: &Study, seed: u64, index: u64) -> Result<Replication, 
 
 /// S2 and S3 of every study: who wears a frame that is not their own.
 pub(super) fn wearers(all: &[Replication]) -> impl Iterator<Item = &Person> {
-    all.iter().flat_map(|it| it.people.iter().skip(1))
+    all.iter()
+        .flat_map(|replication| replication.people.iter().skip(1))
 }
 
 /// Every participant.
 pub(super) fn people(all: &[Replication]) -> impl Iterator<Item = &Person> {
-    all.iter().flat_map(|it| &it.people)
+    all.iter().flat_map(|replication| &replication.people)
 }

@@ -47,8 +47,12 @@ impl Run {
 
 /// Whoever came to something, and why the others did not.
 fn parted(units: &[Result<Replication, String>]) -> (Vec<Replication>, Vec<String>) {
-    let whole = units.iter().filter_map(|it| it.as_ref().ok().cloned());
-    let failed = units.iter().filter_map(|it| it.as_ref().err().cloned());
+    let whole = units
+        .iter()
+        .filter_map(|replication| replication.as_ref().ok().cloned());
+    let failed = units
+        .iter()
+        .filter_map(|replication| replication.as_ref().err().cloned());
     (whole.collect(), failed.collect())
 }
 
@@ -126,7 +130,11 @@ impl laboratory::Study for Run {
             ("draws.csv".to_owned(), csv(&whole)),
             ("studies.jsonl".to_owned(), lines.collect()),
         ];
-        files.extend(whole.first().map(|it| ("arms.html".to_owned(), page(it))));
+        files.extend(
+            whole
+                .first()
+                .map(|replication| ("arms.html".to_owned(), page(replication))),
+        );
         Ok(files)
     }
 

@@ -13,10 +13,10 @@ use host_core::statistics::mean;
 pub(super) fn table_1(study: &Study, all: &[Replication]) -> Sheet {
     let names = ["force", "torque"].into_iter().chain(JOINT_NAMES);
     let cell = |of: &dyn Fn(&Score) -> f64, place: usize, way: usize| {
-        let each = people(all).flat_map(|it| &it.conditions);
+        let each = people(all).flat_map(|wearer| &wearer.conditions);
         let each: Vec<f64> = each
-            .filter_map(|it| it.table_1.get(place))
-            .map(|it| of(&it[way]))
+            .filter_map(|condition| condition.table_1.get(place))
+            .map(|values| of(&values[way]))
             .collect();
         mean(&each).unwrap_or(f64::NAN)
     };
@@ -31,7 +31,7 @@ pub(super) fn table_1(study: &Study, all: &[Replication]) -> Sheet {
         } else {
             study.paper.joints
         };
-        cells.extend(paper.map(|it| format!("{it:.3}")));
+        cells.extend(paper.map(|paper| format!("{paper:.3}")));
         cells
     };
     let heads = [
@@ -62,9 +62,9 @@ pub(super) fn figure_7(all: &[Replication]) -> Sheet {
         for (wanted, axis) in axes.iter().enumerate() {
             let mut cells = vec![format!("{name}, wanted {axis}")];
             for measured in 0..3 {
-                let each = people(all).filter_map(|it| it.condition(name));
+                let each = people(all).filter_map(|wearer| wearer.condition(name));
                 let each: Vec<f64> = each
-                    .map(|it| it.measures.correlations[wanted][measured].r)
+                    .map(|condition| condition.measures.correlations[wanted][measured].r)
                     .collect();
                 cells.push(format!("{:.3}", mean(&each).unwrap_or(f64::NAN)));
             }
@@ -97,17 +97,23 @@ pub(super) fn forces(all: &[Replication]) -> Option<Sheet> {
                 let Some(it) = person.condition(condition) else {
                     continue;
                 };
-                let of = it.targets.iter().filter(|it| it.command == 2 * place + 1);
+                let of = it
+                    .targets
+                    .iter()
+                    .filter(|target| target.command == 2 * place + 1);
                 let of: Vec<&Target> = of.collect();
                 let n = of.len().max(1) as f64;
                 let mean: [f64; 3] = std::array::from_fn(|axis| {
-                    of.iter().map(|it| force(it.measured)[axis]).sum::<f64>() / n
+                    of.iter()
+                        .map(|target| force(target.measured)[axis])
+                        .sum::<f64>()
+                        / n
                 });
-                let wanted = of.first().map_or(0.0, |it| size(it.wanted_n));
+                let wanted = of.first().map_or(0.0, |target| size(target.wanted_n));
                 if condition == "C2" {
                     cells.push(format!("{wanted:.1}"));
                 }
-                cells.push(mean.map(|it| format!("{it:.1}")).join(" "));
+                cells.push(mean.map(|mean| format!("{mean:.1}")).join(" "));
             }
             rows.push(cells);
         }

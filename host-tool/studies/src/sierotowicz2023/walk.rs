@@ -38,8 +38,8 @@ pub fn walk(
     device: &Device,
     rate_hz: u64,
 ) -> Result<Walk, EndpointError> {
-    let reaches = DIRECTIONS.map(|it| device.reachable_n(it));
-    let least = reaches.into_iter().filter(|it| *it > 0.0);
+    let reaches = DIRECTIONS.map(|directions| device.reachable_n(directions));
+    let least = reaches.into_iter().filter(|reach| *reach > 0.0);
     let wanted_n = 0.5 * least.reduce(f64::min).unwrap_or(0.0);
     let mut targets = Vec::new();
     for plane in 0..3 {

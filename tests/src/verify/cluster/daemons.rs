@@ -52,7 +52,7 @@ impl Cluster {
         cluster.prepare(host.context("this machine has no name")?)?;
         let munge = |file: &str| cluster.folder.join("munge").join(file);
         let options = ["key-file", "socket", "pid-file", "log-file", "seed-file"];
-        let options = options.map(|it| format!("--{it}={}", munge(it).display()));
+        let options = options.map(|text| format!("--{text}={}", munge(text).display()));
         let mut words = vec!["--foreground"];
         words.extend(options.iter().map(String::as_str));
         cluster.begin("munged", &words)?;
@@ -89,7 +89,10 @@ impl Cluster {
         for program in ["munged", "slurmctld", "slurmd"] {
             let log = fs::read(self.log(program)).unwrap_or_default();
             let text = String::from_utf8_lossy(&log).into_owned();
-            let written: Vec<&str> = text.lines().filter(|it| !it.trim().is_empty()).collect();
+            let written: Vec<&str> = text
+                .lines()
+                .filter(|line| !line.trim().is_empty())
+                .collect();
             let tail = written.iter().skip(written.len().saturating_sub(TAIL));
             lines.extend(tail.map(|line| format!("{program}: {line}")));
         }
@@ -199,7 +202,7 @@ impl Drop for Cluster {
         let is_busy = || {
             let mut asked = Command::new("squeue");
             asked.arg("-h").envs(variables.clone());
-            asked.output().is_ok_and(|it| !it.stdout.is_empty())
+            asked.output().is_ok_and(|output| !output.stdout.is_empty())
         };
         while is_busy() && begin.elapsed() < PATIENCE {
             sleep(LOOK);

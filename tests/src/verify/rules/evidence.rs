@@ -35,11 +35,15 @@ pub(super) fn missing(sources: &[Source]) -> Findings {
     );
     let quoted = told.split('`').skip(1).step_by(2);
     let is_gone = |quoted: &&str| !is_there(quoted, sources);
-    found.extend(quoted.filter(is_gone).map(|it| tell("is not there", it)));
+    found.extend(
+        quoted
+            .filter(is_gone)
+            .map(|text| tell("is not there", text)),
+    );
     found.extend(
         links(told)
             .filter(is_gone)
-            .map(|it| tell("is not there", it)),
+            .map(|links| tell("is not there", links)),
     );
     found
 }

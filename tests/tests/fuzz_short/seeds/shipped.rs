@@ -44,7 +44,7 @@ pub fn conversation(name: &str) -> Vec<Step> {
         steps.extend(
             std::iter::once(setpoint)
                 .chain(with)
-                .map(|it| Ask(it.request(None))),
+                .map(|setpoint| Ask(setpoint.request(None))),
         );
         steps.push(Wait(WAIT));
     }

@@ -135,7 +135,7 @@ impl Field {
             potential: scale * sum.potential,
             gradient: scale * sum.gradient,
             curvature: scale * sum.curvature,
-            across: sum.across.map(|it| scale * it),
+            across: sum.across.map(|value| scale * value),
         }
     }
 
@@ -155,14 +155,15 @@ impl Field {
         let across = a.farthest_m(b.x_m, b.y_m) + b.farthest_m(b.x_m, b.y_m);
         let directions = self.directions.enough(first, 0.0, across);
         let [x, y] = [b.x_m - a.x_m, b.y_m - a.y_m];
-        let images = directions.iter().map(|it| {
-            let [from, to] = [a, b].map(|pad| Profile::new(pad.shape, it.cos, it.sin));
-            let u = x * it.cos + y * it.sin;
+        let images = directions.iter().map(|direction| {
+            let [from, to] =
+                [a, b].map(|pad| Profile::new(pad.shape, direction.cos, direction.sin));
+            let u = x * direction.cos + y * direction.sin;
             let image = |(n, weight): (usize, &f64)| {
                 let w = Complex64::new(first * (n + 1) as f64, -u);
                 weight * to.mean_with(&from, w)
             };
-            it.reflection * it.weights.iter().enumerate().map(image).sum::<f64>()
+            direction.reflection * direction.weights.iter().enumerate().map(image).sum::<f64>()
         });
         let images = images.sum::<f64>() / directions.len() as f64;
         (0.5 * surface::mean_inverse_distance(a, b) + images) / (PI * fat.fat_s_per_m)
@@ -198,7 +199,7 @@ impl Field {
             }
             w.re += 2.0 * self.tissue.fat_m;
         }
-        let [mean, slope, bend] = total.map(|it| wave.strength * it);
+        let [mean, slope, bend] = total.map(|complex| wave.strength * complex);
         sum.potential += mean.re;
         sum.gradient += to.cos * slope.im;
         sum.curvature -= to.cos * to.cos * bend.re;

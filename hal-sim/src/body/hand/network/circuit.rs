@@ -78,7 +78,9 @@ fn in_series(loop_ohm: &Matrix, more_ohm: &Vector, actives: usize) -> Matrix {
     let mut out = *loop_ohm;
     for (electrode, row) in out[..actives].iter_mut().enumerate() {
         let common = &mut row[..actives];
-        common.iter_mut().for_each(|it| *it += more_ohm[actives]);
+        common
+            .iter_mut()
+            .for_each(|common| *common += more_ohm[actives]);
         row[electrode] += more_ohm[electrode];
     }
     out

@@ -60,7 +60,7 @@ impl Freezing<'_> {
             }
             let (pieces, end) = self.frozen(charge, &mut limiting, &broyden.state)?;
             let wrong = self.wrong(&pieces, &broyden.state);
-            if wrong.iter().all(|it| it.abs() <= AGREED) {
+            if wrong.iter().all(|value| value.abs() <= AGREED) {
                 return Some((pieces, end));
             }
             broyden.step(&wrong);
@@ -159,7 +159,7 @@ impl Broyden {
     /// Forgets what it learnt; plain steps are `part` as long from here on.
     fn begin_afresh(&mut self, part: f64) {
         self.last = None;
-        self.inverse = identity().map(|row| row.map(|it| it * part));
+        self.inverse = identity().map(|row| row.map(|row| row * part));
     }
 
     /// Moves the state, which was `wrong`; it does not go below 0.
@@ -182,12 +182,12 @@ impl Broyden {
         let mut along = [0.0; SIZE];
         for (row, step) in self.inverse.iter().zip(step) {
             let sums = along.iter_mut().zip(row);
-            sums.for_each(|(sum, it)| *sum += step * it);
+            sums.for_each(|(sum, value)| *sum += step * value);
         }
         for (k, row) in self.inverse.iter_mut().enumerate() {
             let missed = (step[k] - expected[k]) / scale;
             let entries = row.iter_mut().zip(along);
-            entries.for_each(|(it, along)| *it += missed * along);
+            entries.for_each(|(value, along)| *value += missed * along);
         }
     }
 }

@@ -122,7 +122,7 @@ impl Stages<'_> {
                 modes.piece(self.circuit, &imposed, charge, duration_s)
             }
         };
-        piece.is_limited = limiting.map(|it| it != Limiting::No);
+        piece.is_limited = limiting.map(|limiting| limiting != Limiting::No);
         Some(piece)
     }
 
@@ -170,7 +170,7 @@ impl Stages<'_> {
     ) -> Option<f64> {
         let v = |current_a, skin_v| self.circuit.terminal_v(electrode, current_a, skin_v);
         let terms = piece.all_terms().iter();
-        let pairs = terms.map(|it| (it.rate_per_s, v(&it.current_a, &it.skin_v)));
+        let pairs = terms.map(|term| (term.rate_per_s, v(&term.current_a, &term.skin_v)));
         let needed = Exponentials::new(v(&piece.constant_a, &piece.constant_v), pairs);
         let scale = volts.abs() + self.limit_a * self.circuit.own_ohm(electrode);
         let beyond = needed.plus(-volts).scaled(side);

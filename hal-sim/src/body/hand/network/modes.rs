@@ -105,7 +105,7 @@ impl Modes {
         for (i, electrode) in coupled.all().iter().enumerate() {
             system[i][i] += self.parallel_ohm[*electrode].recip();
             let scaled = system[i].iter_mut().zip(scale);
-            scaled.for_each(|(it, other)| *it *= scale[i] * other);
+            scaled.for_each(|(value, other)| *value *= scale[i] * other);
         }
         self.rows = coupled.count;
         let rates = eigen(&system, &mut self.basis, self.rows)?;
@@ -148,7 +148,7 @@ impl Modes {
         imposed: &[Imposed; SIZE],
         capacitor_v: &Vector,
     ) -> Vector {
-        let mut current_a = imposed.map(|it| match it {
+        let mut current_a = imposed.map(|imposed| match imposed {
             Imposed::Current(held) => held,
             Imposed::Voltage(_) => 0.0,
         });

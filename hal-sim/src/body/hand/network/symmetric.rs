@@ -40,12 +40,12 @@ pub fn inverse(mut a: Matrix, rows: usize) -> Option<Matrix> {
             return None;
         }
         a[k][k] = 1.0;
-        a[k].iter_mut().for_each(|it| *it /= pivot);
+        a[k].iter_mut().for_each(|value| *value /= pivot);
         let row = a[k];
         for (_, other) in (0..rows).zip(a.iter_mut()).filter(|(i, _)| *i != k) {
             let factor = std::mem::take(&mut other[k]);
             let pairs = other.iter_mut().zip(row);
-            pairs.for_each(|(it, by)| *it -= factor * by);
+            pairs.for_each(|(value, by)| *value -= factor * by);
         }
     }
     Some(a)
@@ -82,7 +82,7 @@ fn within(a: &Matrix, basis: &Matrix, rows: usize) -> Matrix {
         let mut product = [0.0; SIZE];
         for (factor, a) in row[..rows].iter().zip(a) {
             let pairs = product.iter_mut().zip(a);
-            pairs.for_each(|(it, a)| *it += factor * a);
+            pairs.for_each(|(value, a)| *value += factor * a);
         }
         for (j, other) in basis[..=k].iter().enumerate() {
             out[k][j] = dot(&product, other);

@@ -187,7 +187,7 @@ fn a_group_that_changes_begins_anew_and_without_scan_its_first_is_all() {
     adc.set(JSQR, 7 << 15, 1310);
     let sample = adc.next_sample();
     assert_eq!(
-        sample.map(|it| (it.at, it.channel)),
+        sample.map(|sample| (sample.at, sample.channel)),
         Some((1310 + 8 * 3, 7))
     );
     let mut adc = board();

@@ -36,7 +36,7 @@ impl<const N: usize> PartialEq for Lines<N> {
 impl<const N: usize> Lines<N> {
     /// The lines, the one used longest ago first.
     fn in_order(&self) -> impl Iterator<Item = u32> {
-        let after = |slot: u8| Some(self.later[usize::from(slot)]).filter(|it| *it != END);
+        let after = |slot: u8| Some(self.later[usize::from(slot)]).filter(|value| *value != END);
         let slots = std::iter::successors(after(END), move |slot| after(*slot));
         slots.map(|slot| self.line_in[usize::from(slot)])
     }

@@ -209,7 +209,7 @@ fn data_registers_of_serial_blocks_take_bytes() {
         .soc
         .spi3
         .words()
-        .map(|it| (it.value, it.bits))
+        .map(|word| (word.value, word.bits))
         .collect();
     assert_eq!(words, [(0xA5, 8)]);
     let sent: Vec<u8> = chip.soc.usart2.sent().map(|(_, byte)| byte).collect();

@@ -342,7 +342,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
 /// The host silence that every electrode's session has, ms.
 fn host_timeout_ms(sessions: &[Session]) -> u16 {
     let first = sessions.first();
-    first.map_or(HOST_TIMEOUT_MS, |it| it.wearer.host_timeout_ms)
+    first.map_or(HOST_TIMEOUT_MS, |session| session.wearer.host_timeout_ms)
 }
 
 /// Where it stood, in words.

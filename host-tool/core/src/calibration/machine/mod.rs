@@ -54,7 +54,7 @@ impl Machine {
     pub fn new(plan: Plan, entries: &[Entry]) -> Self {
         let mut machine = Self {
             found: vec![Found::default(); plan.electrodes.len()],
-            caps: plan.electrodes.iter().map(|it| it.ceiling).collect(),
+            caps: plan.electrodes.iter().map(|plan| plan.ceiling).collect(),
             presentation: Presentation::new(&plan),
             plan,
             at: None,

@@ -8,7 +8,7 @@ impl Machine {
     pub(super) fn replay(&mut self, entry: &Entry) {
         let of = |channel: u8| {
             let mut electrodes = self.plan.electrodes.iter();
-            electrodes.position(|it| it.channel == channel)
+            electrodes.position(|plan| plan.channel == channel)
         };
         match entry {
             Entry::Found {

@@ -201,10 +201,10 @@ impl<'a> Table<'a> {
             }),
             Kind::Whole(number) => self
                 .whole_value(number, file, place.clone())
-                .map(|it| it.map(Value::Whole)),
+                .map(|whole_value| whole_value.map(Value::Whole)),
             Kind::Real(number) => self
                 .real_value(number, file, place.clone())
-                .map(|it| it.map(Value::Real)),
+                .map(|real_value| real_value.map(Value::Real)),
             Kind::Wholes(number, _) => file.as_array().map(|list| {
                 let each = list.iter().map(|item| {
                     let place = self.place(field.name, item.span());

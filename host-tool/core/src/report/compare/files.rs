@@ -183,7 +183,7 @@ fn collect(path: &str, value: &Value, found: &mut BTreeMap<String, String>) {
 /// What tells the tables of a list apart: their `number`, their `channel`, or their place.
 fn labels(list: &[Value]) -> Vec<String> {
     let by = |key: &str| -> Option<Vec<String>> {
-        let numbers = list.iter().map(|it| it.get(key)?.as_integer());
+        let numbers = list.iter().map(|value| value.get(key)?.as_integer());
         let numbers: BTreeSet<i64> = numbers.collect::<Option<_>>()?;
         let word = if key == "number" { "" } else { "channel " };
         let label = |it: &Value| Some(format!("{word}{}", it.get(key)?.as_integer()?));

@@ -80,7 +80,9 @@ pub(super) fn figure(group: &Group<'_>) -> Svg {
     }
     channels.sort_unstable();
     let all = || drawn().flat_map(|(_, (_, kept))| &kept.courses);
-    let end_s = all().map(|it| it.end_s).filter(|end| end.is_finite());
+    let end_s = all()
+        .map(|course| course.end_s)
+        .filter(|end| end.is_finite());
     let end_s = end_s.fold(0.01, f64::max);
     if channels.is_empty() {
         return Svg::default();
@@ -88,7 +90,7 @@ pub(super) fn figure(group: &Group<'_>) -> Svg {
     let columns = if channels.len() > ONE_COLUMN { 2 } else { 1 };
     let panel = |(number, unit, name): &(u8, &str, &str), is_last: bool| {
         let is_own = |course: &&Course| (course.number, &*course.unit) == (*number, *unit);
-        let peaks = all().filter(is_own).map(|it| it.peak);
+        let peaks = all().filter(is_own).map(|course| course.peak);
         let top = peaks.filter(|peak| peak.is_finite()).fold(0.001, f64::max);
         let lines = drawn().flat_map(|(place, (_, kept))| {
             let own = kept.courses.iter().filter(is_own);
@@ -110,7 +112,7 @@ pub(super) fn figure(group: &Group<'_>) -> Svg {
     let rows = rows.map(|(r, row)| {
         let is_last = |c: usize| (r + 1) * columns + c >= channels.len();
         let panels = row.iter().enumerate();
-        panels.map(|(c, it)| panel(it, is_last(c))).collect()
+        panels.map(|(c, pair)| panel(pair, is_last(c))).collect()
     });
     let names = drawn().map(|(place, (number, kept))| {
         let name = format!("{number}: {}", kept.row.trial);

@@ -99,8 +99,12 @@ fn stimulation(groups: &[Group<'_>]) -> Html {
     let mut out = Html::default();
     // What differs comes first, for that is what is drawn where there are many.
     let (differing, alike): (Vec<_>, Vec<_>) = groups.iter().partition(|group| group.differs());
-    let has_channels =
-        |group: &&&Group<'_>| group.trials.iter().any(|it| !it.1.row.channels.is_empty());
+    let has_channels = |group: &&&Group<'_>| {
+        group
+            .trials
+            .iter()
+            .any(|trial| !trial.1.row.channels.is_empty())
+    };
     let ordered = differing.iter().chain(&alike).filter(has_channels);
     for (place, group) in ordered.enumerate() {
         out += html!("<h3>{}</h3>\n", group.name);

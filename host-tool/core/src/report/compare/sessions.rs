@@ -33,7 +33,7 @@ pub(super) fn of_group(group: &Group<'_>) -> Vec<FileDifference> {
                 continue;
             }
             let whole = FileDifference::between((file, group.name), (*from, one), (*to, another));
-            found.extend(whole.map(|it| (another.as_str(), it)));
+            found.extend(whole.map(|file_difference| (another.as_str(), file_difference)));
         }
     }
     found

@@ -71,7 +71,7 @@ fn stimulation(groups: &[Group<'_>]) -> String {
     let (groups, alone): (Vec<_>, Vec<_>) = groups.iter().partition(|group| group.trials.len() > 1);
     let has_channels = |group: &&Group<'_>| {
         let mut trials = group.trials.iter();
-        trials.any(|it| !it.1.row.channels.is_empty())
+        trials.any(|trial| !trial.1.row.channels.is_empty())
     };
     let groups: Vec<&Group<'_>> = groups.into_iter().filter(has_channels).collect();
     let differing = || groups.iter().filter(|group| group.differs());
@@ -117,16 +117,27 @@ fn doses(group: &Group<'_>) -> String {
         format!("{line}\n")
     };
     let mut text = line("", DOSE_HEADS);
-    let channels = || group.trials.iter().flat_map(|(_, it)| &it.row.channels);
-    let mut numbers: Vec<u8> = channels().map(|it| it.channel).collect();
+    let channels = || {
+        group
+            .trials
+            .iter()
+            .flat_map(|(_, record)| &record.row.channels)
+    };
+    let mut numbers: Vec<u8> = channels()
+        .map(|channel_dose| channel_dose.channel)
+        .collect();
     numbers.sort_unstable();
     numbers.dedup();
     for number in numbers {
-        let own = || channels().filter(|it| it.channel == number);
+        let own = || channels().filter(|channel_dose| channel_dose.channel == number);
         let name = own().next().map_or_else(String::new, channel);
         text += &format!("{}\n", cut(&format!("  channel {name}")));
         for (record, kept) in &group.trials {
-            let dose = kept.row.channels.iter().find(|it| it.channel == number);
+            let dose = kept
+                .row
+                .channels
+                .iter()
+                .find(|channel_dose| channel_dose.channel == number);
             if let Some(dose) = dose {
                 let cells = dose_cells(dose);
                 text += &line(&record.to_string(), cells.each_ref().map(String::as_str));
@@ -140,7 +151,9 @@ fn doses(group: &Group<'_>) -> String {
 fn sessions(groups: &[Group<'_>]) -> String {
     let differences: Vec<FileDifference> = groups.iter().flat_map(of_group).collect();
     let shown = differences.iter().take(MOST_TRIALS);
-    let mut text: String = shown.map(|it| format!("\n{}", it.text())).collect();
+    let mut text: String = shown
+        .map(|file_difference| format!("\n{}", file_difference.text()))
+        .collect();
     if differences.len() > MOST_TRIALS {
         let more = differences.len() - MOST_TRIALS;
         text += &format!("\n{more} more session or wearer files differ: on the page.\n");

@@ -40,8 +40,8 @@ fn conduct<P: Port>(
     observer: impl Observer,
 ) -> (Outcome, Option<P>) {
     let attached = Attached {
-        recorder: recorder.map(|it| Box::new(it) as _),
-        outputs: outputs.map(|it| Box::new(it) as _),
+        recorder: recorder.map(|recorder| Box::new(recorder) as _),
+        outputs: outputs.map(|output| Box::new(output) as _),
         observer: Box::new(observer),
     };
     let mut stepper = match Stepper::open(file, port, attached) {

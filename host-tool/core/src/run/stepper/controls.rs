@@ -260,7 +260,7 @@ impl<P: Port> Stepper<'_, P> {
         let Setpoint::Amplitudes(values) = setpoint else {
             return setpoint;
         };
-        let scaled = values.into_iter().map(|it| self.scaled(it));
+        let scaled = values.into_iter().map(|value| self.scaled(value));
         Setpoint::Amplitudes(scaled.collect())
     }
 
@@ -295,7 +295,7 @@ impl Keys {
     #[must_use]
     pub fn of(markers: &[Marker]) -> Self {
         let keys = markers.iter();
-        let keys = keys.filter_map(|it| Some((it.host_us, Control::of(it)?)));
+        let keys = keys.filter_map(|marker| Some((marker.host_us, Control::of(marker)?)));
         Self {
             left: keys.collect(),
         }

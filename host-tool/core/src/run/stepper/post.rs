@@ -61,7 +61,7 @@ impl<P: Port> Stepper<'_, P> {
     /// The orders of programs for `at_us` µs after the start, at the channels' intensities.
     fn programmed_at(&self, at_us: u64) -> Vec<(u8, Stimulus)> {
         let orders = self.session.setpoints.programs.at(at_us);
-        let orders = orders.into_iter().map(|it| self.scaled(it));
+        let orders = orders.into_iter().map(|order| self.scaled(order));
         orders.collect()
     }
 

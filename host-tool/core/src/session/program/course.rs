@@ -127,7 +127,7 @@ fn on_the_way(
     let part = (at_us - from_us) as f64 / (to_us - from_us) as f64;
     let between = |from: f64, to: f64| from + (to - from) * part;
     let width = between(from.width_us.into(), to.width_us.into());
-    let [a, b] = [from, to].map(|it| f64::from(it.amplitude.get()));
+    let [a, b] = [from, to].map(|stimulus| f64::from(stimulus.amplitude.get()));
     let (amplitude, since_us) = match from.amplitude {
         // A rise begins with its first burst, which has its share already.
         Amplitude::ZERO => {

@@ -81,7 +81,7 @@ impl Points<'_, '_> {
             if needed.is_none_or(|needed| over_us < needed) {
                 tell_short(item, "at_s", self.found, (from.1, to.1), needed, from.0);
             }
-            let is_silent = [from, to].map(|it| it.1.amplitude == Amplitude::ZERO);
+            let is_silent = [from, to].map(|pair| pair.1.amplitude == Amplitude::ZERO);
             if is_silent == [true, false] {
                 self.check_silence(nth, silent_us);
             }
@@ -116,7 +116,7 @@ impl Points<'_, '_> {
         let rise = self.rise;
         let is_rise = from.amplitude == Amplitude::ZERO;
         let shortest_us = match is_rise {
-            true if self.points.iter().all(|it| rise.is_at_once(it.1)) => 0,
+            true if self.points.iter().all(|point| rise.is_at_once(point.1)) => 0,
             true => match rise.shortest_us(from, to)? {
                 0 => 0,
                 shortest_us => shortest_us + rise.period_us,

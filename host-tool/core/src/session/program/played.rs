@@ -35,9 +35,9 @@ pub(super) struct Played {
 
 impl Programs {
     pub(super) fn new(mut played: Vec<Played>) -> Self {
-        played.sort_unstable_by_key(|it| it.channel);
+        played.sort_unstable_by_key(|run| run.channel);
         Self {
-            has_widths: played.iter().any(|it| it.has_live_width),
+            has_widths: played.iter().any(|run| run.has_live_width),
             played,
         }
     }
@@ -50,7 +50,7 @@ impl Programs {
 
     /// Its channels on the link (0–9), rising.
     pub fn channels(&self) -> impl Iterator<Item = u8> + '_ {
-        self.played.iter().map(|it| it.channel)
+        self.played.iter().map(|run| run.channel)
     }
 
     /// What to order for the first burst of each channel at or after `t_us` microseconds
@@ -77,13 +77,13 @@ impl Programs {
     /// The shortest period of its channels' trains, µs; nothing without channels.
     #[must_use]
     pub fn shortest_period_us(&self) -> Option<u64> {
-        self.played.iter().map(|it| it.rise.period_us).min()
+        self.played.iter().map(|run| run.rise.period_us).min()
     }
 
     /// The steps of a channel on the link (0–9) whose program holds each, at µs after the
     /// begin of a pass.
     pub(in crate::session) fn steps(&self, channel: u8) -> Option<&[(u64, Stimulus)]> {
-        let own = self.played.iter().find(|it| it.channel == channel)?;
+        let own = self.played.iter().find(|run| run.channel == channel)?;
         match &own.course {
             Course::Points {
                 points,
@@ -107,9 +107,9 @@ impl Programs {
     /// one.
     #[must_use]
     pub fn two_passes_us(&self) -> u64 {
-        let ends = self.played.iter().map(|it| {
-            let passes_us = it.passes.every_us.map(|every_us| 2.0 * every_us);
-            it.passes.first_us + passes_us.unwrap_or(it.course.lasts_us())
+        let ends = self.played.iter().map(|run| {
+            let passes_us = run.passes.every_us.map(|every_us| 2.0 * every_us);
+            run.passes.first_us + passes_us.unwrap_or(run.course.lasts_us())
         });
         ends.fold(0.0, f64::max).ceil() as u64
     }
@@ -120,11 +120,17 @@ impl Programs {
     #[must_use]
     pub fn drawn(&self, length_us: u64, columns: u64) -> Vec<(u8, String)> {
         let line = |it: &Played| {
-            let most = it.course.stimuli().map(|it| it.amplitude.get()).max();
+            let most = it
+                .course
+                .stimuli()
+                .map(|stimulus| stimulus.amplitude.get())
+                .max();
             let block = |column: u64| {
                 // The middle of the column.
                 let t_us = length_us * (2 * column + 1) / (2 * columns.max(1));
-                let amplitude = it.wanted(t_us).map_or(0.0, |it| it.amplitude);
+                let amplitude = it
+                    .wanted(t_us)
+                    .map_or(0.0, |wanted_value| wanted_value.amplitude);
                 let part = amplitude / f64::from(most.unwrap_or(0)).max(1.0);
                 let blocks = BLOCKS.len() as f64 - 1.0;
                 BLOCKS.get((part * blocks).ceil() as usize).copied()
@@ -138,8 +144,11 @@ impl Programs {
     /// unit.
     #[must_use]
     pub fn extremes(&self, channel: u8) -> Option<(u32, u32)> {
-        let own = self.played.iter().find(|it| it.channel == channel)?;
-        let values = own.course.stimuli().map(|it| it.amplitude.get());
+        let own = self.played.iter().find(|run| run.channel == channel)?;
+        let values = own
+            .course
+            .stimuli()
+            .map(|stimulus| stimulus.amplitude.get());
         Some((0, values.max()?))
     }
 }

@@ -85,7 +85,11 @@ impl<'a> Reader<'a> {
 
     /// Reads a program of `channels`.
     fn read_listed(&mut self, t: &Table<'_>, form: Form, earlier: u16) {
-        let numbers: Vec<u8> = t.wholes("channels").iter().map(|it| it.0 as u8).collect(); // 1–10
+        let numbers: Vec<u8> = t
+            .wholes("channels")
+            .iter()
+            .map(|pair| pair.0 as u8)
+            .collect(); // 1–10
         if numbers.is_empty() {
             t.out_of_range("channels", "1 to 10 channels".into());
         }
@@ -189,7 +193,10 @@ impl<'a> Reader<'a> {
     fn read_points(&self, t: &Table<'_>, player: &Player<'_>, is_held: bool) -> Option<Course> {
         let mut points: Vec<(u64, Stimulus)> = Vec::new();
         // Of what comes behind a wrong one nothing can be said.
-        let items = t.tables("points").iter().take_while(|it| it.is_sound());
+        let items = t
+            .tables("points")
+            .iter()
+            .take_while(|table| table.is_sound());
         let items: Vec<&Table<'_>> = items.collect();
         for item in &items {
             let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
@@ -204,7 +211,7 @@ impl<'a> Reader<'a> {
             false => None,
         };
         let Player { found, rise } = player;
-        let steps = Steps::of(found, self.setup, points.iter().map(|it| it.1));
+        let steps = Steps::of(found, self.setup, points.iter().map(|point| point.1));
         let points = Points {
             t,
             items: &items,
@@ -228,7 +235,7 @@ impl<'a> Reader<'a> {
         let start_mdeg: i64 = t.whole("start_deg");
         // At least one a minute: checked.
         let turn_us = t.real("cadence_rpm").map(|rpm| 60e6 / rpm);
-        for item in t.tables("phases").iter().filter(|it| it.is_sound()) {
+        for item in t.tables("phases").iter().filter(|table| table.is_sound()) {
             let Some(player) = self.player(item, "channel", item.whole("channel"), earlier) else {
                 continue;
             };

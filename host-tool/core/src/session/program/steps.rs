@@ -48,7 +48,9 @@ impl Steps {
             period_us: found.spec.train.period_us.into(),
             own_us: found.spec.train.width_us.into(),
         };
-        steps.peak = stimuli.map(|it| steps.measure(it)).fold(0.0, f64::max);
+        steps.peak = stimuli
+            .map(|stimulus| steps.measure(stimulus))
+            .fold(0.0, f64::max);
         Some(steps)
     }
 
@@ -73,9 +75,11 @@ impl Steps {
         to: Stimulus,
     ) {
         let most = self.burst.min(self.second);
-        let is_free = [from, to].iter().any(|it| it.amplitude == Amplitude::ZERO);
+        let is_free = [from, to]
+            .iter()
+            .any(|stimulus| stimulus.amplitude == Amplitude::ZERO);
         if !is_free && self.measure(to) - self.measure(from) > most {
-            let [from, to] = [from, to].map(|it| found.display(it.amplitude));
+            let [from, to] = [from, to].map(|stimulus| found.display(stimulus.amplitude));
             let (channel, most) = (found.number, found.display(Amplitude::new(most as u32)));
             let problem = Problem::StepTooLarge {
                 channel,

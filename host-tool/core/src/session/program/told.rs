@@ -18,9 +18,13 @@ pub(super) fn tell_short(
     before_us: u64,
 ) {
     let channel = found.number;
-    let [from, to] = [from, to].map(|it| match found.has_live_width() {
-        true => format!("{} for {} µs", found.display(it.amplitude), it.width_us),
-        false => found.display(it.amplitude),
+    let [from, to] = [from, to].map(|stimulus| match found.has_live_width() {
+        true => format!(
+            "{} for {} µs",
+            found.display(stimulus.amplitude),
+            stimulus.width_us
+        ),
+        false => found.display(stimulus.amplitude),
     });
     let problem = match least_us {
         Some(least_us) => Problem::RampTooShort {

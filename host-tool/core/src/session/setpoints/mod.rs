@@ -171,9 +171,15 @@ impl Setpoint {
                     .iter()
                     .fold(0, |mask, (channel, _)| mask | 1 << channel),
                 // At most ten channels.
-                values: values.iter().map(|(_, it)| it.amplitude).collect(),
-                widths: match values.iter().any(|(_, it)| it.width_us != 0) {
-                    true => values.iter().map(|(_, it)| it.width_us).collect(),
+                values: values
+                    .iter()
+                    .map(|(_, stimulus)| stimulus.amplitude)
+                    .collect(),
+                widths: match values.iter().any(|(_, stimulus)| stimulus.width_us != 0) {
+                    true => values
+                        .iter()
+                        .map(|(_, stimulus)| stimulus.width_us)
+                        .collect(),
                     false => Default::default(),
                 },
             },
@@ -286,7 +292,7 @@ impl Setpoints {
         match self.force_of(channel) {
             None => constant
                 .next()
-                .map(|(_, it)| (it.amplitude.get(), it.amplitude.get())),
+                .map(|(_, stimulus)| (stimulus.amplitude.get(), stimulus.amplitude.get())),
             Some(ForceCourse::Ramp(points)) => {
                 let forces = || points.iter().map(|(_, mn)| *mn);
                 forces().min().zip(forces().max())

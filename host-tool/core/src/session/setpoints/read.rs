@@ -128,7 +128,10 @@ fn read_held(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Cours
     }
     let mut points: Vec<(u64, bool)> = Vec::new();
     // Of what comes behind a wrong one nothing can be said.
-    let items = t.tables("points").iter().take_while(|it| it.is_sound());
+    let items = t
+        .tables("points")
+        .iter()
+        .take_while(|table| table.is_sound());
     let items: Vec<&Table<'_>> = items.collect();
     for item in &items {
         let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
@@ -202,7 +205,11 @@ fn find_controlled<'c>(t: &Table<'_>, channels: &'c Channels) -> Option<&'c Chan
 fn read_ramp(t: &Table<'_>, channel: &Channel) -> Option<ForceCourse> {
     let mut points: Vec<(u64, u32)> = Vec::new();
     // Of what comes behind a wrong one nothing can be said.
-    for item in t.tables("points").iter().take_while(|it| it.is_sound()) {
+    for item in t
+        .tables("points")
+        .iter()
+        .take_while(|table| table.is_sound())
+    {
         let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
         let mn = item.whole::<i64>("n");
         check_force(item, "n", channel, mn as f64 / 1e3)?;
@@ -244,7 +251,7 @@ fn read_bounds(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Vec
         let limit = found.spec.limit;
         if setup.controlled & 1 << bounds.channel != 0 && !is_force {
             item.say("channel", Problem::Controlled { channel });
-        } else if all.iter().any(|it| it.channel == bounds.channel) {
+        } else if all.iter().any(|item| item.channel == bounds.channel) {
             item.say("channel", Problem::ChannelTwice { channel });
         } else if bounds.most <= bounds.least {
             item.not_after("most", "`least`".into());

@@ -39,7 +39,11 @@ impl StimulusCourse {
 
     /// The least and the most amplitude.
     pub(super) fn extremes(&self) -> Option<(u32, u32)> {
-        let values = || self.points.iter().map(|(_, it)| it.amplitude.get());
+        let values = || {
+            self.points
+                .iter()
+                .map(|(_, stimulus)| stimulus.amplitude.get())
+        };
         values().min().zip(values().max())
     }
 
@@ -48,7 +52,9 @@ impl StimulusCourse {
     /// before.
     pub(in crate::session) fn peaks(&self) -> Vec<(usize, Stimulus)> {
         let points = self.points.iter().enumerate();
-        let mut all: Vec<_> = points.map(|(n, (_, it))| (n, self.playable(*it))).collect();
+        let mut all: Vec<_> = points
+            .map(|(n, (_, stimulus))| (n, self.playable(*stimulus)))
+            .collect();
         for (n, pair) in self.points.windows(2).enumerate() {
             let [(_, from), (_, to)] = pair else { continue };
             let number = |it: &Stimulus| (f64::from(it.amplitude.get()), f64::from(it.width_us));

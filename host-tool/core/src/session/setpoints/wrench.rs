@@ -49,7 +49,10 @@ pub(super) fn read_wrenches(
 ) -> Option<Course> {
     let mut points: Vec<(u64, [i32; 3])> = Vec::new();
     // Of what comes behind a wrong one nothing can be said.
-    let items = t.tables("points").iter().take_while(|it| it.is_sound());
+    let items = t
+        .tables("points")
+        .iter()
+        .take_while(|table| table.is_sound());
     let items: Vec<&Table<'_>> = items.collect();
     for item in &items {
         let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;

@@ -15,7 +15,7 @@ pub(super) const SOURCES: [&str; 3] = ["number of points", "participant", "inter
 /// Of trials by number of points and participant; `None` where it cannot be made.
 fn of(cells: &[Vec<Vec<f64>>]) -> Option<Anova> {
     let all = two_way(cells).ok()?;
-    Some([all.first, all.second, all.interaction].map(|it| [it.f, it.p]))
+    Some([all.first, all.second, all.interaction].map(|effect| [effect.f, effect.p]))
 }
 
 /// Of table 8 as it is printed. Table 9 has been made of numbers with more digits: its
@@ -36,7 +36,7 @@ pub(super) fn has_all<'a>(names: impl Iterator<Item = &'a str>) -> bool {
 
 /// Of each draw in which P, Q and S all have every trial with one point and with two.
 pub(super) fn replications(parts: &[Part], law: &str) -> Vec<Anova> {
-    let draws: BTreeSet<u64> = parts.iter().map(|it| it.draw).collect();
+    let draws: BTreeSet<u64> = parts.iter().map(|part| part.draw).collect();
     let replication = |draw: u64| {
         let (mut one, mut two) = (Vec::new(), Vec::new());
         for (name, _) in &TABLE_8 {
@@ -51,7 +51,7 @@ pub(super) fn replications(parts: &[Part], law: &str) -> Vec<Anova> {
 
 /// Draws in which P, Q and S all have both means, with them.
 pub(super) fn whole(parts: &[Part], law: &str) -> Vec<Vec<[f64; 2]>> {
-    let draws: BTreeSet<u64> = parts.iter().map(|it| it.draw).collect();
+    let draws: BTreeSet<u64> = parts.iter().map(|part| part.draw).collect();
     let both = |name: &str, draw: u64| {
         let [one, two] = of_draw(parts, name, draw)?.tracking()?.means(law);
         Some([one?, two?])
@@ -84,7 +84,8 @@ mod tests {
             all.collect::<Vec<_>>()
         });
         let all = two_way(&points).unwrap();
-        let of = [all.first, all.second, all.interaction].map(|it| (it.sum_squares, it.df));
+        let of =
+            [all.first, all.second, all.interaction].map(|effect| (effect.sum_squares, effect.df));
         for ((ours, df), (printed, printed_df)) in
             of.into_iter().zip([(97.2, 1), (79.6, 2), (52.2, 2)])
         {

@@ -23,8 +23,8 @@ const METHODS: [&str; 2] = ["one point", "two points"];
 
 /// One point's and two points' mean RMSE of each draw that has any, °.
 fn means(parts: &[Part], name: &str, law: &str) -> Vec<[Option<f64>; 2]> {
-    let tracked = own(parts, name).filter_map(|it| it.tracking());
-    tracked.map(|it| it.means(law)).collect()
+    let tracked = own(parts, name).filter_map(|outcome| outcome.tracking());
+    tracked.map(|tracking| tracking.means(law)).collect()
 }
 
 /// Those of draws that have both.
@@ -35,7 +35,12 @@ fn pairs(parts: &[Part], name: &str, law: &str) -> Vec<[f64; 2]> {
 
 impl Study {
     fn has_all(&self) -> bool {
-        anova::has_all(self.participants.all.iter().map(|it| &*it.name))
+        anova::has_all(
+            self.participants
+                .all
+                .iter()
+                .map(|participant| &*participant.name),
+        )
     }
 
     /// RMSE beside table 8, F and p beside table 9.
@@ -52,7 +57,7 @@ impl Study {
                 for (place, what) in ["F", "p"].into_iter().enumerate() {
                     let quantity = format!("{name}, {}, {what}", in_words(law));
                     let id = format!("{quantity}/Table 9: {what}");
-                    let values = all.iter().map(|it| it[source][place]).collect();
+                    let values = all.iter().map(|values| values[source][place]).collect();
                     rows.push(row(&id, quantity, "", Some(TABLE_9[source][place]), values));
                 }
             }
@@ -76,7 +81,7 @@ impl Study {
                 format!("P, Q and S all do, {words}"),
                 Some(true),
                 all.iter()
-                    .map(|it| Some(it.iter().all(|[one, two]| two < one))),
+                    .map(|items| Some(items.iter().all(|[one, two]| two < one))),
             ));
             let all = replications(parts, law);
             let says = [
@@ -87,7 +92,7 @@ impl Study {
             for (source, (id, what, paper)) in says.into_iter().enumerate() {
                 let is = all
                     .iter()
-                    .map(|it| Some(it[source][1] < self.protocol.significant));
+                    .map(|values| Some(values[source][1] < self.protocol.significant));
                 let id = format!("table-9-{id}-{law}");
                 shares.push(claim(
                     &id,
@@ -115,9 +120,12 @@ impl Study {
                 let all = means(parts, &participant.name, law);
                 let mut row = vec![format!("{}, {}", participant.name, in_words(law))];
                 for place in 0..METHODS.len() {
-                    let spread = Spread::of(all.iter().filter_map(|it| it[place]));
+                    let spread = Spread::of(all.iter().filter_map(|values| values[place]));
                     row.extend(cells(spread, 1));
-                    let paper = participant.paper.as_ref().map(|it| it.rmse_deg[place]);
+                    let paper = participant
+                        .paper
+                        .as_ref()
+                        .map(|printed_value| printed_value.rmse_deg[place]);
                     row.push(cell(paper, 1));
                 }
                 rows.push(row);
@@ -141,11 +149,11 @@ impl Study {
         let (mut rows, mut whose) = (Vec::new(), Vec::new());
         for participant in &self.participants.all {
             let name = &participant.name;
-            let both = parts.iter().filter(|it| it.participant == *name);
-            let first = both.filter_map(|it| {
-                let tracking = it.became.as_ref().ok()?.tracking()?;
+            let both = parts.iter().filter(|part| part.participant == *name);
+            let first = both.filter_map(|part| {
+                let tracking = part.became.as_ref().ok()?.tracking()?;
                 let (_, one) = tracking.one(LAWS[0])?;
-                Some((it.draw, [one, tracking.two(LAWS[0])?]))
+                Some((part.draw, [one, tracking.two(LAWS[0])?]))
             });
             let Some((draw, ours)) = first.into_iter().next() else {
                 continue;
@@ -162,7 +170,10 @@ impl Study {
             }
             let averages = [mean(&ours[0]), mean(&ours[1])];
             let of = |place: usize| {
-                let paper = participant.paper.as_ref().map(|it| it.rmse_deg[place]);
+                let paper = participant
+                    .paper
+                    .as_ref()
+                    .map(|printed_value| printed_value.rmse_deg[place]);
                 [cell(Some(averages[place]), 1), cell(paper, 1)]
             };
             rows.push([&[format!("{name}, average")][..], &of(0), &of(1)].concat());
@@ -188,8 +199,11 @@ fn rmse_rows(participant: &Participant, law: &str, parts: &[Part]) -> Vec<Row> {
     let methods = METHODS.into_iter().enumerate();
     let row_of = |(place, method): (usize, &str)| {
         let quantity = format!("{name}, {method}, {}", in_words(law));
-        let paper = participant.paper.as_ref().map(|it| it.rmse_deg[place]);
-        let values = all.iter().filter_map(|it| it[place]).collect();
+        let paper = participant
+            .paper
+            .as_ref()
+            .map(|printed_value| printed_value.rmse_deg[place]);
+        let values = all.iter().filter_map(|values| values[place]).collect();
         row(
             &format!("{quantity}/RMSE (°)"),
             quantity,
@@ -217,8 +231,8 @@ fn share_of(participant: &Participant, law: &str, parts: &[Part]) -> Vec<Share> 
         let within = |place: usize, it: f64| {
             let (low, high) = trials[place]
                 .iter()
-                .fold((f64::MAX, f64::MIN), |(low, high), it| {
-                    (low.min(*it), high.max(*it))
+                .fold((f64::MAX, f64::MIN), |(low, high), value| {
+                    (low.min(*value), high.max(*value))
                 });
             (low..=high).contains(&it)
         };
@@ -240,10 +254,10 @@ fn table_9(parts: &[Part]) -> Sheet {
     for (source, name) in SOURCES.into_iter().enumerate() {
         for (place, (what, digits)) in [("F", 2), ("p", 4)].into_iter().enumerate() {
             let paper = cell(Some(TABLE_9[source][place]), digits);
-            let again = cell(recomputed.map(|it| it[source][place]), digits);
+            let again = cell(recomputed.map(|values| values[source][place]), digits);
             let mut row = vec![format!("{name}, {what}"), paper, again];
             for all in &ours {
-                let spread = Spread::of(all.iter().map(|it| it[source][place]));
+                let spread = Spread::of(all.iter().map(|values| values[source][place]));
                 row.extend(cells(spread, digits));
             }
             rows.push(row);
@@ -276,7 +290,7 @@ mod tests {
         let [one, two] = trials;
         let methods = [
             (Method::A, one),
-            (Method::B, one.map(|it| it + 1.0)),
+            (Method::B, one.map(|value| value + 1.0)),
             (Method::Two, two),
         ];
         let all = methods.into_iter().flat_map(|(method, all)| {
@@ -335,7 +349,11 @@ mod tests {
         }
         let rows = study.csv(&parts);
         let row = "P,3,whole,24,28,28,36,0.7,14,26,paper,two,4,10.200,\"\"";
-        assert_eq!(rows.lines().filter(|it| *it == row).count(), 1, "{rows}");
+        assert_eq!(
+            rows.lines().filter(|line| *line == row).count(),
+            1,
+            "{rows}"
+        );
     }
 
     /// Table 8's averages are those of its trials, to what is printed.
@@ -343,7 +361,10 @@ mod tests {
     fn averages_are_those_of_the_trials() {
         let all = crate::hamana2022::Participants::asked(None).unwrap().all;
         for (name, trials) in TABLE_8 {
-            let own = all.iter().find(|it| it.name == name).unwrap();
+            let own = all
+                .iter()
+                .find(|participant| participant.name == name)
+                .unwrap();
             let paper = own.paper.as_ref().unwrap();
             for (trials, average) in trials.iter().zip(paper.rmse_deg) {
                 assert!((mean(trials) - average).abs() < 0.07, "{name}");

@@ -31,17 +31,18 @@ impl Study {
     pub(super) fn put_out(&self, parts: &[Part]) -> Result<Vec<String>, TwoPointsError> {
         let whole = parts
             .iter()
-            .filter_map(|it| Some((it, it.became.as_ref().ok()?)));
+            .filter_map(|part| Some((part, part.became.as_ref().ok()?)));
         let mut notes = Vec::new();
         for (part, came) in whole.step_by(CHECKED_OF) {
             let patterns: Vec<(Pattern, [f64; 2])> = match &came.what {
                 What::Patterns(session) => {
                     let all = session.conditions.iter();
-                    all.map(|it| (it.pattern, it.volts)).collect()
+                    all.map(|condition| (condition.pattern, condition.volts))
+                        .collect()
                 }
                 What::Held(_) => {
                     let all = [Pattern::alone(A), Pattern::alone(B), Pattern::usual()];
-                    all.map(|it| (it, came.voltages.most_v)).into()
+                    all.map(|pattern| (pattern, came.voltages.most_v)).into()
                 }
                 What::Tracked(_) => continue,
             };

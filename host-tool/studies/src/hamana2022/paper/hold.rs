@@ -10,12 +10,12 @@ use crate::laboratory::{Row, Share};
 fn sinks(parts: &[Part], name: &str) -> Vec<[f64; 2]> {
     let of = |all: &[[Hold; 2]]| {
         [0, 1].map(|place| {
-            let all: Vec<f64> = all.iter().map(|it| it[place].sinks_deg()).collect();
+            let all: Vec<f64> = all.iter().map(|values| values[place].sinks_deg()).collect();
             mean(&all)
         })
     };
-    let held = own(parts, name).filter_map(|it| it.held());
-    held.filter(|it| !it.is_empty()).map(of).collect()
+    let held = own(parts, name).filter_map(|outcome| outcome.held());
+    held.filter(|values| !values.is_empty()).map(of).collect()
 }
 
 impl Study {
@@ -27,8 +27,11 @@ impl Study {
             let all = sinks(parts, name);
             for (place, method) in ["one point", "two points"].into_iter().enumerate() {
                 let quantity = format!("{name}, {method} sinks");
-                let paper = participant.paper.as_ref().map(|it| it.sinks_deg[place]);
-                let values = all.iter().map(|it| it[place]).collect();
+                let paper = participant
+                    .paper
+                    .as_ref()
+                    .map(|printed_value| printed_value.sinks_deg[place]);
+                let values = all.iter().map(|values| values[place]).collect();
                 let id = format!("{quantity}/Sinks in 10 s (°)");
                 rows.push(row(&id, quantity, "°", paper, values));
             }

@@ -166,7 +166,7 @@ impl Study {
         let is_of_p = kind == Kind::Patterns(Experiment::Intensities);
         let participants = Participants::asked(wearer.or(is_of_p.then_some("P")))?;
         let participants = participants.departing(departure)?;
-        let is_all = wearer.is_none_or(|it| it == if is_of_p { "P" } else { "all" });
+        let is_all = wearer.is_none_or(|wearer| wearer == if is_of_p { "P" } else { "all" });
         let is_own = is_all && departure.is_none();
         let seed = seed.unwrap_or(participants.seed);
         let draws = draws.unwrap_or(participants.draws);
@@ -280,7 +280,11 @@ impl Study {
 
     /// The forearm of this draw, if it has points and voltages.
     fn wearer(&self, name: &str, draw: u64) -> Result<Option<Wearer>, TwoPointsError> {
-        let own = self.participants.all.iter().find(|it| it.name == name);
+        let own = self
+            .participants
+            .all
+            .iter()
+            .find(|participant| participant.name == name);
         let Some(own) = own else { return Ok(None) };
         let drawn = (self.seed, draw);
         Ok(self.participants.draw(own, &self.population, drawn)?.ok())
@@ -316,12 +320,12 @@ impl Came {
 /// What of this draw of `name`, if it came to anything.
 fn of_draw<'p>(parts: &'p [Part], name: &str, draw: u64) -> Option<&'p Came> {
     let mut own = parts.iter();
-    let own = own.find(|it| it.draw == draw && it.participant == name)?;
+    let own = own.find(|part| part.draw == draw && part.participant == name)?;
     own.became.as_ref().ok()
 }
 
 /// What of each draw of `name` that came to anything.
 fn own<'p>(parts: &'p [Part], name: &'p str) -> impl Iterator<Item = &'p Came> {
-    let own = parts.iter().filter(move |it| it.participant == name);
-    own.filter_map(|it| it.became.as_ref().ok())
+    let own = parts.iter().filter(move |part| part.participant == name);
+    own.filter_map(|part| part.became.as_ref().ok())
 }

@@ -141,7 +141,7 @@ impl Study {
         let mut notes: Vec<String> = [SIMULATED, MEANING]
             .iter()
             .chain(more)
-            .map(|it| (*it).to_owned())
+            .map(|text| (*text).to_owned())
             .chain(self.participants.otherwise())
             .collect();
         let draws = self.draws;
@@ -149,11 +149,13 @@ impl Study {
             let name = &participant.name;
             let mut missing: BTreeMap<String, usize> = BTreeMap::new();
             let mut count = |why: String| *missing.entry(why).or_default() += 1;
-            let of = parts.iter().filter(|it| it.participant == *name);
-            of.filter_map(|it| it.became.as_ref().err())
+            let of = parts.iter().filter(|part| part.participant == *name);
+            of.filter_map(|part| part.became.as_ref().err())
                 .for_each(|why| count(why.clone()));
-            let tracked = own(parts, name).filter_map(|it| it.tracking());
-            tracked.flat_map(|it| it.refused()).for_each(count);
+            let tracked = own(parts, name).filter_map(|outcome| outcome.tracking());
+            tracked
+                .flat_map(|tracking| tracking.refused())
+                .for_each(count);
             let told = missing.into_iter();
             notes.extend(
                 told.map(|(why, count)| format!("{name}: {count} of {draws} draws: {why}.")),
@@ -165,6 +167,7 @@ impl Study {
 
 /// Every session of patterns.
 pub(super) fn sessions(parts: &[Part]) -> Vec<Session> {
-    let came = parts.iter().filter_map(|it| it.became.as_ref().ok());
-    came.filter_map(|it| it.session().cloned()).collect()
+    let came = parts.iter().filter_map(|part| part.became.as_ref().ok());
+    came.filter_map(|outcome| outcome.session().cloned())
+        .collect()
 }

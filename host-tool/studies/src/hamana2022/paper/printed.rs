@@ -72,7 +72,7 @@ mod tests {
     #[test]
     fn table_8_is_that_of_the_golden_file() {
         let golden = include_str!("../../../../../tests/golden/hamana2022_table8_rmse.csv");
-        let rows = golden.lines().filter(|it| !it.starts_with(['#', 'p']));
+        let rows = golden.lines().filter(|line| !line.starts_with(['#', 'p']));
         let mut rows = rows.map(|row| row.split(',').collect::<Vec<_>>());
         for (name, [one, two]) in TABLE_8 {
             for (one, two) in one.into_iter().zip(two) {

@@ -4,22 +4,22 @@ use host_core::statistics::Spread;
 
 /// "24.0", or a dash.
 pub(super) fn cell(value: Option<f64>, places: usize) -> String {
-    value.map_or_else(|| "-".to_owned(), |it| format!("{it:.places$}"))
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.places$}"))
 }
 
 /// Median, range and count of a spread as cells.
 pub(super) fn cells(spread: Option<Spread>, places: usize) -> [String; 3] {
     let range = spread.map_or_else(
         || "-".to_owned(),
-        |it| {
-            let Spread { low, high, .. } = it;
+        |spread| {
+            let Spread { low, high, .. } = spread;
             format!("{low:.places$} to {high:.places$}")
         },
     );
     [
-        cell(spread.map(|it| it.median), places),
+        cell(spread.map(|spread| spread.median), places),
         range,
-        spread.map_or(0, |it| it.n).to_string(),
+        spread.map_or(0, |spread| spread.n).to_string(),
     ]
 }
 

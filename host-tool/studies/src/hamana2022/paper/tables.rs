@@ -40,9 +40,11 @@ impl Study {
     fn table_4(&self, sessions: &[Session]) -> Sheet {
         let mut rows = Vec::new();
         for (who, _) in people(sessions) {
-            let own = sessions.iter().filter(|it| it.participant == who);
+            let own = sessions.iter().filter(|session| session.participant == who);
             let all: Vec<Averages> = own
-                .map(|it| Averages::of(Experiment::Torque, &it.conditions, &it.stimulated))
+                .map(|session| {
+                    Averages::of(Experiment::Torque, &session.conditions, &session.stimulated)
+                })
                 .collect();
             let spreads: [Option<Spread>; 6] = std::array::from_fn(|place| {
                 let of = |it: &Averages| match place {
@@ -52,7 +54,7 @@ impl Study {
                 Spread::of(all.iter().filter_map(of))
             });
             for (what, at) in LINES {
-                let cells = spreads.map(|it| cell(it.map(at), 2));
+                let cells = spreads.map(|spread| cell(spread.map(at), 2));
                 let n = match what {
                     "median" => all.len().to_string(),
                     _ => String::new(),
@@ -61,11 +63,23 @@ impl Study {
             }
         }
         let draws = averages(Experiment::Torque, sessions);
-        let all: Vec<Replication> = draws.iter().map(|it| Replication::of(it)).collect();
-        let of = |place: usize| Spread::of(all.iter().filter_map(|it| Some(it.one_point?[place])));
-        let ours = [of(0), of(1)].map(|it| cell(it.map(|it| it.median), 2));
-        let n = of(0).map_or(0, |it| it.n).to_string();
-        let paper = self.protocol.paper.one_point.map(|it| cell(Some(it), 2));
+        let all: Vec<Replication> = draws
+            .iter()
+            .map(|averages| Replication::of(averages))
+            .collect();
+        let of = |place: usize| {
+            Spread::of(
+                all.iter()
+                    .filter_map(|replication| Some(replication.one_point?[place])),
+            )
+        };
+        let ours = [of(0), of(1)].map(|spread| cell(spread.map(|spread| spread.median), 2));
+        let n = of(0).map_or(0, |spread| spread.n).to_string();
+        let paper = self
+            .protocol
+            .paper
+            .one_point
+            .map(|one_point| cell(Some(one_point), 2));
         for (name, n, numbers) in [("all, median", n, ours), ("paper", String::new(), paper)] {
             let none = std::iter::repeat_n("-".to_owned(), 4);
             let first = [name.to_owned(), n].into_iter();
@@ -84,20 +98,26 @@ impl Study {
 
     fn table_5(&self, sessions: &[Session]) -> Sheet {
         let draws = averages(Experiment::Torque, sessions);
-        let all: Vec<Replication> = draws.iter().map(|it| Replication::of(it)).collect();
+        let all: Vec<Replication> = draws
+            .iter()
+            .map(|averages| Replication::of(averages))
+            .collect();
         let row = |number: usize| {
             let of = |place: usize| {
-                Spread::of(all.iter().filter_map(|it| Some(it.table_5[number]?[place])))
+                Spread::of(
+                    all.iter()
+                        .filter_map(|replication| Some(replication.table_5[number]?[place])),
+                )
             };
             let (t, p) = (of(0), of(1));
-            let n = t.map_or(0, |it| it.n).to_string();
+            let n = t.map_or(0, |spread| spread.n).to_string();
             let is_less = |it: &&Replication| {
                 let p = it.table_5[number].map(|[_, p]| p);
                 p.is_some_and(|p| p < self.protocol.significant)
             };
             let [t, p] = [
-                cell(t.map(|it| it.median), 2),
-                cell(p.map(|it| it.median), 4),
+                cell(t.map(|spread| spread.median), 2),
+                cell(p.map(|spread| spread.median), 4),
             ];
             let paper = format!("{:.2}", self.protocol.paper.table_5[number]);
             let paper_p = format!("{}", TABLE_5_P[number]);
@@ -133,21 +153,25 @@ fn table_6(sessions: &[Session]) -> Option<Sheet> {
     let mut rows = Vec::new();
     let all = people(sessions);
     for (who, _) in &all {
-        let own = || sessions.iter().filter(|it| it.participant == *who);
+        let own = || {
+            sessions
+                .iter()
+                .filter(|session| session.participant == *who)
+        };
         let mut patterns: BTreeMap<&str, Pattern> = BTreeMap::new();
-        for it in own().flat_map(|it| &it.conditions) {
+        for it in own().flat_map(|session| &session.conditions) {
             patterns.insert(&it.name, it.pattern);
         }
         for (name, pattern) in patterns {
             let volts: Vec<[f64; 2]> = own()
-                .flat_map(|it| &it.conditions)
-                .filter(|it| it.name == name)
-                .map(|it| it.volts)
+                .flat_map(|session| &session.conditions)
+                .filter(|condition| condition.name == name)
+                .map(|condition| condition.volts)
                 .collect();
             let mut row = vec![format!("{who}, {name}"), volts.len().to_string()];
             for point in 0..2 {
                 let is_driven = !matches!(pattern.points, Points::One(other) if other != point);
-                let of = Spread::of(volts.iter().map(|it| it[point])).filter(|_| is_driven);
+                let of = Spread::of(volts.iter().map(|volt| volt[point])).filter(|_| is_driven);
                 row.extend(LINES.map(|(_, at)| match is_driven {
                     true => cell(of.map(at), 1),
                     false => "none".to_owned(),

@@ -65,7 +65,10 @@ impl Study {
                         law: law.to_owned(),
                         method,
                         number,
-                        rmse_deg: it.as_ref().map(|it| it.rmse_deg).map_err(Clone::clone),
+                        rmse_deg: it
+                            .as_ref()
+                            .map(|tracking| tracking.rmse_deg)
+                            .map_err(Clone::clone),
                     });
                     if let (Ok(it), true) = (it, law == LAWS[0]) {
                         tracked.push((method, number, it));
@@ -86,16 +89,16 @@ impl Tracking {
     /// RMSE of every trial, °; `None` unless all have one.
     fn of(&self, law: &str, method: Method) -> Option<Vec<f64>> {
         let own = self.trials.iter();
-        let own = own.filter(|it| it.law == law && it.method == method);
-        let all: Option<Vec<f64>> = own.map(|it| it.rmse_deg.clone().ok()).collect();
-        all.filter(|it| !it.is_empty())
+        let own = own.filter(|trial| trial.law == law && trial.method == method);
+        let all: Option<Vec<f64>> = own.map(|trial| trial.rmse_deg.clone().ok()).collect();
+        all.filter(|values| !values.is_empty())
     }
 
     /// Of one point: the better of A and B by its mean, as the paper has it (III-D5).
     #[must_use]
     pub fn one(&self, law: &str) -> Option<(Method, Vec<f64>)> {
         let points = [Method::A, Method::B];
-        let known = points.map(|it| Some((it, self.of(law, it)?)));
+        let known = points.map(|method| Some((method, self.of(law, method)?)));
         let known = known.into_iter().flatten();
         known.min_by(|a, b| mean(&a.1).total_cmp(&mean(&b.1)))
     }
@@ -118,9 +121,9 @@ impl Tracking {
     pub(super) fn refused(&self) -> Vec<String> {
         let why = |law: &str, method: Method| {
             let mut own = self.trials.iter();
-            own.find_map(|it| {
-                let is = it.law == law && it.method == method;
-                it.rmse_deg.as_ref().err().filter(|_| is)
+            own.find_map(|trial| {
+                let is = trial.law == law && trial.method == method;
+                trial.rmse_deg.as_ref().err().filter(|_| is)
             })
         };
         let mut all: Vec<(&str, Vec<String>)> = Vec::new();
@@ -151,17 +154,17 @@ impl Tracking {
         let two = self.two(LAWS[0]).map(|_| Method::Two);
         let mut all = Vec::new();
         for method in [one, two].into_iter().flatten() {
-            let own = || tracked.iter().filter(move |it| it.0 == method);
+            let own = || tracked.iter().filter(move |pair| pair.0 == method);
             let by =
                 |a: &&(_, _, Tracked), b: &&(_, _, Tracked)| a.2.rmse_deg.total_cmp(&b.2.rmse_deg);
             for (is_best, shown) in [(true, own().min_by(by)), (false, own().max_by(by))] {
-                all.extend(shown.map(|(method, number, it)| Course {
+                all.extend(shown.map(|(method, number, tracking)| Course {
                     is_two: *method == Method::Two,
                     is_best,
                     method: *method,
                     number: *number,
-                    rmse_deg: it.rmse_deg,
-                    rows: it.course.clone(),
+                    rmse_deg: tracking.rmse_deg,
+                    rows: tracking.course.clone(),
                 }));
             }
         }

@@ -42,7 +42,7 @@ fn printed(participant: &Participant) -> [Option<f64>; 9] {
     };
     let [am, bm, em] = paper.most_v;
     let both = of(&TABLE_7_BOTH_V, &participant.name);
-    let [both_a, both_b] = both.map_or([None; 2], |it| it.map(Some));
+    let [both_a, both_b] = both.map_or([None; 2], |values| values.map(Some));
     let [a, am, b, bm, e, em, r] = [a, am, b, bm, e, em, paper.r_th].map(Some);
     [a, am, b, bm, e, em, r, both_a, both_b]
 }
@@ -64,12 +64,15 @@ impl Study {
     pub(super) fn voltage_rows(&self, parts: &[Part]) -> Vec<Row> {
         let all = self.participants.all.iter();
         match self.kind {
-            Kind::Control => all.flat_map(|it| table_7_rows(it, parts)).collect(),
+            Kind::Control => all
+                .flat_map(|participant| table_7_rows(participant, parts))
+                .collect(),
             Kind::Patterns(experiment) => {
                 let Some((_, paper)) = applied(experiment) else {
                     return Vec::new();
                 };
-                all.flat_map(|it| applied_rows(it, paper, parts)).collect()
+                all.flat_map(|participant| applied_rows(participant, paper, parts))
+                    .collect()
             }
             Kind::Hold => Vec::new(),
         }
@@ -92,16 +95,22 @@ impl Study {
         for participant in &self.participants.all {
             let name = &participant.name;
             let all: Vec<[Option<f64>; 9]> = own(parts, name).map(found).collect();
-            let of = |place: usize| Spread::of(all.iter().filter_map(|it| it[place]));
+            let of = |place: usize| Spread::of(all.iter().filter_map(|values| values[place]));
             let spreads: [Option<Spread>; 9] = std::array::from_fn(of);
             let lines = [
-                ("median", spreads.map(|it| it.map(|it| it.median))),
-                ("5 %", spreads.map(|it| it.map(|it| it.low))),
-                ("95 %", spreads.map(|it| it.map(|it| it.high))),
+                (
+                    "median",
+                    spreads.map(|spread| spread.map(|spread| spread.median)),
+                ),
+                ("5 %", spreads.map(|spread| spread.map(|spread| spread.low))),
+                (
+                    "95 %",
+                    spreads.map(|spread| spread.map(|spread| spread.high)),
+                ),
                 ("paper", printed(participant)),
             ];
             for (what, numbers) in lines {
-                let numbers = numbers.into_iter().map(|it| cell(it, 1));
+                let numbers = numbers.into_iter().map(|number| cell(number, 1));
                 let first = match what {
                     "paper" => [format!("{name}, paper"), String::new()],
                     _ => [format!("{name}, {what}"), all.len().to_string()],
@@ -129,10 +138,11 @@ impl Study {
             let printed = of(paper, name);
             let mut row = vec![name.clone(), own(parts, name).count().to_string()];
             for point in 0..2 {
-                let spread = Spread::of(own(parts, name).map(|it| it.voltages.most_v[point]));
+                let spread =
+                    Spread::of(own(parts, name).map(|outcome| outcome.voltages.most_v[point]));
                 let at = |of: fn(Spread) -> f64| cell(spread.map(of), 1);
                 row.extend([at(|it| it.median), at(|it| it.low), at(|it| it.high)]);
-                row.push(cell(printed.map(|it| it[point]), 0));
+                row.push(cell(printed.map(|values| values[point]), 0));
             }
             row
         };
@@ -162,7 +172,7 @@ fn table_7_rows(participant: &Participant, parts: &[Part]) -> Vec<Row> {
             R_TH => ("r_th", ""),
             _ => ("Voltage (V)", "V"),
         };
-        let values = all.iter().filter_map(|it| it[place]).collect();
+        let values = all.iter().filter_map(|values| values[place]).collect();
         let id = format!("{quantity}/{measure}");
         row(&id, quantity, unit, paper[place], values)
     };
@@ -174,13 +184,13 @@ fn applied_rows(participant: &Participant, paper: &Applied, parts: &[Part]) -> V
     let printed = of(paper, name);
     let row_of = |(point, letter): (usize, &str)| {
         let quantity = format!("{name}, V_{letter}app");
-        let values = own(parts, name).map(|it| it.voltages.most_v[point]);
+        let values = own(parts, name).map(|outcome| outcome.voltages.most_v[point]);
         let id = format!("{quantity}/Voltage applied (V)");
         row(
             &id,
             quantity,
             "V",
-            printed.map(|it| it[point]),
+            printed.map(|values| values[point]),
             values.collect(),
         )
     };

@@ -113,7 +113,10 @@ impl Body for Listener {
 
 /// Whether nothing that a body does changes what is put out.
 fn is_open(session: &Session) -> bool {
-    let is_controlled = session.channels.iter().any(|it| it.force.is_some());
+    let is_controlled = session
+        .channels
+        .iter()
+        .any(|channel| channel.force.is_some());
     session.joint.is_none() && session.wall.is_none() && !is_controlled
 }
 
@@ -197,13 +200,18 @@ impl Score {
             checked.units += 1;
             checked.whole += begin.elapsed();
             checked.alone += took;
-            let name = |c: usize| experiment.conditions.get(c).map(|it| it.name());
+            let name = |c: usize| {
+                experiment
+                    .conditions
+                    .get(c)
+                    .map(|condition| condition.name())
+            };
             let unlike = |(c, what)| LaboratoryError::Unequal {
                 unit: unit.index,
                 condition: name(c).unwrap_or_default(),
                 what,
             };
-            difference(&whole, &alone).map_or(Ok(()), |it| Err(unlike(it)))?;
+            difference(&whole, &alone).map_or(Ok(()), |difference| Err(unlike(difference)))?;
             if measured != expected {
                 return Err(unlike((0, "a measure".to_owned())));
             }

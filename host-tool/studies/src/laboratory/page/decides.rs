@@ -45,7 +45,7 @@ fn rows_of(claim: &Decided) -> Html {
         claim.holds,
         all
     );
-    let mut fields: Vec<&Field> = claim.fields.iter().filter(|it| it.decides).collect();
+    let mut fields: Vec<&Field> = claim.fields.iter().filter(|field| field.decides).collect();
     let strength = |field: &Field| (field.superiority - 0.5).abs();
     fields.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
     let said = match () {
@@ -54,7 +54,7 @@ fn rows_of(claim: &Decided) -> Html {
         () => {
             let rows = fields.iter().enumerate();
             let other = html!("<th></th>");
-            let rows = rows.map(|(nth, it)| row(if nth == 0 { &name } else { &other }, it));
+            let rows = rows.map(|(nth, field)| row(if nth == 0 { &name } else { &other }, field));
             return rows.collect();
         }
     };

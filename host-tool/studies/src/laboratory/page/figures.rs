@@ -116,7 +116,7 @@ pub(super) fn multiples(rows: &Rows<'_>) -> Html {
         panel
     };
     let row = |row: &Vec<(&Shown, Option<&Trial>)>| -> Vec<Panel> {
-        let own = row.iter().enumerate().map(|(n, it)| panel(n, it));
+        let own = row.iter().enumerate().map(|(n, row)| panel(n, row));
         // All rows have as many columns.
         own.chain(std::iter::repeat_with(empty))
             .take(wide)
@@ -184,7 +184,10 @@ pub(super) fn beside(conditions: &[Shown]) -> usize {
     let row = |condition: &Shown| heading(condition).0;
     let first = conditions.first().map(row);
     let alike = conditions.iter().map(row);
-    match alike.take_while(|it| Some(it) == first.as_ref()).count() {
+    match alike
+        .take_while(|text| Some(text) == first.as_ref())
+        .count()
+    {
         some @ 1..=BESIDE => some,
         _ => BESIDE,
     }
@@ -228,10 +231,10 @@ fn panel(id: &str, rows: &[Row]) -> Option<Panel> {
     let end = format!("/{id}");
     let own: Vec<&Row> = rows.iter().filter(|row| row.id.ends_with(&end)).collect();
     // As far as numbers are printed.
-    let place = |row: &Row, it: Option<f64>| it.map(|it| along(&row.quantity, it));
+    let place = |row: &Row, it: Option<f64>| it.map(|value| along(&row.quantity, value));
     let numbers = own
         .iter()
-        .flat_map(|row| [row.low, row.high, row.paper].map(|it| place(row, it)));
+        .flat_map(|row| [row.low, row.high, row.paper].map(|value| place(row, value)));
     let (low, high) = range(numbers.flatten())?;
     let room = 0.05 * (high - low).max(1e-9);
     let name = |row: &&Row| row.id.trim_end_matches(&end).to_owned();

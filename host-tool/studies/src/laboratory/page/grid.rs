@@ -37,7 +37,7 @@ pub(super) fn section(outcome: &Outcome) -> Html {
         html!("<li>{}{}</li>\n", share.claim, paper)
     };
     let list: Html = claims.iter().map(item).collect();
-    let numbers: Vec<String> = (1..=claims.len()).map(|it| it.to_string()).collect();
+    let numbers: Vec<String> = (1..=claims.len()).map(|index| index.to_string()).collect();
     let heads: Vec<&str> = std::iter::once("At")
         .chain(numbers.iter().map(String::as_str))
         .collect();

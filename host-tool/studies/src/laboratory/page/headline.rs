@@ -10,7 +10,7 @@ use crate::laboratory::result::Outcome;
 /// most cases, and which do not; with a grid, at every one of its points.
 #[must_use]
 pub fn headline(outcome: &Outcome) -> String {
-    let compared = comparison(outcome).map(|it| it.sentence() + " ");
+    let compared = comparison(outcome).map(|comparison| comparison.sentence() + " ");
     compared.unwrap_or_default() + &counted(outcome)
 }
 
@@ -25,8 +25,11 @@ fn counted(outcome: &Outcome) -> String {
         return of_trials(&claims);
     }
     let of = |wanted: Standing| -> Vec<String> {
-        let own = claims.iter().filter(|it| it.standing() == wanted);
-        own.map(|it| told(it, outcome.is_grid())).collect()
+        let own = claims
+            .iter()
+            .filter(|paper_claim| paper_claim.standing() == wanted);
+        own.map(|paper_claim| told(paper_claim, outcome.is_grid()))
+            .collect()
     };
     let lists = [
         Standing::Judged(Verdict::Undecided),
@@ -63,7 +66,7 @@ fn come_out(like: usize, total: usize) -> String {
 fn told(claim: &PaperClaim<'_>, is_grid: bool) -> String {
     match claim.parts.as_slice() {
         [one] => format!("{} ({})", claim.says, one.percent()),
-        [first, rest @ ..] if is_grid && rest.iter().all(|it| it.id == first.id) => {
+        [first, rest @ ..] if is_grid && rest.iter().all(|share| share.id == first.id) => {
             let points = claim.parts.len();
             format!(
                 "{} (so at {} of {points} points)",
@@ -80,13 +83,13 @@ fn of_trials(claims: &[PaperClaim<'_>]) -> String {
     // Cases as the paper has it, and all cases, of the parts that are judged.
     let as_printed = |claim: &PaperClaim<'_>| {
         let parts = claim.parts.iter();
-        parts.fold((0, 0), |(like, of), it| match it.paper {
-            Some(false) => (like + it.of - it.holds, of + it.of),
-            _ => (like + it.holds, of + it.of),
+        parts.fold((0, 0), |(like, of), share| match share.paper {
+            Some(false) => (like + share.of - share.holds, of + share.of),
+            _ => (like + share.holds, of + share.of),
         })
     };
     let all: Vec<(u64, u64)> = claims.iter().map(as_printed).collect();
-    let count = |is: fn(&(u64, u64)) -> bool| all.iter().filter(|it| is(it)).count();
+    let count = |is: fn(&(u64, u64)) -> bool| all.iter().filter(|pair| is(pair)).count();
     let (every, none) = (
         count(|(like, of)| *of > 1 && like == of),
         count(|(like, of)| *of > 1 && *like == 0),

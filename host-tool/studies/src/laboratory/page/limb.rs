@@ -118,7 +118,11 @@ fn description<'a>(limbs: impl Iterator<Item = &'a Limb<'a>>) -> String {
 }
 
 fn caption(limb: &Limb<'_>) -> String {
-    let is_simulated = limb.trial.identity.as_ref().is_none_or(|it| it.simulated);
+    let is_simulated = limb
+        .trial
+        .identity
+        .as_ref()
+        .is_none_or(|identity| identity.simulated);
     let what = match is_simulated {
         true => "Simulated: angles are those of a simulated limb's sensor.",
         false => "Angles are those of the sensor.",
@@ -263,7 +267,10 @@ impl<'a> Limb<'a> {
     /// Whether a channel put out a pulse in the trial.
     fn pulses(&self, channel: u8) -> bool {
         let known = self.trial.channels.iter();
-        let Some(place) = known.clone().position(|it| it.number == channel) else {
+        let Some(place) = known
+            .clone()
+            .position(|channel_info| channel_info.number == channel)
+        else {
             return false;
         };
         let mut samples = self.trial.samples.iter();

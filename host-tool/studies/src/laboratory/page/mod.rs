@@ -32,7 +32,10 @@ const HTML: &str = "result.html";
 /// They cannot be written.
 pub fn publish(dir: &Path, outcome: &Outcome, trials: &[Conducted]) -> Result<(), LaboratoryError> {
     replace_file(&dir.join(JSON), outcome.json().as_bytes())?;
-    let trials: Vec<&Trial> = trials.iter().map(|it| &it.trial).collect();
+    let trials: Vec<&Trial> = trials
+        .iter()
+        .map(|measurement| &measurement.trial)
+        .collect();
     replace_file(&dir.join(HTML), page(outcome, &trials).as_bytes())?;
     Ok(())
 }
@@ -190,8 +193,8 @@ fn declared(outcome: &Outcome) -> Html {
         asked => asked,
     };
     let device = outcome.declared.device.as_deref();
-    let device = device.filter(|it| *it != "native");
-    let device = device.map_or_else(String::new, |it| format!(" --device {it}"));
+    let device = device.filter(|device| *device != "native");
+    let device = device.map_or_else(String::new, |device| format!(" --device {device}"));
     let drawn = outcome.declared.drawn.as_deref().unwrap_or("wearers");
     let own = match outcome.declared.as_declared {
         true => format!("Seed and number of {drawn} are the declaration's own."),

@@ -16,10 +16,12 @@ pub(super) fn kinds_table(outcome: &Outcome) -> Html {
     let (Some(all), true) = (all, outcome.declared.drawn.is_some()) else {
         return Html::default();
     };
-    let kinds = distinct(all.iter().map(|it| &it.0));
-    let measures = distinct(all.iter().map(|it| &it.1));
+    let kinds = distinct(all.iter().map(|pair| &pair.0));
+    let measures = distinct(all.iter().map(|pair| &pair.1));
     let cell = |kind: &str, measure: &str| {
-        let place = all.iter().position(|it| it.0 == kind && it.1 == measure);
+        let place = all
+            .iter()
+            .position(|pair| pair.0 == kind && pair.1 == measure);
         place.map(|at| &outcome.rows[at])
     };
     let has_any = |measure: &&String| {
@@ -34,7 +36,7 @@ pub(super) fn kinds_table(outcome: &Outcome) -> Html {
             None => html!("<td>—</td>"),
         });
         let values = values.collect::<Html>();
-        let kind = kind.split_once('/').map_or("all", |it| it.1);
+        let kind = kind.split_once('/').map_or("all", |pair| pair.1);
         Some(html!(
             "<tr><th scope=\"row\">{}</th><td>{}</td>{}</tr>\n",
             kind,

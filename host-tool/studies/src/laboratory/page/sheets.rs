@@ -27,7 +27,7 @@ fn sheet(it: &Sheet) -> Html {
                 });
                 html!("<tr>{}</tr>\n", cells.collect::<Html>())
             };
-            let heads: Vec<String> = grid.heads.iter().map(|it| unbroken(it)).collect();
+            let heads: Vec<String> = grid.heads.iter().map(|head| unbroken(head)).collect();
             let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
             table(&heads, grid.rows.iter().map(row).collect())
         }
@@ -47,7 +47,7 @@ const HEADS: f64 = 24.0;
 fn shaded(matrix: &Matrix, description: &str) -> Svg {
     let mut canvas = Canvas::default();
     let all = matrix.rows.iter().flat_map(|(_, cells)| cells);
-    let largest = all.fold(0.0_f64, |most, it| most.max(*it)).max(1e-9);
+    let largest = all.fold(0.0_f64, |most, value| most.max(*value)).max(1e-9);
     let place = |column: usize, row: usize| {
         let left = NAMES + CELL.0 * column as f64;
         (left, HEADS + CELL.1 * row as f64)
@@ -93,7 +93,7 @@ fn drawn(plots: &Plots, description: &str) -> Svg {
         1 => ALONE,
         _ => MULTIPLE,
     };
-    let is_bar = plots.plots.iter().any(|it| !it.bars.is_empty());
+    let is_bar = plots.plots.iter().any(|plot| !plot.bars.is_empty());
     let keys = plots.series.iter().enumerate();
     let mut legend: Vec<(Key, String)> = keys
         .map(|(series, name)| {
@@ -104,7 +104,7 @@ fn drawn(plots: &Plots, description: &str) -> Svg {
             (key, name.clone())
         })
         .collect();
-    if plots.plots.iter().any(|it| !it.paper.is_empty()) {
+    if plots.plots.iter().any(|plot| !plot.paper.is_empty()) {
         let key = Key::Dot(Shape::Diamond, Paint::Full(INK));
         legend.push((key, "the paper's number".to_owned()));
     }
@@ -176,7 +176,7 @@ fn panel(plot: &Plot, height: f64, is_first: bool) -> Panel {
     let curves = plot.curves.iter().zip(widths(plot.curves.len()));
     panel
         .marks
-        .extend(curves.flat_map(|(it, width)| curve(it, width)));
+        .extend(curves.flat_map(|(item, width)| curve(item, width)));
     let dot = |&[x, y]: &[f64; 2]| Mark::Dot((x, y), Shape::Diamond, 4.5, Paint::Full(INK));
     panel.marks.extend(plot.paper.iter().map(dot));
     panel

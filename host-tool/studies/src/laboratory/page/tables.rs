@@ -120,7 +120,7 @@ pub(super) fn rows_table(outcome: &Outcome) -> Html {
             unit => unit,
         };
         let cells = [Some(unit.to_owned()), paper];
-        let large = row.ours.and_then(|it| large_t(&row.quantity, it));
+        let large = row.ours.and_then(|value| large_t(&row.quantity, value));
         let ours = large.map_or_else(|| printed(row.ours, &row.unit), str::to_owned);
         let ours = [Some(ours), has_range.then_some(range)];
         let cells = cells.into_iter().chain(ours).flatten();
@@ -138,7 +138,7 @@ pub(super) fn rows_table(outcome: &Outcome) -> Html {
         _ => ("5 to 95 % of wearers", "Wearers"),
     };
     let heads = [("Paper", has_paper), ("Ours", true), (range, has_range)];
-    let heads = heads.into_iter().filter(|it| it.1).map(|it| it.0);
+    let heads = heads.into_iter().filter(|head| head.1).map(|head| head.0);
     let heads: Vec<&str> = ["Quantity", "Unit"].into_iter().chain(heads).collect();
     let table = table(&[&heads[..], &[count]].concat(), rows.collect());
     let has_large = all.iter().any(|row| {
@@ -155,7 +155,7 @@ pub(super) fn rows_table(outcome: &Outcome) -> Html {
         ),
         (has_large, LARGE_T),
     ];
-    let notes = notes.into_iter().filter(|it| it.0);
+    let notes = notes.into_iter().filter(|note| note.0);
     let notes: Html = notes
         .map(|(_, text)| html!("<p class=\"note\">{}</p>\n", text))
         .collect();

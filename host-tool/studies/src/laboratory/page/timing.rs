@@ -17,9 +17,12 @@ pub(super) fn section(rows: &Rows<'_>) -> Html {
     let mut patterns: Vec<Vec<&Trial>> = Vec::new();
     let (mut silent, mut unseen) = (Vec::new(), Vec::new());
     for (_, trial) in shown(rows) {
-        let is_simulated = trial.identity.as_ref().is_some_and(|it| it.simulated);
+        let is_simulated = trial
+            .identity
+            .as_ref()
+            .is_some_and(|identity| identity.simulated);
         let known = patterns.iter_mut().find(|alike| {
-            let first = alike.first().into_iter().flat_map(|it| pattern(it));
+            let first = alike.first().into_iter().flat_map(|trial| pattern(trial));
             first.eq(pattern(trial))
         });
         match (trial.edges.is_empty(), known) {
@@ -71,6 +74,6 @@ fn drawing(alike: &[&Trial]) -> Html {
 }
 
 fn names(trials: &[&Trial]) -> String {
-    let names: Vec<String> = trials.iter().map(|it| it.name.clone()).collect();
+    let names: Vec<String> = trials.iter().map(|trial| trial.name.clone()).collect();
     names.join("; ")
 }

@@ -219,7 +219,8 @@ impl<'a, P: Port> OnDevice<'a, P> {
         let is_silence =
             *happened == Event::Stopping(silence) || *happened == Event::Stopped(silence);
         let keeper = self.client.keeper().filter(|_| is_silence);
-        match keeper.and_then(|it| it.explains(Duration::from_micros(self.host_timeout_us))) {
+        match keeper.and_then(|keeper| keeper.explains(Duration::from_micros(self.host_timeout_us)))
+        {
             Some(pause) => DeviceError::Stalled(pause.as_millis()),
             None => DeviceError::Ended(event(happened)),
         }

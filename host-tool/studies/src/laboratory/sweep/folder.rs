@@ -102,7 +102,7 @@ pub(super) fn refuse_other(dir: &Path, sweep: &Sweep, grows: bool) -> Result<(),
     let entries = fs::read_dir(dir).map_err(failed(dir))?;
     let mut entries = entries
         .flatten()
-        .filter(|entry| passes.iter().all(|it| entry.file_name() != *it));
+        .filter(|entry| passes.iter().all(|pass| entry.file_name() != *pass));
     match entries.next() {
         None => Ok(()),
         Some(_) => other("something that is no sweep".to_owned(), sweep.in_words()),

@@ -46,7 +46,10 @@ impl Drawing for Playing<'_> {
     fn columns(&self) -> Vec<String> {
         let unit = self.experiment.unit(0, 1, 0);
         let fields = unit.fields.iter().map(|(field, _)| field.clone());
-        let measures = self.experiment.measures().map(|it| it.id.to_owned());
+        let measures = self
+            .experiment
+            .measures()
+            .map(|measure| measure.id.to_owned());
         let mut names = vec!["unit".to_owned(), "wearer".to_owned()];
         names.extend(fields);
         names.push("condition".to_owned());
@@ -68,7 +71,9 @@ impl Drawing for Playing<'_> {
         let fields: String = fields.collect();
         let of = |condition: String| format!("{},{}{fields},{condition}", unit.index, unit.wearer);
         let names = self.experiment.conditions.iter();
-        names.map(|it| of(quoted(&it.name()))).collect()
+        names
+            .map(|condition| of(quoted(&condition.name())))
+            .collect()
     }
 
     fn compute(
@@ -87,7 +92,7 @@ impl Drawing for Playing<'_> {
     }
 
     fn rest(&self, unit: &Self::Unit) -> Vec<String> {
-        let number = |it: &Option<f64>| it.map_or_else(String::new, |it| it.to_string());
+        let number = |it: &Option<f64>| it.map_or_else(String::new, |value| value.to_string());
         let row = |measured: &Measured| measured.iter().map(number).collect::<Vec<_>>().join(",");
         unit.iter().map(row).collect()
     }

@@ -74,7 +74,7 @@ impl Study {
             toml::from_str(text).map_err(|e| EndpointError::Electrodes(e.to_string()))?;
         let mut wrong = Vec::new();
         let sizes = &study.wanted.sizes_n;
-        if sizes.is_empty() || !sizes.iter().all(|it| it.is_finite() && *it > 0.0) {
+        if sizes.is_empty() || !sizes.iter().all(|value| value.is_finite() && *value > 0.0) {
             wrong.push("wanted.sizes_n must be forces above zero".to_owned());
         }
         for (name, part) in [

@@ -57,7 +57,7 @@ fn of_one_set(it: &Missed, method: usize, count: u32) -> f64 {
 }
 
 fn share_of(all: &[f64], most: f64) -> f64 {
-    100.0 * all.iter().filter(|it| **it <= most).count() as f64 / all.len().max(1) as f64
+    100.0 * all.iter().filter(|value| **value <= most).count() as f64 / all.len().max(1) as f64
 }
 
 /// In how many of a wearer's forces the other's choice of `count` is good enough, %.
@@ -123,7 +123,7 @@ fn electrode_rows(all: &[Missed], method: usize) -> Vec<Row> {
     let costs: Vec<Vec<f64>> = (0..MUSCLES.len())
         .map(|at| {
             all.iter()
-                .filter_map(|it| mean(cost(it, method, at)))
+                .filter_map(|miss| mean(cost(miss, method, at)))
                 .collect()
         })
         .collect();
@@ -137,7 +137,7 @@ fn electrode_rows(all: &[Missed], method: usize) -> Vec<Row> {
 /// What was expected or asked, counted over wearers.
 fn shares(study: &Study, all: &[Missed]) -> Vec<Share> {
     let count = |id: String, claim: String, cases: Vec<bool>| {
-        let holds = cases.iter().filter(|it| **it).count() as u64;
+        let holds = cases.iter().filter(|case| **case).count() as u64;
         Share::counted(id, claim, None, (holds, cases.len() as u64))
     };
     let (made, within) = (100.0 * study.judged.made, 100.0 * study.judged.within);
@@ -178,11 +178,14 @@ fn matrix(
     caption: String,
     cell: &dyn Fn(&Missed, usize, usize) -> f64,
 ) -> Sheet {
-    let forces = all.first().map_or(0, |it| it.0[0].len());
+    let forces = all.first().map_or(0, |miss| miss.0[0].len());
     let first = forces.saturating_sub(DIRECTION_NAMES.len());
     let line = |electrode: usize| {
         let cells = (first..forces).map(|force| {
-            let each: Vec<f64> = all.iter().map(|it| cell(it, electrode, force)).collect();
+            let each: Vec<f64> = all
+                .iter()
+                .map(|miss| cell(miss, electrode, force))
+                .collect();
             (10.0 * mean(&each).unwrap_or(f64::NAN)).round() / 10.0
         });
         (NAMES[electrode].to_owned(), cells.collect())
@@ -236,9 +239,9 @@ fn table(rows: &[Row]) -> Sheet {
         cells.extend(ids.map(|id| {
             let row = rows
                 .iter()
-                .find(|it| it.id == format!("{name}/{count}/{id}"));
-            let ours = row.and_then(|it| it.ours);
-            ours.map_or_else(String::new, |it| format!("{it:.1}"))
+                .find(|row| row.id == format!("{name}/{count}/{id}"));
+            let ours = row.and_then(|row| row.ours);
+            ours.map_or_else(String::new, |value| format!("{value:.1}"))
         }));
         cells
     };

@@ -61,7 +61,10 @@ pub fn squares(
             }
         };
     }
-    Ok(left.iter().map(|it| (it.norm() / size) as f32).collect())
+    Ok(left
+        .iter()
+        .map(|vector| (vector.norm() / size) as f32)
+        .collect())
 }
 
 /// What the nearest neighbour makes of each wanted force with these lines only.
@@ -71,9 +74,10 @@ fn nearest(
     wanted: &[Vector3<f64>],
 ) -> Result<Vec<f32>, EndpointError> {
     let mut spec = wearer.limb.clone();
-    spec.lines.retain(|it| set >> it.channel & 1 == 1);
+    spec.lines
+        .retain(|line_spec| set >> line_spec.channel & 1 == 1);
     let wrong = |it: &dyn std::fmt::Display| Trouble::Spec(vec![it.to_string()]);
-    let limb = Limb::<Exact>::new(&spec).map_err(|it| wrong(&it))?;
+    let limb = Limb::<Exact>::new(&spec).map_err(|limb_error| wrong(&limb_error))?;
     let jacobians: Jacobians<Exact> = limb.refresh(&wearer.posture).map_err(Trouble::from)?;
     // Forces are in the order of lines.
     let own: Vec<(Vector3<f64>, f64)> = spec
@@ -96,7 +100,7 @@ fn nearest(
 fn wanted(study: &Study) -> Vec<Vector3<f64>> {
     let sizes = study.wanted.sizes_n.iter();
     sizes
-        .flat_map(|size| directions().map(|it| *size * it))
+        .flat_map(|size| directions().map(|directions| *size * directions))
         .collect()
 }
 
@@ -108,7 +112,7 @@ pub fn missed(study: &Study, wearer: &Wearer) -> Result<Missed, EndpointError> {
     let wanted = wanted(study);
     let by_squares = wanted
         .iter()
-        .map(|it| squares(&wearer.forces_n, *it))
+        .map(|vector| squares(&wearer.forces_n, *vector))
         .collect::<Result<_, _>>()?;
     let mut by_nearest = vec![vec![1.0; SETS]; wanted.len()];
     for set in 1..SETS {
@@ -132,7 +136,8 @@ impl Missed {
     #[must_use]
     pub fn of_all(&self, method: usize) -> Vec<f32> {
         let all = &self.0[method];
-        let mean = |set: usize| all.iter().map(|it| it[set]).sum::<f32>() / all.len() as f32;
+        let mean =
+            |set: usize| all.iter().map(|values| values[set]).sum::<f32>() / all.len() as f32;
         (0..SETS).map(mean).collect()
     }
 }

@@ -36,7 +36,7 @@ impl<'a> Package<'a> {
     pub fn read(name: &str, sources: &'a [Source]) -> Self {
         let shipped = sources
             .iter()
-            .filter(|it| it.is_rust() && !it.shipped.is_empty());
+            .filter(|source| source.is_rust() && !source.shipped.is_empty());
         let files = shipped.filter_map(|source| Some((module(name, &source.path)?, source)));
         let files: Vec<_> = files.collect();
         let known: BTreeSet<Module> = files.iter().map(|(module, _)| module.clone()).collect();

@@ -30,11 +30,11 @@ fn inverse([x, y, z]: [f64; 3], [a, b]: [f64; 2], scale: f64) -> Transfer {
 }
 
 fn sum(all: impl Iterator<Item = Transfer>) -> Transfer {
-    all.fold(Transfer::default(), |sum, it| Transfer {
-        potential: sum.potential + it.potential,
-        gradient: sum.gradient + it.gradient,
-        curvature: sum.curvature + it.curvature,
-        across: [0, 1].map(|i: usize| sum.across[i] + it.across[i]),
+    all.fold(Transfer::default(), |sum, transfer| Transfer {
+        potential: sum.potential + transfer.potential,
+        gradient: sum.gradient + transfer.gradient,
+        curvature: sum.curvature + transfer.curvature,
+        across: [0, 1].map(|i: usize| sum.across[i] + transfer.across[i]),
     })
 }
 

@@ -29,7 +29,7 @@ fn pairs() -> [[Field; 2]; 3] {
             fat_m,
             ..Tissue::default()
         };
-        [RESOLUTION, FINE].map(|it| Field::resolved(tissue, it).unwrap())
+        [RESOLUTION, FINE].map(|resolution| Field::resolved(tissue, resolution).unwrap())
     })
 }
 
@@ -72,7 +72,7 @@ fn twice_the_directions_and_more_images_change_nothing() {
             for below in [0.0, 1e-3, 3e-3, 1e-2, 3e-2] {
                 let errors = errors(&fields, shape, fat + below);
                 assert!(
-                    errors.iter().all(|it| *it < 1e-5),
+                    errors.iter().all(|error| *error < 1e-5),
                     "{fat} {shape:?} {below} {errors:?}"
                 );
             }
@@ -95,11 +95,12 @@ fn nor_do_they_for_tissues_at_the_ends_of_their_ranges() {
             along_s_per_m,
             ..usual
         };
-        let fields = [RESOLUTION, FINE].map(|it| Field::resolved(tissue, it).unwrap());
+        let fields =
+            [RESOLUTION, FINE].map(|resolution| Field::resolved(tissue, resolution).unwrap());
         for below in [0.0, 3e-3, 3e-2] {
             let errors = errors(&fields, SHAPES[0], tissue.fat_m + below);
             assert!(
-                errors.iter().all(|it| *it < 1e-4),
+                errors.iter().all(|error| *error < 1e-4),
                 "{tissue:?} {below} {errors:?}"
             );
         }
@@ -176,7 +177,7 @@ fn plain(profile: &Profile) -> Vec<(f64, f64)> {
 /// Profiles of all pads, also as close to their sides as any direction comes.
 fn profiles() -> Vec<Profile> {
     let angles = [2e-3f64, 0.3, 1.0, 1.568];
-    let of = |shape| angles.map(|it| Profile::new(shape, it.cos(), it.sin()));
+    let of = |shape| angles.map(|angle| Profile::new(shape, angle.cos(), angle.sin()));
     SHAPES.into_iter().flat_map(of).collect()
 }
 

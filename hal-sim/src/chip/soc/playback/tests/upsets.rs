@@ -96,7 +96,7 @@ fn an_address_that_increments_leaves_its_register() {
         scene.set_word(TAPE_B + 4 * slot, word);
     }
     scene.sleep(first + 14 * US + 100);
-    let afr = [gpio::AFRL, gpio::AFRH].map(|it| scene.read(Block::Gpio(B), it));
+    let afr = [gpio::AFRL, gpio::AFRH].map(|value| scene.read(Block::Gpio(B), value));
     assert_eq!(afr, [0x8765_4321, 0x0102_0304]);
 }
 
@@ -121,8 +121,11 @@ fn items_of_a_byte_are_a_byte_apart() {
     scene.sleep(first + 30 * US + 100);
     assert_eq!(scene.ndtr()[0], begin - 20, "counted as before");
     // Only the lowest byte of BSRR is written: pins are set, none is reset.
-    let edges = scene.edges.iter().filter(|it| usize::from(it.port) == B);
-    let late = edges.filter(|it| it.cycle > first + 12 * US);
+    let edges = scene
+        .edges
+        .iter()
+        .filter(|edge| usize::from(edge.port) == B);
+    let late = edges.filter(|edge| edge.cycle > first + 12 * US);
     assert!(late.clone().all(|it| it.changed & it.levels == it.changed));
     assert!(late.count() > 0);
 }

@@ -85,14 +85,18 @@ impl Study {
         is_two: bool,
         is_best: bool,
     ) -> Option<(&'p Part, &'p Course)> {
-        let others = self.participants.all.iter().map(|it| &*it.name);
+        let others = self
+            .participants
+            .all
+            .iter()
+            .map(|participant| &*participant.name);
         let mut all = std::iter::once("P")
             .chain(others)
-            .flat_map(|name| parts.iter().filter(move |it| it.participant == name));
+            .flat_map(|name| parts.iter().filter(move |part| part.participant == name));
         all.find_map(|part| {
             let tracking = part.became.as_ref().ok()?.tracking()?;
             let mut own = tracking.courses.iter();
-            let own = own.find(|it| (it.is_two, it.is_best) == (is_two, is_best))?;
+            let own = own.find(|course| (course.is_two, course.is_best) == (is_two, is_best))?;
             Some((part, own))
         })
     }
@@ -143,18 +147,18 @@ impl Study {
         let sessions = sessions(parts);
         let mut plots = Vec::new();
         for (who, _) in people(&sessions) {
-            let own = sessions.iter().filter(|it| it.participant == who);
+            let own = sessions.iter().filter(|session| session.participant == who);
             let all: Vec<Bent> = own.filter_map(bent).collect();
             let mut bars = Vec::new();
             for place in 0..LIES_DEG.len() {
                 for method in 0..METHODS.len() {
                     let left = place as f64 + [-0.38, 0.02][method];
-                    let spread = Spread::of(all.iter().map(|it| it[method][place]));
-                    bars.extend(spread.map(|it| Bar {
+                    let spread = Spread::of(all.iter().map(|values| values[method][place]));
+                    bars.extend(spread.map(|spread| Bar {
                         series: method,
                         x: [left, left + 0.36],
-                        value: it.median,
-                        range: Some(it.range()),
+                        value: spread.median,
+                        range: Some(spread.range()),
                     }));
                 }
             }
@@ -188,10 +192,10 @@ impl Study {
         let (mut plots, mut whose) = (Vec::new(), Vec::new());
         for participant in &self.participants.all {
             let name = &participant.name;
-            let mut own = parts.iter().filter(|it| it.participant == *name);
-            let first = own.find_map(|it| {
-                let held = it.became.as_ref().ok()?.held()?;
-                Some((it.draw, held.first()?))
+            let mut own = parts.iter().filter(|part| part.participant == *name);
+            let first = own.find_map(|part| {
+                let held = part.became.as_ref().ok()?.held()?;
+                Some((part.draw, held.first()?))
             });
             let Some((draw, both)) = first else { continue };
             whose.push(format!("{name}'s draw {draw}"));
@@ -201,7 +205,7 @@ impl Study {
                 title: format!("{name}: sinks {one:.1}°, {two:.1}°"),
                 x: ten_seconds(),
                 y: angle(),
-                curves: curves.map(|(series, it)| course(series, it)).collect(),
+                curves: curves.map(|(series, hold)| course(series, hold)).collect(),
                 ..Plot::default()
             });
         }

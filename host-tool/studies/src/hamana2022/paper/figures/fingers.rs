@@ -23,7 +23,7 @@ fn series(count: usize) -> Vec<String> {
     DIGITS
         .iter()
         .take(count)
-        .map(|it| (*it).to_owned())
+        .map(|digit| (*digit).to_owned())
         .collect()
 }
 
@@ -39,12 +39,14 @@ impl Study {
             let steps = searched(&mut whose.wearer.hand, point, DEVICE_V)?;
             let mut curves: Vec<Curve> = (0..LETTERS.len())
                 .map(|digit| {
-                    let at = steps.iter().map(|it| [it.volts, it.flexed[digit]]);
+                    let at = steps
+                        .iter()
+                        .map(|searched| [searched.volts, searched.flexed[digit]]);
                     Curve::line(digit, at)
                 })
                 .collect();
             let at = steps.iter();
-            let at = at.filter_map(|it| Some([it.volts, it.individuation?]));
+            let at = at.filter_map(|searched| Some([searched.volts, searched.individuation?]));
             curves.push(Curve::line(LETTERS.len(), at));
             let [least, most] = [voltages.threshold_v[point], voltages.most_v[point]];
             plots.push(Plot {
@@ -94,7 +96,7 @@ impl Study {
             let curve = |digit: usize| {
                 let rows = std::iter::once(&REST_DEG).chain(&rows);
                 let rows = rows.enumerate();
-                let at = rows.map(|(at, it)| [ROW_S * at as f64, it[digit]]);
+                let at = rows.map(|(at, values)| [ROW_S * at as f64, values[digit]]);
                 Curve::line(digit, at)
             };
             plots.push(Plot {
@@ -133,9 +135,12 @@ impl Study {
         let sessions = sessions(parts);
         let all = people(&sessions).into_iter();
         all.map(|(who, _)| {
-            let own: Vec<&Session> = sessions.iter().filter(|it| it.participant == who).collect();
+            let own: Vec<&Session> = sessions
+                .iter()
+                .filter(|session| session.participant == who)
+                .collect();
             let mut names: Vec<&str> = Vec::new();
-            for it in own.iter().flat_map(|it| &it.conditions) {
+            for it in own.iter().flat_map(|session| &session.conditions) {
                 if !names.contains(&&*it.name) {
                     names.push(&it.name);
                 }
@@ -165,7 +170,7 @@ fn intensity(name: &str, sessions: &[&Session]) -> Plot {
     let bar = |digit: usize| {
         let of = sessions
             .iter()
-            .filter_map(|it| mean(it, |c| c.name == name, |s| s.flexed[digit]));
+            .filter_map(|session| mean(session, |c| c.name == name, |s| s.flexed[digit]));
         let spread = Spread::of(of)?;
         let at = digit as f64;
         Some(Bar {

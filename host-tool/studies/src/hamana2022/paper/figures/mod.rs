@@ -52,7 +52,11 @@ impl Study {
 
     /// The first draw that came to anything, of `wanted` if they have one.
     fn whose(&self, wanted: &str, parts: &[Part]) -> Result<Option<Whose>, TwoPointsError> {
-        let others = self.participants.all.iter().map(|it| &*it.name);
+        let others = self
+            .participants
+            .all
+            .iter()
+            .map(|participant| &*participant.name);
         for name in std::iter::once(wanted).chain(others) {
             if let Some((draw, wearer)) = self.first(name, parts)? {
                 return Ok(Some(Whose {

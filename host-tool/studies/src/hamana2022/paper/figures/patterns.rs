@@ -87,7 +87,10 @@ impl<'s> Of<'s> {
     fn new(measure: Measure, sessions: &'s [Session]) -> Self {
         let draws = averages(measure.experiment, sessions);
         Self {
-            draws: draws.iter().map(|it| Replication::of(it)).collect(),
+            draws: draws
+                .iter()
+                .map(|averages| Replication::of(averages))
+                .collect(),
             measure,
             sessions,
         }
@@ -132,7 +135,7 @@ impl<'s> Of<'s> {
         of: &dyn Fn(usize) -> Option<Spread>,
         one: Option<(Option<Spread>, Option<f64>)>,
     ) -> Plot {
-        let names = (0..PATTERNS).map(|it| it.to_string());
+        let names = (0..PATTERNS).map(|index| index.to_string());
         let names = names.chain(one.map(|_| "one".to_owned()));
         let bar = |at: usize, series: usize, it: Spread| {
             let at = at as f64;
@@ -150,8 +153,13 @@ impl<'s> Of<'s> {
             title: title.to_owned(),
             x: Along::of("pattern", names),
             y: self.y(),
-            bars: bars.chain(ours.map(|it| bar(PATTERNS, ONE, it))).collect(),
-            paper: paper.map(|it| [PATTERNS as f64, it]).into_iter().collect(),
+            bars: bars
+                .chain(ours.map(|spread| bar(PATTERNS, ONE, spread)))
+                .collect(),
+            paper: paper
+                .map(|paper| [PATTERNS as f64, paper])
+                .into_iter()
+                .collect(),
             ..Plot::default()
         }
     }
@@ -161,18 +169,31 @@ impl<'s> Of<'s> {
         STATES
             .iter()
             .take(count)
-            .map(|it| (*it).to_owned())
+            .map(|state| (*state).to_owned())
             .collect()
     }
 
     fn people(&self, one: Option<f64>) -> Plots {
         let plot = |who: &str| {
-            let own = self.sessions.iter().filter(|it| it.participant == who);
+            let own = self
+                .sessions
+                .iter()
+                .filter(|session| session.participant == who);
             let all: Vec<Averages> = own
-                .map(|it| Averages::of(self.measure.experiment, &it.conditions, &it.stimulated))
+                .map(|session| {
+                    Averages::of(
+                        self.measure.experiment,
+                        &session.conditions,
+                        &session.stimulated,
+                    )
+                })
                 .collect();
-            let of = |at: usize| Spread::of(all.iter().filter_map(|it| it.patterns[at]));
-            let alone = Spread::of(all.iter().filter_map(|it| Some(it.one_point?[0])));
+            let of =
+                |at: usize| Spread::of(all.iter().filter_map(|averages| averages.patterns[at]));
+            let alone = Spread::of(
+                all.iter()
+                    .filter_map(|averages| Some(averages.one_point?[0])),
+            );
             let title = of_draws(who, all.len());
             self.plot(&title, &of, one.map(|_| (alone, None)))
         };
@@ -187,18 +208,26 @@ impl<'s> Of<'s> {
     }
 
     fn mean_of(&self, at: usize) -> Option<Spread> {
-        Spread::of(self.draws.iter().filter_map(|it| it.patterns[at]))
+        Spread::of(
+            self.draws
+                .iter()
+                .filter_map(|replication| replication.patterns[at]),
+        )
     }
 
     fn means(&self, one: Option<f64>) -> Plots {
-        let alone = Spread::of(self.draws.iter().filter_map(|it| Some(it.one_point?[0])));
+        let alone = Spread::of(
+            self.draws
+                .iter()
+                .filter_map(|replication| Some(replication.one_point?[0])),
+        );
         let given = one.map(|paper| (alone, Some(paper)));
         let mut plot = self.plot("", &|at| self.mean_of(at), given);
-        let band = alone.filter(|_| one.is_some()).map(|it| Band {
+        let band = alone.filter(|_| one.is_some()).map(|spread| Band {
             series: ONE,
-            low: it.low,
-            middle: it.median,
-            high: it.high,
+            low: spread.low,
+            middle: spread.median,
+            high: spread.high,
         });
         plot.bands.extend(band);
         Plots {
@@ -257,11 +286,11 @@ impl<'s> Of<'s> {
         for (place, (number, _)) in LATE.into_iter().enumerate() {
             for isolated in 0..2 {
                 let left = place as f64 + [-0.38, 0.02][isolated];
-                bars.extend(self.mean_of(number + isolated).map(|it| Bar {
+                bars.extend(self.mean_of(number + isolated).map(|spread| Bar {
                     series: isolated,
                     x: [left, left + 0.36],
-                    value: it.median,
-                    range: Some(it.range()),
+                    value: spread.median,
+                    range: Some(spread.range()),
                 }));
             }
         }
