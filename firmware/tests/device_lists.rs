@@ -212,7 +212,7 @@ fn a_stop_lets_a_list_fall() {
     desk.must(all(1, 5_000));
     let from = desk.time() + 60_000;
     desk.keep_alive(3, 50_000);
-    let own = |it: &(u64, u64, u16)| (it.1, it.2) == (200, code(5_000));
+    let own = |pair: &(u64, u64, u16)| (pair.1, pair.2) == (200, code(5_000));
     assert!(phases(&desk, 0, from).iter().all(own));
 }
 

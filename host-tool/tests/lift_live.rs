@@ -203,7 +203,12 @@ impl Wire {
 
     /// The first sample with the object held so, within 2 s; nothing faults until then.
     fn sample(&mut self, hold: Hold) -> Telemetry {
-        let is = |it: &Telemetry| it.lift.as_ref().is_some_and(|lift| lift.hold == hold);
+        let is = |telemetry: &Telemetry| {
+            telemetry
+                .lift
+                .as_ref()
+                .is_some_and(|lift| lift.hold == hold)
+        };
         let until = self.0.port().now_us() + 2_000_000;
         while let Some(incoming) = self.0.next(until).unwrap() {
             match incoming {

@@ -41,7 +41,7 @@ fn edges(device: &DeviceName) -> Vec<Edge> {
 
 /// Beginnings of a channel's first phases.
 fn starts(edges: &[Edge], channel: u8) -> Vec<u64> {
-    let first = |it: &&Edge| it.channel == channel && it.state == State::Cathodic;
+    let first = |edge: &&Edge| edge.channel == channel && edge.state == State::Cathodic;
     edges.iter().filter(first).map(|edge| edge.t_us).collect()
 }
 

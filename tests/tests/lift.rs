@@ -48,7 +48,7 @@ fn a_burst_between_arrivals_has_the_word_before() {
     let file = SessionFile::parse("words.toml", &text).unwrap();
     let [native, chip] =
         [DeviceName::Native, DeviceName::Chip].map(|device| edges(&file, &device, END_US));
-    let place = |it: &Edge| (it.t_us, it.channel, it.state);
+    let place = |edge: &Edge| (edge.t_us, edge.channel, edge.state);
     assert!(native.iter().map(place).eq(chip.iter().map(place)));
     let bursts = native.iter().zip(&chip);
     let bursts = bursts.filter(|(a, _)| a.state.is_driven());

@@ -254,7 +254,7 @@ fn another_width_is_converted_by_the_files_curve_and_noted() {
             (here / octaves(5_000, 240_000) - 1.0).abs() < 1e-4,
             "{here}"
         );
-        let told = |it: &String| it.contains("strength–duration");
+        let told = |text: &String| text.contains("strength–duration");
         assert!(session.notes.iter().any(told), "{:?}", session.notes);
     }
     // The curve's upper end knows more: straight between its points.

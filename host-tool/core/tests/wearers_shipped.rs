@@ -202,7 +202,7 @@ fn simulated_fingers_have_the_voltages_of_the_files() {
         let sites = [finger.flexor_a, finger.flexor_b, finger.extensor];
         let simulated = sites.map(|site| [site.threshold_v, site.max_v]);
         let wearer = wearer(name);
-        let volts = |it: Amplitude| f64::from(it.get()) / 1e3;
+        let volts = |amplitude: Amplitude| f64::from(amplitude.get()) / 1e3;
         let known = wearer.electrodes.iter();
         let known =
             known.map(|electrode| [volts(electrode.motor_threshold), volts(electrode.limit)]);

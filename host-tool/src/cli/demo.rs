@@ -104,9 +104,9 @@ fn trials(experiment: &Experiment, came: &Came) -> Vec<serde_json::Value> {
     let is_rmse = |measure: &str| measure == "rmse_deg";
     let mut all: Vec<&Conducted> = came.course.trials.iter().collect();
     all.sort_by_key(|measurement| measurement.place.condition);
-    let row = |it: &&Conducted| {
-        let condition = experiment.conditions.get(it.place.condition);
-        let measures = experiment.measures().zip(&it.measured);
+    let row = |measurement: &&Conducted| {
+        let condition = experiment.conditions.get(measurement.place.condition);
+        let measures = experiment.measures().zip(&measurement.measured);
         let rmse = measures.filter(|(measure, _)| is_rmse(measure.id));
         let declaration = &experiment.declaration;
         let mut printed = condition
@@ -114,10 +114,10 @@ fn trials(experiment: &Experiment, came: &Came) -> Vec<serde_json::Value> {
             .flat_map(|condition| declaration.printed_of(&condition.levels))
             .filter(|printed| is_rmse(&printed.measure));
         serde_json::json!({
-            "trial": it.trial.name,
+            "trial": measurement.trial.name,
             "rmse_deg": rmse.filter_map(|(_, number)| *number).next(),
             "paper_mean_deg": printed.next().and_then(|printed| printed.mean()),
-            "pulses": it.trial.pulses,
+            "pulses": measurement.trial.pulses,
         })
     };
     all.iter().map(row).collect()

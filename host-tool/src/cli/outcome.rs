@@ -45,13 +45,15 @@ fn table(it: &Sheet) -> String {
 
 /// Median, range and the paper's number of each row.
 fn numbers(rows: &[Row]) -> String {
-    let digits = |it: f64| match it.abs() {
-        large if large >= 100.0 => format!("{it:.0}"),
-        _ => format!("{it:.3}"),
+    let digits = |value: f64| match value.abs() {
+        large if large >= 100.0 => format!("{value:.0}"),
+        _ => format!("{value:.3}"),
     };
-    let printed = |row: &Row, it: Option<f64>| {
-        let Some(it) = it else { return "-".to_owned() };
-        large_t(&row.quantity, it).map_or_else(|| digits(it), str::to_owned)
+    let printed = |row: &Row, value: Option<f64>| {
+        let Some(value) = value else {
+            return "-".to_owned();
+        };
+        large_t(&row.quantity, value).map_or_else(|| digits(value), str::to_owned)
     };
     let line = |row: &Row| {
         let name = match &*row.unit {

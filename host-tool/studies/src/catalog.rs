@@ -85,10 +85,10 @@ pub const ENTRIES: [Entry; 8] = [
         draws: 1..=100_000,
         devices: ("two-points is of bodies alone, without a device", NATIVE),
         has_participants: false,
-        begin: |it| {
+        begin: |request| {
             let cells = Cells::declared(None)?;
             let cells = cells.ok_or_else(|| anyhow::anyhow!("no cells"))?;
-            Ok(Box::new(CellsRun::asked(cells, it.decided)))
+            Ok(Box::new(CellsRun::asked(cells, request.decided)))
         },
     },
     Entry {
@@ -101,10 +101,10 @@ pub const ENTRIES: [Entry; 8] = [
         draws: 1..=1_000,
         devices: ("a bench is simulated", SIMULATORS),
         has_participants: false,
-        begin: |it| {
+        begin: |request| {
             Ok(Box::new(lee2020::Run::asked(
-                it.decided,
-                it.device.clone(),
+                request.decided,
+                request.device.clone(),
             )?))
         },
     },
@@ -119,10 +119,10 @@ pub const ENTRIES: [Entry; 8] = [
         draws: 2..=100_000,
         devices: ("a drawn elbow is simulated", SIMULATORS),
         has_participants: false,
-        begin: |it| {
+        begin: |request| {
             Ok(Box::new(harris2017::Run::asked(
-                it.decided,
-                it.device.clone(),
+                request.decided,
+                request.device.clone(),
             )?))
         },
     },
@@ -139,10 +139,10 @@ pub const ENTRIES: [Entry; 8] = [
             &[DeviceName::Native, DeviceName::Chip],
         ),
         has_participants: false,
-        begin: |it| {
+        begin: |request| {
             Ok(Box::new(sierotowicz2023::Run::asked(
-                it.decided,
-                it.device.clone(),
+                request.decided,
+                request.device.clone(),
             )?))
         },
     },
@@ -160,7 +160,7 @@ pub const ENTRIES: [Entry; 8] = [
             NATIVE,
         ),
         has_participants: false,
-        begin: |it| Ok(Box::new(electrodes::Run::asked(it.decided)?)),
+        begin: |request| Ok(Box::new(electrodes::Run::asked(request.decided)?)),
     },
     Entry {
         names: &[(
@@ -172,8 +172,8 @@ pub const ENTRIES: [Entry; 8] = [
         draws: 1..=10_000,
         devices: ("a drawn muscle is simulated for hours of its time", NATIVE),
         has_participants: false,
-        begin: |it| {
-            let (seed, draws) = it.decided;
+        begin: |request| {
+            let (seed, draws) = request.decided;
             Ok(Box::new(distributed::Study::asked(seed, draws)?))
         },
     },
@@ -190,7 +190,7 @@ pub const ENTRIES: [Entry; 8] = [
             NATIVE,
         ),
         has_participants: false,
-        begin: |it| Ok(Box::new(buatier2024::Run::asked(it.decided)?)),
+        begin: |request| Ok(Box::new(buatier2024::Run::asked(request.decided)?)),
     },
 ];
 
@@ -215,7 +215,7 @@ impl Entry {
     pub fn asked(asked: &Asked<'_>) -> Result<Option<&'static Self>, String> {
         let has = |entry: &&Self| entry.names.iter().any(|(name, _)| *name == asked.name);
         let found = ENTRIES.iter().find(has);
-        let is_file = |it: &str| it.ends_with(".toml") || shipped(it).is_some();
+        let is_file = |text: &str| text.ends_with(".toml") || shipped(text).is_some();
         let has_word = asked.wearer.is_some_and(|wearer| !is_file(wearer));
         match found {
             Some(_) if asked.name == CONTROL && !asked.has_participant() => Ok(None),

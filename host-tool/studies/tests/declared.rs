@@ -276,8 +276,9 @@ fn a_declaration_is_played_on_another_wearer() {
     let files = declared.hashes.iter().map(|(file, _)| &**file);
     assert!(files.clone().any(|file| file == "../wearers/harris-1.toml"));
     let whole = declared.clone().on_wearer("x/X-1.toml", &other()).unwrap();
-    let fields = |it: &Experiment| -> Vec<String> {
-        it.declaration
+    let fields = |experiment: &Experiment| -> Vec<String> {
+        experiment
+            .declaration
             .drawn
             .iter()
             .map(|draw| draw.field.clone())
@@ -307,8 +308,9 @@ fn a_declaration_is_played_on_another_wearer() {
     whole.keep(&dir).unwrap();
     let again = Experiment::kept(&dir, &whole.declared()).unwrap();
     assert_eq!((&again.hashes, &again.worn), (&whole.hashes, &whole.worn));
-    let texts = |it: &Experiment| {
-        it.sessions(&[])
+    let texts = |experiment: &Experiment| {
+        experiment
+            .sessions(&[])
             .unwrap()
             .into_iter()
             .map(|session_file| session_file.text)

@@ -58,8 +58,9 @@ fn flips_are_found_and_not_severe() {
     // Of 240 found at rest a share of 3 % missed would be seen with 80 %.
     let outcome = played(Class::Flips, &on_chip(Class::Flips), 240);
     // While a refill is under way not all is found (docs/faults.md): of 2,000 drawn one was not.
-    let at_rest = |it: &&Outcome| {
-        it.kind
+    let at_rest = |outcome: &&Outcome| {
+        outcome
+            .kind
             .as_deref()
             .is_some_and(|kind| !kind.starts_with("refill"))
     };

@@ -117,8 +117,12 @@ fn a_wearer_who_is_kept_is_more_tired_after_short_rests() {
     assert!((long_deg[2] - long_deg[0]).abs() < 0.1, "{long_deg:?}");
     // What the device counted is each trial's own.
     for trial in &short[1..] {
-        let counted = |it: &Conducted, name: &str| {
-            let found = it.trial.counters.iter().find(|(known, _)| known == name);
+        let counted = |measurement: &Conducted, name: &str| {
+            let found = measurement
+                .trial
+                .counters
+                .iter()
+                .find(|(known, _)| known == name);
             found.map(|(_, n)| *n)
         };
         for name in ["pulses started", "setpoints carried out"] {

@@ -58,7 +58,7 @@ fn armed(population: &Population, index: u64) -> Option<Armed> {
     };
     let threshold_v = [found.threshold_v[0], found.threshold_v[1], extensor_v[0]];
     let most_v = [found.most_v[0], found.most_v[1], extensor_v[1]];
-    let most_v: [f64; 3] = std::array::from_fn(|it| most_v[it].min(through(it)));
+    let most_v: [f64; 3] = std::array::from_fn(|index| most_v[index].min(through(index)));
     if (0..3).any(|index| most_v[index] <= threshold_v[index]) {
         return None;
     }

@@ -257,7 +257,7 @@ fn a_replication_is_whole_and_repeats() {
     let study = crate::sierotowicz2023_calibration::short();
     let run = || replication(&study, 3, 0).unwrap();
     let first = run();
-    let text = |it| serde_json::to_string(it).unwrap();
+    let text = |replication| serde_json::to_string(replication).unwrap();
     assert_eq!(text(&first), text(&run()));
     for person in &first.people {
         let names: Vec<&str> = person

@@ -78,7 +78,8 @@ fn calibration_finds_turning_and_strength() {
                 device.arm_m(channel).angle(&mean).to_degrees()
             })
             .collect();
-        let error = |it: &Model| geometry_error_deg(&Device::new(it).unwrap(), it, &person.arm);
+        let error =
+            |model: &Model| geometry_error_deg(&Device::new(model).unwrap(), model, &person.arm);
         let (before, after) = (error(&cursory), error(&model));
         println!("to turning {angles:.0?}, geometry {before:.0?} to {after:.0?}");
         assert!(

@@ -302,7 +302,7 @@ fn markup_in_a_session_or_a_wearer_file_stays_text() {
             let changed = lengthened(&document, place, more);
             page(&serde_json::from_value(changed).unwrap())
         });
-        let at = |it: &String| all[it.parse::<usize>().unwrap()].way.join("/");
+        let at = |text: &String| all[text.parse::<usize>().unwrap()].way.join("/");
         tried.accepted.iter().map(at).collect::<Vec<_>>()
     };
     let text = toml::to_string(&wearer).unwrap();

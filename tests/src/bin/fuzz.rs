@@ -42,7 +42,7 @@ struct Arguments {
 
 fn targets() -> clap::builder::PossibleValuesParser {
     let all = TARGETS.iter();
-    let value = |it: &Target| clap::builder::PossibleValue::new(it.name).help(it.about);
+    let value = |target: &Target| clap::builder::PossibleValue::new(target.name).help(target.about);
     all.map(value).collect::<Vec<_>>().into()
 }
 

@@ -37,7 +37,10 @@ fn both_judges_say_the_same_of_what_is_drawn() {
     let count = |of: fn(&hal_sim::trace::judge::Account) -> usize| -> usize {
         accounts.clone().map(of).sum()
     };
-    let (latched, truncated) = (count(|it| it.latched.len()), count(|it| it.truncated.len()));
+    let (latched, truncated) = (
+        count(|account| account.latched.len()),
+        count(|account| account.truncated.len()),
+    );
     println!("{broken:?}, {latched} latched, {truncated} truncated");
     for rule in [
         Rule::CommandedPhase,

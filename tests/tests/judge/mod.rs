@@ -98,17 +98,17 @@ fn what_a_broken_chip_puts_out_is_judged_alike() {
     let (bench, at) = Bench::in_a_pulse();
     let breaks: [Break; 4] = [
         (NOTHING, |_| ()),
-        ("the tape slips", |it| {
-            let (soc, cycle) = (&mut it.board.around.soc, it.board.cpu.cycle);
+        ("the tape slips", |bench| {
+            let (soc, cycle) = (&mut bench.board.around.soc, bench.board.cpu.cycle);
             let on = soc.read(STREAM_2, Size::Word, cycle).unwrap().value;
             soc.write(STREAM_2, Size::Word, on & !1, cycle).unwrap();
         }),
-        ("interrupts masked", |it| {
-            it.leave_critical_section();
-            it.board.cpu.registers.primask = true
+        ("interrupts masked", |bench| {
+            bench.leave_critical_section();
+            bench.board.cpu.registers.primask = true
         }),
-        (LINE, |it| {
-            it.board.around.broken = Levels(State::Anodic as u32);
+        (LINE, |bench| {
+            bench.board.around.broken = Levels(State::Anodic as u32);
         }),
     ];
     for (what, break_it) in breaks {

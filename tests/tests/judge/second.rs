@@ -98,7 +98,8 @@ fn differences(account: &Account, said: &Value) -> Vec<String> {
                 .map(|value| format!("{what}: only the other judge: {value}")),
         );
     };
-    let of = |it: &Value, keys: &[&str]| json!(keys.iter().map(|k| &it[*k]).collect::<Vec<_>>());
+    let of =
+        |value: &Value, keys: &[&str]| json!(keys.iter().map(|k| &value[*k]).collect::<Vec<_>>());
     let findings = account
         .findings
         .iter()
@@ -107,7 +108,7 @@ fn differences(account: &Account, said: &Value) -> Vec<String> {
     hold(
         "findings",
         findings,
-        &|it| of(it, &["rule", "channel", "t_us", "count"]),
+        &|value| of(value, &["rule", "channel", "t_us", "count"]),
         "amount",
     );
     let truncated = account
@@ -118,7 +119,7 @@ fn differences(account: &Account, said: &Value) -> Vec<String> {
     hold(
         "truncated",
         truncated,
-        &|it| of(it, &["channel", "t_us"]),
+        &|value| of(value, &["channel", "t_us"]),
         "charge_uc",
     );
     let latched = account
@@ -126,7 +127,7 @@ fn differences(account: &Account, said: &Value) -> Vec<String> {
         .iter()
         .map(|latched| json!(latched))
         .collect();
-    hold("latched", latched, &|it| it.clone(), "");
+    hold("latched", latched, &|value| value.clone(), "");
     let direct = said["direct_ua"].as_array().unwrap();
     for (channel, (mine, other)) in account.direct_ua.iter().zip(direct).enumerate() {
         if !is_alike(&json!(mine), other) {
@@ -159,7 +160,7 @@ fn a_judge_that_errs_is_told() {
         differences(&wrong, &said["as_built"]).len()
     };
     assert_eq!(err(&|it| it.findings.clear()), 1);
-    let first = |change: &dyn Fn(&mut Finding)| err(&|it| change(&mut it.findings[0]));
+    let first = |change: &dyn Fn(&mut Finding)| err(&|account| change(&mut account.findings[0]));
     // One that is not found, and one that the other does not find.
     assert_eq!(first(&|it| it.count += 1), 2);
     assert_eq!(first(&|it| it.t_us += 1), 2);

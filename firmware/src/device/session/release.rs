@@ -84,7 +84,8 @@ impl Session {
             seq, at, restarts, ..
         } = verdict;
         self.state = verdict.state;
-        let is_asked = |it: &mut Release| it.seq == seq && it.table.is_some() == restarts;
+        let is_asked =
+            |release: &mut Release| release.seq == seq && release.table.is_some() == restarts;
         let Some(release) = self.release.take_if(is_asked) else {
             return; // nobody waits for it any more
         };

@@ -123,7 +123,7 @@ impl Guard {
         let by = config.stage.amplitude_of(by);
         let above = |low: Amplitude| Amplitude::new(low.get().saturating_add(by.get()));
         let [most, most_charge] = low.map(above);
-        let is_far = |it: Measures| it.0[0] > most || it.0[1] > most_charge;
+        let is_far = |measures: Measures| measures.0[0] > most || measures.0[1] > most_charge;
         if all().chain([now_wanted]).any(is_far) {
             let highest = most;
             return Err(Denied::TooLargeStep { channel, highest });

@@ -181,21 +181,29 @@ impl IsometricSpec {
             ("load_ohm", positive(self.load_ohm)),
             (
                 "force_n",
-                muscles(&|it| it.force_n.is_finite() && it.force_n >= 0.0),
+                muscles(&|stimulation| {
+                    stimulation.force_n.is_finite() && stimulation.force_n >= 0.0
+                }),
             ),
-            ("reached", muscles(&|it| it.reached.iter().all(part))),
-            ("length_at_90", muscles(&|it| positive(it.length_at_90))),
+            (
+                "reached",
+                muscles(&|stimulation| stimulation.reached.iter().all(part)),
+            ),
+            (
+                "length_at_90",
+                muscles(&|stimulation| positive(stimulation.length_at_90)),
+            ),
             (
                 "chronaxie_us",
-                muscles(&|it| positive(it.strength.chronaxie_us)),
+                muscles(&|stimulation| positive(stimulation.strength.chronaxie_us)),
             ),
             (
                 "reference_us",
-                muscles(&|it| positive(it.strength.reference_us)),
+                muscles(&|stimulation| positive(stimulation.strength.reference_us)),
             ),
             (
                 "dynamics",
-                muscles(&|it| it.dynamics.all().into_iter().all(positive)),
+                muscles(&|stimulation| stimulation.dynamics.all().into_iter().all(positive)),
             ),
         ];
         match rules.into_iter().find(|(_, holds)| !holds) {

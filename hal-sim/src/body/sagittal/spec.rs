@@ -70,11 +70,13 @@ impl SagittalSpec {
     /// # Errors
     /// The first field that no arm can have.
     pub fn validate(&self) -> Result<(), InvalidSagittal> {
-        let positive = |it: f64| it.is_finite() && it > 0.0;
-        let not_negative = |it: f64| it.is_finite() && it >= 0.0;
-        let part = |it: f64| (0.0..=1.0).contains(&it);
-        let on = |it: &Electrode| {
-            it.threshold_ma >= 0.0 && it.full_ma > it.threshold_ma && part(it.reached)
+        let positive = |value: f64| value.is_finite() && value > 0.0;
+        let not_negative = |value: f64| value.is_finite() && value >= 0.0;
+        let part = |value: f64| (0.0..=1.0).contains(&value);
+        let on = |electrode: &Electrode| {
+            electrode.threshold_ma >= 0.0
+                && electrode.full_ma > electrode.threshold_ma
+                && part(electrode.reached)
         };
         #[rustfmt::skip]
         let rules = [

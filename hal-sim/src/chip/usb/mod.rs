@@ -118,10 +118,10 @@ impl Host {
 
     /// Whether both do the same from now on: all but what is foreseen is equal.
     pub fn is_like(&self, other: &Self) -> bool {
-        let bare = |it: &Self| {
-            let mut it = it.clone();
-            (it.outlook, it.quiet_until) = (None, 0);
-            it
+        let bare = |item: &Self| {
+            let mut item = item.clone();
+            (item.outlook, item.quiet_until) = (None, 0);
+            item
         };
         bare(self) == bare(other)
     }
@@ -182,7 +182,7 @@ impl Host {
 
     /// Requests of other programs that are not done.
     pub fn asked(&self) -> usize {
-        let is_foreign = |it: &Control| matches!(it.request, Request::Foreign(_));
+        let is_foreign = |control: &Control| matches!(control.request, Request::Foreign(_));
         self.foreign.len() + usize::from(self.control.as_ref().is_some_and(is_foreign))
     }
 

@@ -49,7 +49,7 @@ impl Sparc {
             .map(|size| size / sum)
             .collect();
         sizes.truncate(last + 1);
-        let reaches = |it: &f64| *it >= self.threshold;
+        let reaches = |value: &f64| *value >= self.threshold;
         let last = sizes.iter().rposition(reaches).unwrap_or(0);
         if last == 0 {
             return Err(MotionError::Speed(speed.len()));

@@ -89,7 +89,7 @@ pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fide
                 },
             ))
         });
-        fidelity.law = against_finest(&off(all.collect())?, |it, finest| it - finest);
+        fidelity.law = against_finest(&off(all.collect())?, |value, finest| value - finest);
     }
     if let (Some(BodySpec::Finger(finger)), true) = (&session.body, session.joint.is_some()) {
         let all = STEPS_US.into_iter().map(|step_us| {
@@ -104,7 +104,8 @@ pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fide
                 },
             )
         });
-        fidelity.step = against_finest(&off(all.collect())?, |it, finest| (it - finest).abs());
+        fidelity.step =
+            against_finest(&off(all.collect())?, |value, finest| (value - finest).abs());
     }
     Ok(fidelity)
 }

@@ -89,7 +89,7 @@ impl ForceRecord {
         for (place, pair) in self.samples_n.windows(2).enumerate() {
             run = if pair[0] == pair[1] { run + 1 } else { 1 };
             if run == STUCK {
-                let same = |it: &&f64| **it == pair[1];
+                let same = |value: &&f64| **value == pair[1];
                 let from = place + 2 - STUCK;
                 return Err(IdentifyError::Saturated {
                     reading_n: pair[1],

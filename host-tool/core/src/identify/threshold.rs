@@ -187,7 +187,7 @@ impl Line {
             .iter()
             .map(|point| (point.0 - middle) * (point.1 - mean));
         let slope = across.sum::<f64>() / square.max(1e-300);
-        let off = |it: &(f64, f64)| (it.1 - mean - slope * (it.0 - middle)).powi(2);
+        let off = |pair: &(f64, f64)| (pair.1 - mean - slope * (pair.0 - middle)).powi(2);
         let noise = (points.iter().map(off).sum::<f64>() / (n - 2.0).max(1.0)).sqrt();
         Self {
             n,

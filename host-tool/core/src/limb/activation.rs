@@ -118,7 +118,7 @@ impl<const J: usize> Muscles<J> {
         let newton = free.cholesky().map(|factor| dual + factor.solve(left));
         let height = |dual: &SVector<f64, J>| self.height(rows, wanted, dual);
         let before = height(dual);
-        let climbs = |it: &SVector<f64, J>| height(it) > before;
+        let climbs = |s_vector: &SVector<f64, J>| height(s_vector) > before;
         let newton =
             newton.filter(|vector| vector.iter().all(|value| value.is_finite()) && climbs(vector));
         newton.or_else(|| Some(dual + all.cholesky()?.solve(left)))

@@ -39,7 +39,7 @@ impl Quartic {
     /// E762.
     pub fn fitted(points: &[(f64, f64)]) -> Result<Self, NoQuartic> {
         let refused = NoQuartic(points.len());
-        let finite = |it: &(f64, f64)| it.0.is_finite() && it.1.is_finite();
+        let finite = |pair: &(f64, f64)| pair.0.is_finite() && pair.1.is_finite();
         if points.len() < TERMS || !points.iter().all(finite) {
             return Err(refused);
         }

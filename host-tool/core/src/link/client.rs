@@ -174,7 +174,8 @@ impl Client {
 
     /// The answer to the request with this number, ahead of other messages.
     pub fn answer(&mut self, seq: u16) -> Option<Incoming> {
-        let is_answer = |it: &Incoming| it.answers() == Some(seq) || it.turns_away();
+        let is_answer =
+            |incoming: &Incoming| incoming.answers() == Some(seq) || incoming.turns_away();
         let index = self.incoming.iter().position(is_answer)?;
         self.incoming.remove(index)
     }

@@ -109,11 +109,13 @@ pub(super) fn read_muscle(
         )
     };
     let force = CalciumForceSpec {
-        a_mn_per_s: number("a_n_per_s", |it| it.a_mn_per_s),
-        k_micro: number("k", |it| it.k_micro),
-        tau_c_us: number("tau_c_ms", |it| it.tau_c_us),
-        tau1_us: number("tau1_ms", |it| it.tau1_us),
-        tau2_us: number("tau2_ms", |it| it.tau2_us),
+        a_mn_per_s: number("a_n_per_s", |calcium_force_spec| {
+            calcium_force_spec.a_mn_per_s
+        }),
+        k_micro: number("k", |calcium_force_spec| calcium_force_spec.k_micro),
+        tau_c_us: number("tau_c_ms", |calcium_force_spec| calcium_force_spec.tau_c_us),
+        tau1_us: number("tau1_ms", |calcium_force_spec| calcium_force_spec.tau1_us),
+        tau2_us: number("tau2_ms", |calcium_force_spec| calcium_force_spec.tau2_us),
     };
     let threshold = electrode.map(|electrode| electrode.motor_threshold);
     let amplitude = |name, file: Option<Amplitude>| {

@@ -127,9 +127,9 @@ impl Electrode {
         }
         let curve = self.strength_duration.as_ref().ok_or(Unfit::NoCurve)?;
         let factor = curve.factor(self.width_us, width_us);
-        let times = |it: Amplitude, factor: f64| f64::from(it.get()) * factor;
-        let scaled = |it| Amplitude::new(times(it, factor).round() as u32); // saturates
-        let lower = |it| Amplitude::new(times(it, factor.min(1.0)).floor() as u32);
+        let times = |amplitude: Amplitude, factor: f64| f64::from(amplitude.get()) * factor;
+        let scaled = |amplitude| Amplitude::new(times(amplitude, factor).round() as u32); // saturates
+        let lower = |amplitude| Amplitude::new(times(amplitude, factor.min(1.0)).floor() as u32);
         let lowered = lower(self.limit);
         let muscle = self.muscle.map(|muscle| Muscle {
             reference: scaled(muscle.reference),

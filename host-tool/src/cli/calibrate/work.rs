@@ -93,7 +93,8 @@ fn checked(
     tolerance: Level,
     desk: &mut Desk<'_>,
 ) -> anyhow::Result<Worked> {
-    let loose = |it: &&Electrode| Level(it.motor_threshold.get()).0 <= 2 * tolerance.0;
+    let loose =
+        |electrode: &&Electrode| Level(electrode.motor_threshold.get()).0 <= 2 * tolerance.0;
     if let Some(it) = wearer.electrodes.iter().find(loose) {
         let threshold = Level(it.motor_threshold.get());
         return Err(CalibrationError::Loose(tolerance, it.channel, threshold).into());

@@ -167,9 +167,13 @@ impl Sheet {
                 == (b.kind, b.simulated, &b.unique_id, &b.firmware, &b.schema)
         };
         if !is_same(&sheet.device, &next.device) {
-            let told = |it: &Identity| {
-                let id = it.unique_id.as_deref().unwrap_or("no number");
-                format!("{} {id}, firmware {}", it.kind.words(), it.firmware)
+            let told = |identity: &Identity| {
+                let id = identity.unique_id.as_deref().unwrap_or("no number");
+                format!(
+                    "{} {id}, firmware {}",
+                    identity.kind.words(),
+                    identity.firmware
+                )
             };
             return Err(unfit(format!(
                 "it is of the {}, and this is the {}; give that one, or another --out",

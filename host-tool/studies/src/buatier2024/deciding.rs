@@ -123,7 +123,7 @@ fn changed(
     let people = (0..study.deciding.persons).map(one);
     let people = people.collect::<Result<Vec<_>, LiftError>>()?;
     let count = |claim| {
-        let of = |it: &&Participant| holds(study, it, claim) == Some(true);
+        let of = |participant: &&Participant| holds(study, participant, claim) == Some(true);
         people.iter().filter(of).count()
     };
     Ok(Changed {
@@ -170,9 +170,9 @@ impl Decides {
     pub(super) fn sheet(&self, study: &Study) -> Sheet {
         let mut heads = vec!["changed alone".to_owned()];
         heads.extend(study.claims.iter().map(|claim| claim.id.clone()));
-        let row = |it: &Changed| {
-            let cells = (0..study.claims.len()).map(|at| it.verdict(at).to_owned());
-            std::iter::once(it.named.clone()).chain(cells).collect()
+        let row = |change: &Changed| {
+            let cells = (0..study.claims.len()).map(|at| change.verdict(at).to_owned());
+            std::iter::once(change.named.clone()).chain(cells).collect()
         };
         let all = std::iter::once(&self.middle).chain(self.ends.iter().flatten());
         let rows = all.chain(&self.models).map(row).collect();

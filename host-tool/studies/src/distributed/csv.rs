@@ -17,7 +17,8 @@ impl Study {
             "person,{},condition,endurance_s,at_least,refused,ripple,found,first,left,off\n",
             fields.join(",")
         );
-        let number = |it: Option<f64>| it.map_or_else(String::new, |value| format!("{value:.6}"));
+        let number =
+            |number: Option<f64>| number.map_or_else(String::new, |value| format!("{value:.6}"));
         for found in all {
             let drawn: Vec<String> = found
                 .drawn

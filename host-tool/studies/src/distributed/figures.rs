@@ -237,13 +237,14 @@ fn ratios(along: &[AxisPoint], axis: &str, id: &str) -> Vec<[f64; 2]> {
     let own = along
         .iter()
         .filter(|axis_point| axis_point.axis == axis && axis_point.measured.id == id);
-    let ratio = |it: &AxisPoint| {
+    let ratio = |axis_point: &AxisPoint| {
         let mut all = along.iter();
-        let is_one =
-            |of: &&AxisPoint| of.axis == axis && of.value == it.value && of.measured.id == "one";
+        let is_one = |of: &&AxisPoint| {
+            of.axis == axis && of.value == axis_point.value && of.measured.id == "one"
+        };
         let one = all.find(is_one)?.measured.endurance.seconds;
-        let ratio = it.measured.endurance.seconds / one;
-        (one > 0.0).then_some([it.value, ratio.min(MOST_RATIO)])
+        let ratio = axis_point.measured.endurance.seconds / one;
+        (one > 0.0).then_some([axis_point.value, ratio.min(MOST_RATIO)])
     };
     own.filter_map(ratio).collect()
 }

@@ -82,7 +82,8 @@ impl<'a> Playing<'a> {
             .iter()
             .map(|electrode| strength_n(spec, electrode))
             .sum();
-        let share = |it: &&Electrode| (1e3 * wanted_n * strength_n(spec, it) / all_n) as u32;
+        let share =
+            |electrode: &&Electrode| (1e3 * wanted_n * strength_n(spec, electrode) / all_n) as u32;
         let stepper = Stepper::open(file, port, Attached::default()).map_err(told)?;
         let mut playing = Self {
             stepper: stepper.live(),

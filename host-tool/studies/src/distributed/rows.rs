@@ -56,8 +56,10 @@ fn of_condition(condition: &Condition, all: &[Found]) -> Vec<Row> {
             numbers,
         )
     };
-    let percent = |it: f64| 1e2 * it;
-    let ripple = row("ripple", "ripple", "%", None, &|it| it.ripple.map(percent));
+    let percent = |value: f64| 1e2 * value;
+    let ripple = row("ripple", "ripple", "%", None, &|measurement| {
+        measurement.ripple.map(percent)
+    });
     let id = &*condition.id;
     if condition.drive == Drive::Open {
         let [single, distributed] = PUBLISHED_LEFT;
@@ -66,11 +68,11 @@ fn of_condition(condition: &Condition, all: &[Found]) -> Vec<Row> {
             "four-open" => Some(percent(distributed)),
             _ => None,
         };
-        let first = row("first", "at first, of wanted", "%", None, &|it| {
-            it.first.map(percent)
+        let first = row("first", "at first, of wanted", "%", None, &|measurement| {
+            measurement.first.map(percent)
         });
-        let left = row("left", "left after 6 min", "%", paper, &|it| {
-            it.left.map(percent)
+        let left = row("left", "left after 6 min", "%", paper, &|measurement| {
+            measurement.left.map(percent)
         });
         return vec![first, left, ripple];
     }
@@ -80,13 +82,15 @@ fn of_condition(condition: &Condition, all: &[Found]) -> Vec<Row> {
         "four" | "four-fast" => Some(four),
         _ => None,
     };
-    let endurance = row("endurance", "endurance", "s", paper, &|it| {
-        Some(it.endurance.seconds)
+    let endurance = row("endurance", "endurance", "s", paper, &|measurement| {
+        Some(measurement.endurance.seconds)
     });
     let mut rows = vec![endurance, ripple];
     if condition.drive.model().is_some() {
         let says = "off wanted, a minute";
-        rows.push(row("off", says, "%", None, &|it| it.distance.map(percent)));
+        rows.push(row("off", says, "%", None, &|measurement| {
+            measurement.distance.map(percent)
+        }));
     }
     rows
 }

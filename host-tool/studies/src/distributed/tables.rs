@@ -26,8 +26,9 @@ impl Study {
             let count = |is: &dyn Fn(&&&Measured) -> bool| own.iter().filter(is).count();
             let seconds = own.iter().map(|measurement| measurement.endurance.seconds);
             let row = Row::of(String::new(), String::new(), "s", None, seconds);
-            let whole =
-                |it: Option<f64>| it.map_or_else(|| "-".to_owned(), |value| format!("{value:.0}"));
+            let whole = |number: Option<f64>| {
+                number.map_or_else(|| "-".to_owned(), |value| format!("{value:.0}"))
+            };
             vec![
                 condition.id.clone(),
                 format!("{}", count(&|it| it.is_refused)),
@@ -72,12 +73,12 @@ fn rates(along: &[AxisPoint]) -> Sheet {
     let own = along
         .iter()
         .filter(|axis_point| axis_point.axis == "rate_hz");
-    let row = |it: &AxisPoint| {
-        let ripple = it.measured.ripple;
+    let row = |axis_point: &AxisPoint| {
+        let ripple = axis_point.measured.ripple;
         vec![
-            format!("{:.2} Hz", it.value),
-            format!("{:.0} Hz", 4.0 * it.value),
-            seconds(it),
+            format!("{:.2} Hz", axis_point.value),
+            format!("{:.0} Hz", 4.0 * axis_point.value),
+            seconds(axis_point),
             ripple.map_or_else(|| "-".to_owned(), |ripple| format!("{:.1} %", 1e2 * ripple)),
         ]
     };
@@ -95,7 +96,9 @@ fn rates(along: &[AxisPoint]) -> Sheet {
 /// The middle person by the force that is held.
 fn wanted(along: &[AxisPoint]) -> Sheet {
     let of = |value: f64, id: &str| {
-        let is = |it: &&AxisPoint| it.axis == "wanted" && it.value == value && it.measured.id == id;
+        let is = |axis_point: &&AxisPoint| {
+            axis_point.axis == "wanted" && axis_point.value == value && axis_point.measured.id == id
+        };
         along
             .iter()
             .find(is)
@@ -104,9 +107,9 @@ fn wanted(along: &[AxisPoint]) -> Sheet {
     let firsts = along
         .iter()
         .filter(|axis_point| axis_point.axis == "wanted" && axis_point.measured.id == "one");
-    let row = |it: &AxisPoint| {
-        let mut row = vec![format!("{:.0} %", 1e2 * it.value)];
-        row.extend(["one", "four", "four-half"].map(|id| of(it.value, id)));
+    let row = |axis_point: &AxisPoint| {
+        let mut row = vec![format!("{:.0} %", 1e2 * axis_point.value)];
+        row.extend(["one", "four", "four-half"].map(|id| of(axis_point.value, id)));
         row
     };
     let heads = [

@@ -62,7 +62,7 @@ impl Refills {
         } else {
             &self.outside
         };
-        let length = |it: &Range<Cycle>| it.end - it.start;
+        let length = |range: &Range<Cycle>| range.end - range.start;
         let mut left = (part * all.iter().map(length).sum::<Cycle>() as f64) as Cycle;
         for it in all {
             if left < length(it) {
@@ -111,6 +111,6 @@ pub(super) fn first_uses(
     })?;
     let watch = watched.device.around.soc.watch.unwrap_or_default();
     let first = |number: usize| watch.firsts().get(number).copied().unwrap_or(First::Read);
-    let told = |it: Option<(u32, usize)>| it.map(|(byte, number)| (byte, first(number)));
+    let told = |pair: Option<(u32, usize)>| pair.map(|(byte, number)| (byte, first(number)));
     Ok(numbers.into_iter().map(told).collect())
 }

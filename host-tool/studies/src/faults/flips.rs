@@ -109,8 +109,8 @@ impl Flips {
         let cases = number * BLOCK..(number + 1) * BLOCK;
         let drawn: Result<Vec<_>, _> = cases.map(|index| self.draw(index)).collect();
         let drawn = drawn?;
-        let byte = |it: &Drawn<'_>| {
-            let (area, part) = (it.stratum.area.clone(), it.part);
+        let byte = |draw: &Drawn<'_>| {
+            let (area, part) = (draw.stratum.area.clone(), draw.part);
             move |msp: u32| area.byte(part, msp)
         };
         let bytes: Vec<_> = drawn.iter().map(byte).collect();

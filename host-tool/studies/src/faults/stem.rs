@@ -98,7 +98,7 @@ impl Stem {
 
     /// How deep the main stack came where nothing broke.
     pub fn deepest_stack(&self) -> Option<u32> {
-        let deepest = |it: &Chip| it.device.cpu.system.deepest_msp;
+        let deepest = |chip: &Chip| chip.device.cpu.system.deepest_msp;
         self.kept.last().and_then(deepest)
     }
 

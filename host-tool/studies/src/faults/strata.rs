@@ -98,9 +98,9 @@ pub(super) fn found(
         .first_chunk()
         .copied()
         .map_or(0, u32::from_le_bytes);
-    let area = |it: &WrittenStratum| {
-        Ok::<_, FaultsError>(match it.memory {
-            Memory::Variable => Area::Bytes(vec![variable(&it.symbol)?]),
+    let area = |item: &WrittenStratum| {
+        Ok::<_, FaultsError>(match item.memory {
+            Memory::Variable => Area::Bytes(vec![variable(&item.symbol)?]),
             Memory::LiveStack => Area::Live(top),
             Memory::Stack => Area::Bytes(std::iter::once(deepest.min(top)..top).collect()),
             Memory::Table => {
@@ -120,12 +120,12 @@ pub(super) fn found(
             }
         })
     };
-    let stratum = |it: &WrittenStratum| {
+    let stratum = |written_stratum: &WrittenStratum| {
         Ok(Stratum {
-            kind: it.kind.clone(),
-            count: it.count,
-            in_refill: it.in_refill,
-            area: area(it)?,
+            kind: written_stratum.kind.clone(),
+            count: written_stratum.count,
+            in_refill: written_stratum.in_refill,
+            area: area(written_stratum)?,
         })
     };
     written.iter().map(stratum).collect()

@@ -34,10 +34,10 @@ pub(super) fn intensities(sessions: &[Session]) -> (Vec<Row>, Vec<Share>) {
                 rows.push(row(&id, quantity, "% of range", None, values.collect()));
             }
         }
-        let others = |it: &Session, letters: [char; 3]| {
+        let others = |session: &Session, letters: [char; 3]| {
             let of = |letter: char| {
                 let sum = |s: &Stimulated| s.flexed.iter().sum::<f64>() - s.flexed[1];
-                mean(it, |c| c.name.starts_with(letter), sum)
+                mean(session, |c| c.name.starts_with(letter), sum)
             };
             letters
                 .map(of)

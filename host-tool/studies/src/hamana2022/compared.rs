@@ -61,9 +61,9 @@ fn patterns(
     ];
     for (id, statistic, name, paper) in tests {
         for (place, what) in [statistic, "p"].into_iter().enumerate() {
-            let of = |it: &Replication| match id {
-                "friedman" => it.friedman,
-                _ => it.isolation,
+            let of = |replication: &Replication| match id {
+                "friedman" => replication.friedman,
+                _ => replication.isolation,
             };
             let values = all
                 .iter()
@@ -185,11 +185,11 @@ fn pattern_rows(one_point: Option<[f64; 2]>, all: &[Replication]) -> Vec<Row> {
 
 fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> Vec<Share> {
     let significant = |test: super::replication::Test| Some(test?[1] < protocol.significant);
-    let of = |number: usize| move |it: &Replication| it.patterns[number];
-    let more = |it: &Replication| {
+    let of = |number: usize| move |replication: &Replication| replication.patterns[number];
+    let more = |replication: &Replication| {
         let pairs = [6, 8, 10, 12].map(|number| {
-            let isolated = of(number + 1)(it)?;
-            Some(of(number)(it)? > isolated)
+            let isolated = of(number + 1)(replication)?;
+            Some(of(number)(replication)? > isolated)
         });
         let pairs: Option<Vec<bool>> = pairs.into_iter().collect();
         Some(pairs?.into_iter().all(|pair| pair))

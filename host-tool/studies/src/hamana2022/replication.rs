@@ -51,9 +51,9 @@ impl Averages {
     /// Of a session of experiment 1 or 2.
     #[must_use]
     pub fn of(experiment: Experiment, conditions: &[Condition], all: &[Stimulated]) -> Self {
-        let value = |it: &Stimulated| match experiment {
-            Experiment::Torque => Some(it.torque_nm),
-            _ => it.individuation,
+        let value = |stimulation: &Stimulated| match experiment {
+            Experiment::Torque => Some(stimulation.torque_nm),
+            _ => stimulation.individuation,
         };
         let of = |is: &dyn Fn(&Condition) -> bool| {
             let all = all
@@ -61,17 +61,21 @@ impl Averages {
                 .filter(|stimulation| is(&conditions[stimulation.condition]));
             mean(all.filter_map(value))
         };
-        let mut patterns: [Option<f64>; PATTERNS] =
-            std::array::from_fn(|number| of(&|it| it.pattern.number() == Some(number)));
+        let mut patterns: [Option<f64>; PATTERNS] = std::array::from_fn(|number| {
+            of(&|condition| condition.pattern.number() == Some(number))
+        });
         let alone = |point, isolated| {
-            of(&|it| it.pattern.points == Points::One(point) && it.pattern.isolated == isolated)
+            of(&|condition| {
+                condition.pattern.points == Points::One(point)
+                    && condition.pattern.isolated == isolated
+            })
         };
         let mut points = [(A, false), (A, true), (B, false), (B, true)].map(|(p, i)| alone(p, i));
         let one = |at: [usize; 2]| at.iter().filter_map(|&at| points[at]).reduce(f64::max);
         let mut one_point = one([0, 2]).zip(one([1, 3])).map(|(c, i)| [c, i]);
         if experiment == Experiment::Torque {
             let greatest = patterns.into_iter().flatten().fold(0.0, f64::max);
-            let part = |it: f64| (greatest > 0.0).then(|| it / greatest);
+            let part = |value: f64| (greatest > 0.0).then(|| value / greatest);
             patterns = patterns.map(|pattern| pattern.and_then(part));
             one_point = one_point.and_then(|[c, i]| Some([part(c)?, part(i)?]));
             points = points.map(|point| point.and_then(part));
@@ -101,7 +105,9 @@ impl Replication {
             )
         });
         let pick = |of: &dyn Fn(&Averages) -> Option<f64>| mean(participants.iter().filter_map(of));
-        let one = |place: usize| pick(&move |it: &Averages| it.one_point.map(|both| both[place]));
+        let one = |place: usize| {
+            pick(&move |averages: &Averages| averages.one_point.map(|both| both[place]))
+        };
         let subjects: Vec<Vec<f64>> = participants
             .iter()
             .filter_map(|averages| CONDUCTED.iter().map(|&n| averages.patterns[n]).collect())

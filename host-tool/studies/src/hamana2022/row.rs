@@ -65,8 +65,8 @@ pub(super) fn written(drawn: &Drawn, population: &Population) -> String {
         let name = name.map_or("", |(name, _)| name);
         return name.to_owned() + &",".repeat(columns(population).len() - 1);
     };
-    let number = |it: Option<f64>| it.map_or_else(String::new, |value| value.to_string());
-    let claim = |it: Option<bool>| it.map_or_else(String::new, |flag| flag.to_string());
+    let number = |number: Option<f64>| number.map_or_else(String::new, |value| value.to_string());
+    let claim = |is_set: Option<bool>| is_set.map_or_else(String::new, |flag| flag.to_string());
     let mut fields = vec![
         WHOLE.to_owned(),
         ELECTRODES[usize::from(it.is_small)].to_owned(),

@@ -32,26 +32,30 @@ const APART: &str = "two points conducted over isolated, torque";
 const ALIKE: &str = "one point conducted over isolated, torque";
 /// Name, unit and measure.
 const MEASURES: [(&str, &str, Measure); 9] = [
-    (TWO_ONE, "", |it| Some(it.torques.two / it.torques.one)),
-    (APART, "", |it| Some(it.torques.two / it.torques.apart)),
-    ("isolated two points over one, torque", "", |it| {
-        Some(it.torques.apart / it.torques.one)
+    (TWO_ONE, "", |numbers| {
+        Some(numbers.torques.two / numbers.torques.one)
     }),
-    (ALIKE, "", |it| {
-        Some(it.torques.one / it.torques.one_isolated)
+    (APART, "", |numbers| {
+        Some(numbers.torques.two / numbers.torques.apart)
     }),
-    ("individuation, both together", "", |it| {
-        it.individuations[TOGETHER]
+    ("isolated two points over one, torque", "", |numbers| {
+        Some(numbers.torques.apart / numbers.torques.one)
     }),
-    ("individuation, 2000 µs apart", "", |it| {
-        it.individuations[LATE]
+    (ALIKE, "", |numbers| {
+        Some(numbers.torques.one / numbers.torques.one_isolated)
     }),
-    ("r_th", "", |it| it.voltages.ratio),
-    ("one point loses by pronation", "°", |it| {
-        Some(it.postures[0][0] - it.postures[0][2])
+    ("individuation, both together", "", |numbers| {
+        numbers.individuations[TOGETHER]
     }),
-    ("two points lose by pronation", "°", |it| {
-        Some(it.postures[1][0] - it.postures[1][2])
+    ("individuation, 2000 µs apart", "", |numbers| {
+        numbers.individuations[LATE]
+    }),
+    ("r_th", "", |numbers| numbers.voltages.ratio),
+    ("one point loses by pronation", "°", |numbers| {
+        Some(numbers.postures[0][0] - numbers.postures[0][2])
+    }),
+    ("two points lose by pronation", "°", |numbers| {
+        Some(numbers.postures[1][0] - numbers.postures[1][2])
     }),
 ];
 
@@ -139,10 +143,10 @@ impl Summary {
     #[must_use]
     pub fn missing(&self) -> String {
         let count = |is: fn(&Drawn) -> bool| self.drawn.iter().filter(|draw| is(draw)).count();
-        let no_points = count(|it| matches!(it, Drawn::NoPoints));
-        let no_volts = count(|it| matches!(it, Drawn::NoVoltages));
+        let no_points = count(|draw| matches!(draw, Drawn::NoPoints));
+        let no_volts = count(|draw| matches!(draw, Drawn::NoVoltages));
         // Where only A's threshold is known, nothing is fitted to others.
-        let unlike = match count(|it| matches!(it, Drawn::NoCoupling | Drawn::Held)) {
+        let unlike = match count(|draw| matches!(draw, Drawn::NoCoupling | Drawn::Held)) {
             0 => String::new(),
             some => format!(", other thresholds {some}"),
         };

@@ -145,7 +145,7 @@ fn played(file: &SessionFile, device: &DeviceName, seed: u64) -> Result<Tracked,
     let metrics = metrics.ok_or_else(|| "nothing was measured".to_owned())?;
     let samples = &outcome.trial.samples;
     let rows = samples.iter().step_by(samples.len().div_ceil(ROWS).max(1));
-    let row = |it: Sample| Some([it.t_s, it.target_deg?, it.measured_deg?]);
+    let row = |sample: Sample| Some([sample.t_s, sample.target_deg?, sample.measured_deg?]);
     Ok(Tracked {
         rmse_deg: metrics.rmse_deg,
         course: rows.filter_map(row).collect(),

@@ -65,7 +65,9 @@ fn mean<'m>(all: impl Iterator<Item = &'m Measured>) -> Option<f64> {
 /// Whether 35 µs has a higher mean R² than both other widths.
 fn most_linear(found: &Found) -> Option<bool> {
     let of = |width_us: u32| {
-        let own = move |it: &&Measured| it.test.stimulation == Stimulation::Current(width_us);
+        let own = move |measurement: &&Measured| {
+            measurement.test.stimulation == Stimulation::Current(width_us)
+        };
         mean(found.ramps(true).filter(own))
     };
     let (middle, short, long) = (of(35)?, of(25)?, of(45)?);

@@ -218,7 +218,7 @@ impl Course {
 
     /// From which moment on the torque is detected for good.
     fn begin(&self, judged: &Judged) -> Option<usize> {
-        let below = |it: &Moment| it.measured_nm < judged.detected_nm;
+        let below = |moment: &Moment| moment.measured_nm < judged.detected_nm;
         let begin = self
             .moments
             .iter()

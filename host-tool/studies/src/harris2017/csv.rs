@@ -15,8 +15,9 @@ impl Study {
         let judged = &self.declared.judged;
         for found in all {
             for it in &found.measured {
-                let number =
-                    |it: Option<f64>| it.map_or_else(String::new, |value| format!("{value:.6}"));
+                let number = |number: Option<f64>| {
+                    number.map_or_else(String::new, |value| format!("{value:.6}"))
+                };
                 let others = it.answers.iter();
                 let others =
                     others.filter(|answer| !is_triceps(answer.muscle) && answer.counts(judged));

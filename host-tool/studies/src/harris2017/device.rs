@@ -167,7 +167,7 @@ fn apart(meant: &[Pulse], found: &[Pulse]) -> Result<Apart, String> {
         current_ma: 0.0,
     };
     for (meant, found) in meant.iter().zip(found) {
-        let ma = |it: &Pulse| match it.drive {
+        let ma = |pulse: &Pulse| match pulse.drive {
             Drive::Milliamps(ma) => ma,
             Drive::Volts(_) => f64::NAN,
         };

@@ -109,7 +109,7 @@ impl Study {
             ..Curve::line(0, measured)
         }];
         let along = |f: &dyn Fn(f64) -> f64| -> Vec<[f64; 2]> {
-            let at = |it: u32| 20.0 + 280.0 * f64::from(it) / f64::from(POINTS);
+            let at = |value: u32| 20.0 + 280.0 * f64::from(value) / f64::from(POINTS);
             (0..=POINTS)
                 .map(at)
                 .map(|width| [width, f(width)])
@@ -134,9 +134,9 @@ impl Study {
 }
 
 fn panel(found: &Found, row: &[Stimulation], deg: f64, top_nm: f64) -> Plot {
-    let curve = |(series, it): (usize, &Stimulation)| {
+    let curve = |(series, stimulation): (usize, &Stimulation)| {
         let is = |course: &&super::course::Course| {
-            course.test.stimulation == *it && course.test.included_deg == deg
+            course.test.stimulation == *stimulation && course.test.included_deg == deg
         };
         let course = found.courses.iter().find(is)?;
         let points = course

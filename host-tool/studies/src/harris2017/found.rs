@@ -174,8 +174,9 @@ impl Found {
     /// The test of this stimulation at this angle.
     #[must_use]
     pub fn at(&self, stimulation: Stimulation, included_deg: f64) -> Option<&Measured> {
-        let is = |it: &&Measured| {
-            it.test.stimulation == stimulation && it.test.included_deg == included_deg
+        let is = |measurement: &&Measured| {
+            measurement.test.stimulation == stimulation
+                && measurement.test.included_deg == included_deg
         };
         self.measured.iter().find(is)
     }

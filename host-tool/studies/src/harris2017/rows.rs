@@ -132,9 +132,9 @@ impl Study {
             let own = ramps.iter().filter(|stimulation| {
                 with_widths || matches!(stimulation, Stimulation::Current(_))
             });
-            let row = |it: &Stimulation| {
+            let row = |stimulation: &Stimulation| {
                 let angles = protocol.angles_deg.iter();
-                let peaks = angles.filter_map(|&deg| Some(found.at(*it, deg)?.peak_nm));
+                let peaks = angles.filter_map(|&deg| Some(found.at(*stimulation, deg)?.peak_nm));
                 peaks.collect::<Vec<f64>>()
             };
             own.map(row).collect::<Vec<_>>()

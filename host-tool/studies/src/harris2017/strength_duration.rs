@@ -243,7 +243,7 @@ mod tests {
 
     #[test]
     fn the_law_comes_back_through_steps() {
-        let within = |[low, high]: [f64; 2], it: f64| low <= it && it <= high;
+        let within = |[low, high]: [f64; 2], value: f64| low <= value && value <= high;
         let (mut all, mut rheobases, mut chronaxies) = (0, 0, 0);
         for (rheobase, chronaxie) in (0..600).map(|index| {
             let (tenths, fives) = (f64::from(index % 24), f64::from(index / 24));

@@ -87,14 +87,14 @@ impl Study {
                 percent(count, own.len())
             };
             let stimulated = |muscle: Muscle| {
-                let counts = |it: &&&Measured| {
-                    let mut answers = it.answers.iter();
+                let counts = |measurement: &&&Measured| {
+                    let mut answers = measurement.answers.iter();
                     answers.any(|answer| answer.muscle == muscle && answer.counts(judged))
                 };
                 percent(own.iter().filter(counts).count(), own.len())
             };
             let mut row = vec![stimulation.in_words(), first(&is_triceps)];
-            row.push(first(&|it| !is_triceps(it)));
+            row.push(first(&|muscle| !is_triceps(muscle)));
             row.extend(OTHERS.map(stimulated));
             row
         };
@@ -125,7 +125,7 @@ impl Study {
                 .map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"))
         };
         let rows = [(beyond.first, 0), (beyond.second, 1)].map(|(pulse, nth)| {
-            let own = |it: &Found| it.beyond[nth].clone();
+            let own = |result: &Found| result.beyond[nth].clone();
             let held: Vec<Held> = all.iter().map(own).collect();
             let has = |muscle| {
                 held.iter()

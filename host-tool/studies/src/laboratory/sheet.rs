@@ -172,7 +172,7 @@ impl Curve {
     /// A line through these, to a thousandth of a unit: no picture shows more.
     #[must_use]
     pub fn line(series: usize, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
-        let round = |it: f64| (1e3 * it).round() / 1e3;
+        let round = |value: f64| (1e3 * value).round() / 1e3;
         Self {
             series,
             marked: false,

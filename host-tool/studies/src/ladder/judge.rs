@@ -176,7 +176,7 @@ impl Summary {
         let mut sum = Self::default();
         for session in rows.chunk_by(|a, b| a.session == b.session) {
             let verdicts = || session.iter().map(|row| row.verdicts[tolerance]);
-            let is_within = |it: &Verdict| it.error_pct <= limit_pct;
+            let is_within = |verdict: &Verdict| verdict.error_pct <= limit_pct;
             let chosen = || verdicts().filter(|verdict| verdict.chosen.is_some());
             let cheaper = || chosen().filter_map(|verdict| verdict.cheaper_pct);
             sum.muscles += chosen().count();

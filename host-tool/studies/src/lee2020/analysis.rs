@@ -118,9 +118,9 @@ fn agrees(constants: Constants, gain: f64, record: &ForceRecord) -> Agreement {
 fn mean(all: &[Agreement; 3]) -> Agreement {
     let over = |of: fn(&Agreement) -> f64| all.iter().map(of).sum::<f64>() / 3.0;
     Agreement {
-        r2: over(|it| it.r2),
-        rmse_n: over(|it| it.rmse_n),
-        nrmse_percent: over(|it| it.nrmse_percent),
+        r2: over(|agreement| agreement.r2),
+        rmse_n: over(|agreement| agreement.rmse_n),
+        nrmse_percent: over(|agreement| agreement.nrmse_percent),
     }
 }
 

@@ -31,12 +31,12 @@ impl Study {
         let count = |is: &dyn Fn(&Analysed) -> Option<bool>| {
             counted(each.iter().map(|analysis| is(analysis)))
         };
-        let by_amplitude = |it: &Analysed, f: usize| {
-            let own: Vec<f64> = it.peaks_n.iter().map(|peak_n| peak_n[f]).collect();
+        let by_amplitude = |analysis: &Analysed, f: usize| {
+            let own: Vec<f64> = analysis.peaks_n.iter().map(|peak_n| peak_n[f]).collect();
             rise(&own)
         };
-        let times = |it: &Analysed| {
-            let own = it.responses.last()?.iter();
+        let times = |analysis: &Analysed| {
+            let own = analysis.responses.last()?.iter();
             own.map(|response| Some(response.as_ref()?.t_rt_s()))
                 .collect::<Option<Vec<f64>>>()
         };
@@ -155,7 +155,7 @@ impl Study {
                 let sum = |of: fn(&Cell) -> u32| -> u64 {
                     cells.iter().map(|cell| u64::from(of(&cell[i]))).sum()
                 };
-                let count = (sum(|it| it.covers), sum(|it| it.of));
+                let count = (sum(|cell| cell.covers), sum(|cell| cell.of));
                 let id = format!("covers-{}-{name}", which as usize);
                 all.push(said(&id, &format!("{told} {name}"), None, count));
             }

@@ -68,7 +68,8 @@ impl Study {
     }
 
     fn lines(&self, text: &mut String, drawn: &Drawn) {
-        let number = |it: Option<f64>| it.map_or_else(String::new, |value| format!("{value:.4}"));
+        let number =
+            |number: Option<f64>| number.map_or_else(String::new, |value| format!("{value:.4}"));
         debug_assert!(drawn.subject < SUBJECTS);
         let truth = self.truths.get(drawn.subject).map(|truth| truth.i_mt_ma);
         for (session, came) in [("printed", &drawn.printed), ("found", &drawn.found)] {

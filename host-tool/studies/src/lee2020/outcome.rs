@@ -89,20 +89,22 @@ impl Study {
                     self.means(parts, of),
                 ));
             };
-            let own = move |it: &Analysed| it.exponentials[f];
-            add("a", "a of the exponential", "N", a, &|it| {
-                Some(own(it)?.0.a_n)
+            let own = move |analysis: &Analysed| analysis.exponentials[f];
+            add("a", "a of the exponential", "N", a, &|analysis| {
+                Some(own(analysis)?.0.a_n)
             });
-            add("b", "b of the exponential", "1/mA", b, &|it| {
-                Some(own(it)?.0.b_per_ma)
+            add("b", "b of the exponential", "1/mA", b, &|analysis| {
+                Some(own(analysis)?.0.b_per_ma)
             });
-            add("r2", "its R²", "", r2, &|it| Some(own(it)?.1.r2));
-            add("nrmse", "its NRMSE", "%", nrmse, &|it| {
-                Some(own(it)?.1.nrmse_percent)
+            add("r2", "its R²", "", r2, &|analysis| {
+                Some(own(analysis)?.1.r2)
+            });
+            add("nrmse", "its NRMSE", "%", nrmse, &|analysis| {
+                Some(own(analysis)?.1.nrmse_percent)
             });
             let table_7 = paper::TABLE_7.iter().map(|table_7| table_7[f]).sum::<f64>() / 10.0;
-            add("t-rt", "T_RT", "ms", table_7, &|it| {
-                Some(1e3 * it.responses.last()?[f]?.t_rt_s())
+            add("t-rt", "T_RT", "ms", table_7, &|analysis| {
+                Some(1e3 * analysis.responses.last()?[f]?.t_rt_s())
             });
         }
         for (i, [_, printed]) in paper::TABLE_5_MEANS.iter().enumerate() {
@@ -110,7 +112,9 @@ impl Study {
                 format!("model-i{}", i + 1),
                 format!("NRMSE of the model at I{}", i + 1),
             );
-            let own = self.means(parts, &|it| Some(it.agreements.get(i)?.nrmse_percent));
+            let own = self.means(parts, &|analysis| {
+                Some(analysis.agreements.get(i)?.nrmse_percent)
+            });
             rows.push(row((&id, &what, "%"), Some(*printed), own));
         }
         rows.extend(self.figure_8_rows(parts));
@@ -150,7 +154,7 @@ impl Study {
 
     fn own_rows(&self, parts: &[Part]) -> Vec<Row> {
         let mut rows = Vec::new();
-        let one = |it: Option<f64>| it.into_iter().collect::<Vec<f64>>();
+        let one = |value: Option<f64>| value.into_iter().collect::<Vec<f64>>();
         for (off, of) in self.t_rt_off_ms(parts).iter().zip(["fitted", "true"]) {
             let told = format!("T_RT off table 7, rms of 8, {of}");
             rows.push(row(

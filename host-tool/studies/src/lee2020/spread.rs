@@ -42,10 +42,13 @@ pub(super) fn regression(points: &[(f64, f64)]) -> Option<(f64, f64)> {
         return None;
     }
     let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
-    let (x, y) = (mean(|it| it.0), mean(|it| it.1));
+    let (x, y) = (mean(|pair| pair.0), mean(|pair| pair.1));
     let sum = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>();
-    let (xx, yy) = (sum(&|it| (it.0 - x).powi(2)), sum(&|it| (it.1 - y).powi(2)));
-    let xy = sum(&|it| (it.0 - x) * (it.1 - y));
+    let (xx, yy) = (
+        sum(&|pair| (pair.0 - x).powi(2)),
+        sum(&|pair| (pair.1 - y).powi(2)),
+    );
+    let xy = sum(&|pair| (pair.0 - x) * (pair.1 - y));
     Some((xy / xx, xy * xy / (xx * yy)))
 }
 

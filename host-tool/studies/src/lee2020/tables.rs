@@ -76,11 +76,11 @@ impl Study {
         let mut rows = Vec::new();
         for (f, hz) in self.declared.trains.frequencies_hz.iter().enumerate() {
             let own: [&dyn Fn(&super::Analysed) -> Option<f64>; 5] = [
-                &|it| Some(it.exponentials[f]?.0.a_n),
-                &|it| Some(it.exponentials[f]?.0.b_per_ma),
-                &|it| Some(it.exponentials[f]?.1.r2),
-                &|it| Some(it.exponentials[f]?.1.rmse_n),
-                &|it| Some(it.exponentials[f]?.1.nrmse_percent),
+                &|analysis| Some(analysis.exponentials[f]?.0.a_n),
+                &|analysis| Some(analysis.exponentials[f]?.0.b_per_ma),
+                &|analysis| Some(analysis.exponentials[f]?.1.r2),
+                &|analysis| Some(analysis.exponentials[f]?.1.rmse_n),
+                &|analysis| Some(analysis.exponentials[f]?.1.nrmse_percent),
             ];
             let mut row = vec![format!("{hz} Hz")];
             for (of, printed_is) in own.iter().zip(paper::TABLE_3[f]) {
@@ -238,7 +238,7 @@ impl Study {
         }
         let heads = ["ms", "20 Hz", "30 Hz", "40 Hz"];
         let [fitted, truth] = self.t_rt_off_ms(parts);
-        let ms = |it: Option<f64>| cell(it, 2);
+        let ms = |value: Option<f64>| cell(value, 2);
         let caption = format!(
             "T_RT at I5: paper / of fitted models (median) / of the true constants, whose rms \
              off the paper is {} ms ({} fitted) but for K06 ({} ms; its τ2 corrected) and K08 \

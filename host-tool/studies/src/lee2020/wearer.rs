@@ -82,12 +82,12 @@ impl Study {
         let (exponential, _) = found.exponentials[MIDDLE]?;
         let fit = &found.fits[0];
         let [a, k, tau_c, tau1, tau2] = fit.constants;
-        let micro = |it: f64| (1e6 * it).round() as u32; // saturates
+        let micro = |value: f64| (1e6 * value).round() as u32; // saturates
         let trains = &self.declared.trains;
-        let interval = |(i, it): (usize, &host_core::identify::Estimate)| Interval {
+        let interval = |(i, estimate): (usize, &host_core::identify::Estimate)| Interval {
             of: NAMES[i],
-            low: six_digits(SCALE[i] * it.low),
-            high: six_digits(SCALE[i] * it.high),
+            low: six_digits(SCALE[i] * estimate.low),
+            high: six_digits(SCALE[i] * estimate.high),
         };
         let hz = trains.frequencies_hz.map(f64::from);
         Some(Electrode {

@@ -205,7 +205,7 @@ fn gain(
 ) -> f64 {
     let arm = device.arm_m(channel).norm();
     let [least, greatest] = model.ranges_ma[channel];
-    let torque = |it: &Vector3<f64>| (inertia * it).norm() / twitch_s;
+    let torque = |vector3: &Vector3<f64>| (inertia * vector3).norm() / twitch_s;
     let mean = turning.iter().map(torque).sum::<f64>() / turning.len() as f64;
     mean / (arm * (greatest - least))
 }
@@ -213,8 +213,9 @@ fn gain(
 /// Channels whose twitches turn nothing.
 #[must_use]
 pub fn still(twitches: &[Twitches; ELECTRODES]) -> Vec<usize> {
-    let is_still =
-        |it: &Twitches| it.is_empty() || it.iter().any(|vector| vector.norm() < LEAST_RAD_S);
+    let is_still = |twitches: &Twitches| {
+        twitches.is_empty() || twitches.iter().any(|vector| vector.norm() < LEAST_RAD_S)
+    };
     (0..ELECTRODES)
         .filter(|at| is_still(&twitches[*at]))
         .collect()

@@ -59,17 +59,18 @@ fn table_1(
 ) -> Result<Vec<[Score; 2]>, EndpointError> {
     let part =
         |ma: &f64, [least, greatest]: &[f64; 2]| ((ma - least) / (greatest - least)).max(0.0);
-    let parts = |it: &Target| {
-        it.currents_ma
+    let parts = |target: &Target| {
+        target
+            .currents_ma
             .iter()
             .zip(&player.model.ranges_ma)
             .map(|(a, b)| part(a, b))
             .collect()
     };
     let inputs: Vec<Vec<f64>> = targets.iter().map(parts).collect();
-    let outputs = |it: &Target| {
-        let joints = player.device.torques(&it.measured);
-        it.measured.into_iter().chain(joints).collect()
+    let outputs = |target: &Target| {
+        let joints = player.device.torques(&target.measured);
+        target.measured.into_iter().chain(joints).collect()
     };
     let outputs: Vec<Vec<f64>> = targets.iter().map(outputs).collect();
     let how = &study.regression;

@@ -211,7 +211,7 @@ impl Study {
             ("regression.length_scale", self.regression.length_scale),
             ("regression.ridge", self.regression.ridge),
         ];
-        let is_positive = |it: f64| it.is_finite() && it > 0.0;
+        let is_positive = |value: f64| value.is_finite() && value > 0.0;
         let mut wrong: Vec<String> = times
             .into_iter()
             .filter(|(_, value)| !is_positive(*value))

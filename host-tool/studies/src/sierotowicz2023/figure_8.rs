@@ -63,8 +63,10 @@ fn plot(all: &[Replication], axis: usize) -> Plot {
     };
     let (mut bars, mut most) = (Vec::new(), 0.0_f64);
     for (place, name) in SHOWN.into_iter().enumerate() {
-        let picks: [fn(&Condition) -> [f64; 4]; 2] =
-            [|it| it.measures.rmse_n, |it| it.measures.range_n];
+        let picks: [fn(&Condition) -> [f64; 4]; 2] = [
+            |condition| condition.measures.rmse_n,
+            |condition| condition.measures.range_n,
+        ];
         for (series, pick) in picks.into_iter().enumerate() {
             let each = of(name, pick);
             let Some((value, spread)) = mean(&each).zip(Spread::of(&each)) else {

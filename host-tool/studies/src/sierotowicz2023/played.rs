@@ -275,7 +275,8 @@ pub fn played_c3(study: &Study, seed: u64, device: &DeviceName) -> Result<Played
     if let Some(at) =
         (0..edges.len().max(others.len())).find(|at| edges.get(*at) != others.get(*at))
     {
-        let told = |it: Option<&Edge>| it.map_or("nothing".to_owned(), |edge| format!("{edge:?}"));
+        let told =
+            |item: Option<&Edge>| item.map_or("nothing".to_owned(), |edge| format!("{edge:?}"));
         return Err(EndpointError::OtherEdges(
             device.typed(),
             told(others.get(at)),

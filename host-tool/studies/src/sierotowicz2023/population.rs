@@ -54,9 +54,9 @@ fn condition_rows(study: &Study, all: &[Replication], name: &str) -> [Row; 5] {
         "C3" => Some(study.paper.c3[0]),
         _ => None,
     };
-    let diagonal = of(&|it| it.measures.diagonal().iter().sum::<f64>() / 3.0);
-    let part = of(&|it| it.measures.rmse_n[3] / it.measures.range_n[3]);
-    let angle = of(&|it| median(&it.measures.angles_deg));
+    let diagonal = of(&|condition| condition.measures.diagonal().iter().sum::<f64>() / 3.0);
+    let part = of(&|condition| condition.measures.rmse_n[3] / condition.measures.range_n[3]);
+    let angle = of(&|condition| median(&condition.measures.angles_deg));
     let named = |id: &str, quantity: &str, unit: &str, paper, values| {
         row(
             &format!("{name}/{id}"),
@@ -73,14 +73,14 @@ fn condition_rows(study: &Study, all: &[Replication], name: &str) -> [Row; 5] {
             "median error",
             "N",
             None,
-            of(&|it| it.measures.median_n()),
+            of(&|condition| condition.measures.median_n()),
         ),
         named(
             "rmse",
             "RMSE, size",
             "N",
             None,
-            of(&|it| it.measures.rmse_n[3]),
+            of(&|condition| condition.measures.rmse_n[3]),
         ),
         named("part", "RMSE over greatest wanted", "", None, part),
         named("angle", "median angle to wanted", "°", None, angle),
@@ -111,11 +111,11 @@ fn geometry_rows(all: &[Replication]) -> Vec<Row> {
     let worn =
         |at: usize| -> Vec<f64> { wearers(all).map(|wearer| wearer.geometry()[at]).collect() };
     let of = |pick: &dyn Fn(&Person) -> f64| -> Vec<f64> { people(all).map(pick).collect() };
-    let jumps = |at: usize| of(&|it| it.switches[at].jumps as f64);
-    let step = |at: usize| of(&|it| it.switches[at].greatest);
-    let left = |at: usize| of(&|it| it.freshness[at]);
-    let reversed = of(&|it| {
-        it.geometry_deg[1]
+    let jumps = |at: usize| of(&|wearer| wearer.switches[at].jumps as f64);
+    let step = |at: usize| of(&|wearer| wearer.switches[at].greatest);
+    let left = |at: usize| of(&|wearer| wearer.freshness[at]);
+    let reversed = of(&|wearer| {
+        wearer.geometry_deg[1]
             .iter()
             .filter(|geometry_deg| **geometry_deg > 90.0)
             .count() as f64
@@ -198,17 +198,17 @@ fn geometry_rows(all: &[Replication]) -> Vec<Row> {
 /// What the device's rate, its numbers and its limits do.
 fn device_rows(all: &[Replication]) -> Vec<Row> {
     let of = |pick: &dyn Fn(&Person) -> f64| -> Vec<f64> { people(all).map(pick).collect() };
-    let walk = |at: usize| of(&|it| it.walks[at].part);
+    let walk = |at: usize| of(&|wearer| wearer.walks[at].part);
     let beyond = |name: &'static str| {
-        of(&move |it: &Person| {
-            let targets = it
+        of(&move |wearer: &Person| {
+            let targets = wearer
                 .condition(name)
                 .map_or(&[][..], |condition| &condition.targets);
             let beyond = targets.iter().filter(|target| target.is_beyond).count();
             100.0 * beyond as f64 / targets.len() as f64
         })
     };
-    let slower = of(&|it| 100.0 * (it.walks[1].part / it.walks[0].part - 1.0));
+    let slower = of(&|wearer| 100.0 * (wearer.walks[1].part / wearer.walks[0].part - 1.0));
     let each = [
         (
             "walk/200",
@@ -222,7 +222,7 @@ fn device_rows(all: &[Replication]) -> Vec<Row> {
             "numbers/share",
             "micromath's share of C3's error",
             "%",
-            of(&|it| 100.0 * it.share_of_numbers()),
+            of(&|wearer| 100.0 * wearer.share_of_numbers()),
         ),
         ("beyond/C2", "C2: targets beyond a limit", "%", beyond("C2")),
         ("beyond/C3", "C3: targets beyond a limit", "%", beyond("C3")),
@@ -235,15 +235,16 @@ fn device_rows(all: &[Replication]) -> Vec<Row> {
 
 /// The paper's tests, made of each study.
 fn tests(study: &Study, all: &[Replication]) -> Vec<Row> {
-    let d = |it: &Replication| {
-        cohens_d_pooled(&diagonal(it, "C3"), &diagonal(it, "C2")).unwrap_or(f64::NAN)
+    let d = |replication: &Replication| {
+        cohens_d_pooled(&diagonal(replication, "C3"), &diagonal(replication, "C2"))
+            .unwrap_or(f64::NAN)
     };
-    let w = |it: &Replication| {
-        let found = wilcoxon(&diagonal(it, "C2"), &diagonal(it, "C3"));
+    let w = |replication: &Replication| {
+        let found = wilcoxon(&diagonal(replication, "C2"), &diagonal(replication, "C3"));
         found.map_or(f64::NAN, |wilcoxon| wilcoxon.p)
     };
-    let u = |it: &Replication| {
-        let found = mann_whitney(&errors(it, "C2"), &errors(it, "C3"));
+    let u = |replication: &Replication| {
+        let found = mann_whitney(&errors(replication, "C2"), &errors(replication, "C3"));
         found.map_or(f64::NAN, |mann_whitney| mann_whitney.p)
     };
     let of = |pick: &dyn Fn(&Replication) -> f64| all.iter().map(pick).collect();
@@ -303,8 +304,8 @@ fn who_did_not_twitch(all: &[Replication]) -> Vec<String> {
         let who = each.iter().filter(|n| **n > 0).count();
         (who, each.iter().sum::<usize>())
     };
-    let (who, channels) = of(&|it| &it.untwitched);
-    let (at_rest, few) = of(&|it| &it.rested_untwitched);
+    let (who, channels) = of(&|wearer| &wearer.untwitched);
+    let (at_rest, few) = of(&|wearer| &wearer.rested_untwitched);
     if who > 0 {
         notes.push(format!(
             "In {who} wearers twitches of some channel ({channels} in all) turned nothing: it kept \

@@ -189,7 +189,7 @@ pub fn person(
     let switching = |method| switches(device, method, size, study.switching.jump);
     let walked = |rate_hz| walk(study, &mut other.clone(), device, rate_hz);
     let [full, slow] = RATES_HZ.map(walked);
-    let geometry = |it: &Player| geometry_error_deg(&it.device, &it.model, &person.arm);
+    let geometry = |player: &Player| geometry_error_deg(&player.device, &player.model, &person.arm);
     let Course {
         own, conditions, ..
     } = course;

@@ -47,8 +47,8 @@ pub fn walk(
         person.pause(study.protocol.rest_s);
     }
     align(&mut targets);
-    let off = |it: &Target| -> f64 {
-        let parts = it.wanted_n.iter().zip(it.measured);
+    let off = |target: &Target| -> f64 {
+        let parts = target.wanted_n.iter().zip(target.measured);
         parts.map(|(wanted, given)| (given - wanted).powi(2)).sum()
     };
     let mean = targets.iter().map(off).sum::<f64>() / targets.len().max(1) as f64;

@@ -146,7 +146,7 @@ impl Exponentials {
     fn may_change_sign(&self) -> bool {
         let amplitudes = || self.terms().iter().map(|term| term.1);
         let all = |is: fn(f64) -> bool| is(self.constant) && amplitudes().all(is);
-        !(all(|it| it >= 0.0) || all(|it| it <= 0.0))
+        !(all(|value| value >= 0.0) || all(|value| value <= 0.0))
     }
 
     /// The zero between `left` and `right`, where signs differ: Newton's steps, and

@@ -163,7 +163,8 @@ impl Network {
         if terminals.len() != actives {
             return Err(InvalidSegment::Terminals(terminals.len(), actives));
         }
-        let is_wrong = |it: &Terminal| matches!(it, Terminal::Driven(v) if !v.is_finite());
+        let is_wrong =
+            |terminal: &Terminal| matches!(terminal, Terminal::Driven(v) if !v.is_finite());
         if let Some(wrong) = terminals.iter().position(is_wrong) {
             return Err(InvalidSegment::Volts(wrong));
         }

@@ -30,7 +30,7 @@ impl Skin {
 
     /// The first field that no skin can have, and its range.
     pub(super) fn wrong(&self) -> Option<(&'static str, &'static str)> {
-        let positive = |it: f64| it.is_finite() && it > 0.0;
+        let positive = |value: f64| value.is_finite() && value > 0.0;
         let rules = [
             (positive(self.series_ohm), "series_ohm", "finite, above 0"),
             (

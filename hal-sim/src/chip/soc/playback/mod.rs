@@ -122,14 +122,14 @@ impl Playback {
 
     /// Whether both do the same from `at` on: all but what is counted and foreseen is equal.
     pub fn is_like(&self, other: &Self, at: Cycle) -> bool {
-        let bare = |it: &Self| {
-            let mut it = it.clone();
-            (it.quiet_until, it.timer_event, it.transfers) = (0, 0, 0);
-            it.matrix.forget(at);
-            for port in &mut it.ports {
+        let bare = |item: &Self| {
+            let mut item = item.clone();
+            (item.quiet_until, item.timer_event, item.transfers) = (0, 0, 0);
+            item.matrix.forget(at);
+            for port in &mut item.ports {
                 port.free = port.free.max(at);
             }
-            it
+            item
         };
         bare(self) == bare(other)
     }

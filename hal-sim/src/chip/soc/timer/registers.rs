@@ -183,7 +183,7 @@ impl Timer {
     }
 
     fn write_smcr(&mut self, value: u32, done: Cycle) -> Modelled {
-        let clocked_by = |it: &Self| (it.is_slave(), it.is_halted());
+        let clocked_by = |item: &Self| (item.is_slave(), item.is_halted());
         let before = clocked_by(self);
         let mode = value & 0b111;
         // TIM2's trigger comes each microsecond: gated or reset by it.

@@ -186,7 +186,7 @@ fn labels(list: &[Value]) -> Vec<String> {
         let numbers = list.iter().map(|value| value.get(key)?.as_integer());
         let numbers: BTreeSet<i64> = numbers.collect::<Option<_>>()?;
         let word = if key == "number" { "" } else { "channel " };
-        let label = |it: &Value| Some(format!("{word}{}", it.get(key)?.as_integer()?));
+        let label = |value: &Value| Some(format!("{word}{}", value.get(key)?.as_integer()?));
         (numbers.len() == list.len())
             .then(|| list.iter().map(label).collect::<Option<_>>())
             .flatten()

@@ -144,7 +144,7 @@ impl Points<'_, '_> {
 
     /// How long the last points are 0, until the last of them, µs.
     fn silence(&self) -> u64 {
-        let is_silent = |it: &&(u64, Stimulus)| it.1.amplitude == Amplitude::ZERO;
+        let is_silent = |pair: &&(u64, Stimulus)| pair.1.amplitude == Amplitude::ZERO;
         let first = self.points.iter().rev().take_while(is_silent).last();
         first
             .zip(self.points.last())

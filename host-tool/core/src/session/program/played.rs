@@ -61,15 +61,15 @@ impl Programs {
     /// every burst is ordered so and the device begins its rises where the program does.
     #[must_use]
     pub fn at(&self, t_us: u64) -> Vec<(u8, Stimulus)> {
-        let order = |it: &Played| {
-            let order = it.order(t_us);
+        let order = |run: &Played| {
+            let order = run.order(t_us);
             let width_us = match (self.has_widths, order.width_us) {
                 (false, _) => 0,
-                (true, 0) => it.own_us,
+                (true, 0) => run.own_us,
                 (true, width_us) => width_us,
             };
             let order = Stimulus { width_us, ..order };
-            (it.channel, order)
+            (run.channel, order)
         };
         self.played.iter().map(order).collect()
     }
@@ -119,8 +119,8 @@ impl Programs {
     /// largest amplitude.
     #[must_use]
     pub fn drawn(&self, length_us: u64, columns: u64) -> Vec<(u8, String)> {
-        let line = |it: &Played| {
-            let most = it
+        let line = |run: &Played| {
+            let most = run
                 .course
                 .stimuli()
                 .map(|stimulus| stimulus.amplitude.get())
@@ -128,14 +128,14 @@ impl Programs {
             let block = |column: u64| {
                 // The middle of the column.
                 let t_us = length_us * (2 * column + 1) / (2 * columns.max(1));
-                let amplitude = it
+                let amplitude = run
                     .wanted(t_us)
                     .map_or(0.0, |wanted_value| wanted_value.amplitude);
                 let part = amplitude / f64::from(most.unwrap_or(0)).max(1.0);
                 let blocks = BLOCKS.len() as f64 - 1.0;
                 BLOCKS.get((part * blocks).ceil() as usize).copied()
             };
-            (it.channel, (0..columns).filter_map(block).collect())
+            (run.channel, (0..columns).filter_map(block).collect())
         };
         self.played.iter().map(line).collect()
     }

@@ -106,7 +106,12 @@ impl Rise {
         if to.amplitude == Amplitude::ZERO || is_lower || (self.is_at_once(to) && !is_rise) {
             return Some(0);
         }
-        let number = |it: Stimulus| (f64::from(it.amplitude.get()), f64::from(it.width_us));
+        let number = |stimulus: Stimulus| {
+            (
+                f64::from(stimulus.amplitude.get()),
+                f64::from(stimulus.width_us),
+            )
+        };
         let ((a, w), (b, v)) = (number(from), number(to));
         let period = self.period_us as f64;
         let by_amplitude = (b - a).max(0.0) * period / self.slope;
@@ -142,6 +147,6 @@ const EXACT: f64 = 1e-6;
 fn least(stage: Stage) -> u32 {
     let near = stage.amplitude(DacCode::new(1)).get();
     let all = near..=near + 2;
-    let has_code = |it: &u32| stage.code(Amplitude::new(*it)) > DacCode::new(0);
+    let has_code = |value: &u32| stage.code(Amplitude::new(*value)) > DacCode::new(0);
     all.into_iter().find(has_code).unwrap_or(near).max(1)
 }

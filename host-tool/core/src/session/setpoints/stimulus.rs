@@ -57,7 +57,12 @@ impl StimulusCourse {
             .collect();
         for (n, pair) in self.points.windows(2).enumerate() {
             let [(_, from), (_, to)] = pair else { continue };
-            let number = |it: &Stimulus| (f64::from(it.amplitude.get()), f64::from(it.width_us));
+            let number = |stimulus: &Stimulus| {
+                (
+                    f64::from(stimulus.amplitude.get()),
+                    f64::from(stimulus.width_us),
+                )
+            };
             let ((a, w), (b, v)) = (number(from), number(to));
             // d/du (a + (b − a)u)(w + (v − w)u) = 0; nowhere where neither changes.
             let part = -((b - a) * w + (v - w) * a) / (2.0 * (b - a) * (v - w));

@@ -228,13 +228,13 @@ fn share_of(participant: &Participant, law: &str, parts: &[Part]) -> Vec<Share> 
     // The paper's numbers themselves: as close as its own trials lie to each other.
     let trials = TABLE_8.iter().find(|(who, _)| who == name);
     if let Some((_, trials)) = trials {
-        let within = |place: usize, it: f64| {
+        let within = |place: usize, number: f64| {
             let (low, high) = trials[place]
                 .iter()
                 .fold((f64::MAX, f64::MIN), |(low, high), value| {
                     (low.min(*value), high.max(*value))
                 });
-            (low..=high).contains(&it)
+            (low..=high).contains(&number)
         };
         shares.push(claim(
             &format!("table-8-within-{name}-{law}"),

@@ -48,7 +48,7 @@ fn found(came: &Came) -> String {
 }
 
 fn rows(text: &mut String, begin: &str, came: &Came) {
-    let number = |it: f64| format!("{it:.4}");
+    let number = |value: f64| format!("{value:.4}");
     match &came.what {
         What::Patterns(session) => {
             for it in &session.stimulated {

@@ -270,7 +270,7 @@ impl Study {
     /// The forearm of the first draw of this participant that came to anything, and which
     /// it is.
     fn first(&self, name: &str, parts: &[Part]) -> Result<Option<(u64, Wearer)>, TwoPointsError> {
-        let is = |it: &&Part| it.participant == name && it.became.is_ok();
+        let is = |part: &&Part| part.participant == name && part.became.is_ok();
         let Some(part) = parts.iter().find(is) else {
             return Ok(None);
         };

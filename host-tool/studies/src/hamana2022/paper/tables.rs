@@ -47,9 +47,9 @@ impl Study {
                 })
                 .collect();
             let spreads: [Option<Spread>; 6] = std::array::from_fn(|place| {
-                let of = |it: &Averages| match place {
-                    0..4 => it.points[place],
-                    _ => Some(it.one_point?[place - 4]),
+                let of = |averages: &Averages| match place {
+                    0..4 => averages.points[place],
+                    _ => Some(averages.one_point?[place - 4]),
                 };
                 Spread::of(all.iter().filter_map(of))
             });
@@ -111,8 +111,8 @@ impl Study {
             };
             let (t, p) = (of(0), of(1));
             let n = t.map_or(0, |spread| spread.n).to_string();
-            let is_less = |it: &&Replication| {
-                let p = it.table_5[number].map(|[_, p]| p);
+            let is_less = |replication: &&Replication| {
+                let p = replication.table_5[number].map(|[_, p]| p);
                 p.is_some_and(|p| p < self.protocol.significant)
             };
             let [t, p] = [
@@ -143,9 +143,9 @@ type Line = (&'static str, fn(Spread) -> f64);
 
 /// What of a spread stands in which line.
 const LINES: [Line; 3] = [
-    ("median", |it| it.median),
-    ("5 %", |it| it.low),
-    ("95 %", |it| it.high),
+    ("median", |spread| spread.median),
+    ("5 %", |spread| spread.low),
+    ("95 %", |spread| spread.high),
 ];
 
 /// The nine intensities, V. `None` where nobody took part.

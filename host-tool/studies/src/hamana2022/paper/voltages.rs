@@ -141,7 +141,11 @@ impl Study {
                 let spread =
                     Spread::of(own(parts, name).map(|outcome| outcome.voltages.most_v[point]));
                 let at = |of: fn(Spread) -> f64| cell(spread.map(of), 1);
-                row.extend([at(|it| it.median), at(|it| it.low), at(|it| it.high)]);
+                row.extend([
+                    at(|spread| spread.median),
+                    at(|spread| spread.low),
+                    at(|spread| spread.high),
+                ]);
                 row.push(cell(printed.map(|values| values[point]), 0));
             }
             row

@@ -64,7 +64,7 @@ fn a_sweep_stops_at_what_the_whole_device_does_not_do() {
     let experiment = experiment("rested");
     let pulse_after = |score: &Score, at_us| {
         let touches = &score.parts[0].touches;
-        let is = |it: &(u64, Touch)| it.0 > at_us && matches!(it.1, Touch::Pulse(_));
+        let is = |pair: &(u64, Touch)| pair.0 > at_us && matches!(pair.1, Touch::Pulse(_));
         touches.iter().position(is).unwrap()
     };
     let swept = |score: &Score, name: &str| {

@@ -231,7 +231,7 @@ fn panel(id: &str, rows: &[Row]) -> Option<Panel> {
     let end = format!("/{id}");
     let own: Vec<&Row> = rows.iter().filter(|row| row.id.ends_with(&end)).collect();
     // As far as numbers are printed.
-    let place = |row: &Row, it: Option<f64>| it.map(|value| along(&row.quantity, value));
+    let place = |row: &Row, number: Option<f64>| number.map(|value| along(&row.quantity, value));
     let numbers = own
         .iter()
         .flat_map(|row| [row.low, row.high, row.paper].map(|value| place(row, value)));

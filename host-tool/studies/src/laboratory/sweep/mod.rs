@@ -323,7 +323,7 @@ impl Sweep {
 
     /// What differs from `other`, for people.
     fn difference(&self, other: &Self) -> String {
-        let only = |it: &Self| it.only.clone().unwrap_or_else(|| "all".to_owned());
+        let only = |item: &Self| item.only.clone().unwrap_or_else(|| "all".to_owned());
         let pairs = [
             ("experiment", self.name.clone(), other.name.clone()),
             ("part", only(self), only(other)),

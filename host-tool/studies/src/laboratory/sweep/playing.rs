@@ -92,7 +92,8 @@ impl Drawing for Playing<'_> {
     }
 
     fn rest(&self, unit: &Self::Unit) -> Vec<String> {
-        let number = |it: &Option<f64>| it.map_or_else(String::new, |value| value.to_string());
+        let number =
+            |number: &Option<f64>| number.map_or_else(String::new, |value| value.to_string());
         let row = |measured: &Measured| measured.iter().map(number).collect::<Vec<_>>().join(",");
         unit.iter().map(row).collect()
     }

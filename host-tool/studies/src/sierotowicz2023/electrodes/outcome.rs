@@ -82,17 +82,17 @@ fn rows_of(study: &Study, all: &[Missed], method: usize, count: u32) -> [Row; 5]
         row(
             "missed",
             "the best for a force miss",
-            of(&|(it, _)| median(&of_best(it, method, count))),
+            of(&|(miss, _)| median(&of_best(miss, method, count))),
         ),
         row(
             "made",
             "forces that they make",
-            of(&|(it, _)| share_of(&of_best(it, method, count), made)),
+            of(&|(miss, _)| share_of(&of_best(miss, method, count), made)),
         ),
         row(
             "one-set",
             "one set for all misses",
-            of(&|(it, _)| of_one_set(it, method, count)),
+            of(&|(miss, _)| of_one_set(miss, method, count)),
         ),
         row(
             "another",
@@ -208,11 +208,11 @@ fn matrices(study: &Study, all: &[Missed]) -> Vec<Sheet> {
     let shown = study.judged.shown;
     let mut sheets = Vec::new();
     for (method, name) in METHODS.iter().enumerate() {
-        let member = |it: &Missed, electrode: usize, force: usize| {
-            100.0 * f64::from(best(&it.0[method][force], shown) >> electrode & 1 == 1)
+        let member = |miss: &Missed, electrode: usize, force: usize| {
+            100.0 * f64::from(best(&miss.0[method][force], shown) >> electrode & 1 == 1)
         };
-        let cost = |it: &Missed, electrode: usize, force: usize| {
-            let parts = &it.0[method][force];
+        let cost = |miss: &Missed, electrode: usize, force: usize| {
+            let parts = &miss.0[method][force];
             percent(parts[ALL ^ (1 << electrode)] - parts[ALL])
         };
         let lost =

@@ -137,13 +137,13 @@ impl<'s> Of<'s> {
     ) -> Plot {
         let names = (0..PATTERNS).map(|index| index.to_string());
         let names = names.chain(one.map(|_| "one".to_owned()));
-        let bar = |at: usize, series: usize, it: Spread| {
+        let bar = |at: usize, series: usize, item: Spread| {
             let at = at as f64;
             Bar {
                 series,
                 x: [at - 0.38, at + 0.38],
-                value: it.median,
-                range: Some(it.range()),
+                value: item.median,
+                range: Some(item.range()),
             }
         };
         let bars = (0..PATTERNS).filter_map(|at| Some(bar(at, state(at), of(at)?)));
