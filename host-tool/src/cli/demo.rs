@@ -224,7 +224,7 @@ fn table(told: &serde_json::Value) -> String {
         text += &format!("{name:<34} {rmse:>10.2} {mean:>12.1} (mean) {pulses:>8}\n");
     }
     text + &format!(
-        "\nSimulated, so no evidence about people: a forearm that is a mechanism, drawn, chosen\n\
+        "\nSimulated, so no evidence about people: a multibody forearm model, drawn, chosen\n\
          for its reach; no participant of the paper. What two points do is computed, most of\n\
          the forearm's numbers are assumed. Six 30 s sessions, {:.0} x real time each; ten\n\
          channels at 50 Hz with ten muscles and a finger: simulator {:.0} x, with the host\n\

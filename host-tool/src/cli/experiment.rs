@@ -30,11 +30,10 @@ use studies::laboratory::{
 pub struct ExperimentArgs {
     #[arg(help = studies_in_words())]
     name: String,
-    /// A wearer file (docs/wearers.md): of the Hamana experiments, on a forearm that is a
-    /// mechanism, also P, Q, R, S or all (docs/two_points.md)
+    /// A wearer file (docs/wearers.md); P, Q, R, S or all for hamana-1 to -4 (docs/two_points.md)
     #[arg(long)]
     wearer: Option<String>,
-    /// Of the same: what is otherwise than declared, by its name (docs/two_points.md)
+    /// An ablation of hamana-1 to hamana-4, by its name (docs/two_points.md)
     #[arg(long)]
     departure: Option<String>,
     /// native, chip, qemu, a serial port, or tcp:HOST:PORT
@@ -255,11 +254,8 @@ impl Order<'_> {
         let begin = Instant::now();
         let course = experiment.conduct(dir, (self.device, seed), &mut beside)?;
         let took = begin.elapsed();
-        record.trials = course
-            .trials
-            .iter()
-            .map(|measurement| measurement.trial.clone())
-            .collect();
+        let trials = course.trials.iter();
+        record.trials = trials.map(|played| played.trial.clone()).collect();
         let outcome = came_to(self, dir, &course, &beside);
         bar.finish();
         let whole = outcome.and_then(|outcome| ended(course, outcome, &interruption));
@@ -407,19 +403,15 @@ fn came_to(
 /// Whether all of these trials are simulated, as their devices said; in this process they
 /// are. Unknown where a device behind a port has not answered.
 fn simulated(trials: &[Conducted], is_port: bool) -> Option<bool> {
-    let said = trials
-        .iter()
-        .map(|measurement| measurement.trial.identity.as_ref());
-    let said: Option<Vec<bool>> = said
-        .map(|identity| {
-            identity.map_or((!is_port).then_some(true), |identity| {
-                Some(identity.simulated)
-            })
-        })
-        .collect();
+    let trials = trials.iter().map(|played| &played.trial);
+    let is_simulated = trials.map(|trial| match &trial.identity {
+        Some(identity) => Some(identity.simulated),
+        None => (!is_port).then_some(true),
+    });
+    let said: Option<Vec<bool>> = is_simulated.collect();
     match said {
         Some(said) if said.is_empty() => (!is_port).then_some(true),
-        said => said.map(|said| said.iter().all(|flag| *flag)),
+        said => said.map(|said| said.into_iter().all(|is_simulated| is_simulated)),
     }
 }
 
@@ -451,9 +443,6 @@ fn ended(
     interrupt::after_runs(cut_short, interruption).with_context(how_far)?;
     let lost = || stopped("the wearers drawn came to no end".into());
     let outcome = outcome.ok_or_else(lost)?;
-    let course = Course {
-        ended: None,
-        ..course
-    };
-    Ok((course, outcome))
+    let ended = None;
+    Ok((Course { ended, ..course }, outcome))
 }

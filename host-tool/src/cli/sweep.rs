@@ -20,7 +20,7 @@ pub struct SweepArgs {
     /// As of `flexor experiment`: of the Hamana experiments, whose forearm
     #[arg(long)]
     wearer: Option<String>,
-    /// As of `flexor experiment`: what is otherwise than declared, by its name
+    /// An ablation, by its name, as in `flexor experiment`
     #[arg(long)]
     departure: Option<String>,
     /// Where studies that draw their persons play a sample: native, chip or qemu

@@ -19,7 +19,7 @@ pub struct Asked<'a> {
     pub name: &'a str,
     /// A participant, or a wearer's file.
     pub wearer: Option<&'a str>,
-    /// What is otherwise than declared.
+    /// The name of an ablation; none for the study as preregistered.
     pub departure: Option<&'a str>,
     /// Where it, or a sample of it, is played.
     pub device: &'a DeviceName,

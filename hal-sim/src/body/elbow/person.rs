@@ -86,7 +86,7 @@ impl Person {
     }
 }
 
-/// The course from 0 to 1 with the least jerk, for u from 0 to 1.
+/// The minimum-jerk trajectory from 0 to 1, for u from 0 to 1.
 fn minimum_jerk(u: f64) -> f64 {
     let u = u.clamp(0.0, 1.0);
     u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)

@@ -35,7 +35,7 @@ pub struct Decides {
     pub models: Vec<Changed>,
 }
 
-/// The model otherwise than declared, by name.
+/// An ablation of the participant's model, by name.
 fn models(study: &Study) -> Vec<(&'static str, Study)> {
     let with = |change: &dyn Fn(&mut Study)| {
         let mut other = study.clone();

@@ -32,7 +32,7 @@ pub struct Way {
     pub hand_m_s2: Vec<[f64; 2]>,
 }
 
-/// The course from 0 to 1 with the least jerk (Flash & Hogan 1985) and its second
+/// The minimum-jerk trajectory from 0 to 1 (Flash & Hogan 1985) and its second
 /// derivative, for u from 0 to 1.
 fn least_jerk(u: f64) -> [f64; 2] {
     let u = u.clamp(0.0, 1.0);
@@ -52,7 +52,7 @@ pub(super) fn places(study: &Study, reach_m: f64, height: usize) -> [[f64; 2]; 3
 }
 
 impl Way {
-    /// Two movements of least jerk, the second beginning before the first has ended.
+    /// Two minimum-jerk movements, the second of which begins before the first ends.
     #[must_use]
     pub fn new(links: &Links, [start, over, end]: [[f64; 2]; 3], timing: Timing) -> Self {
         let begins_s = timing.lift_s * (1.0 - timing.overlap);

@@ -1,4 +1,4 @@
-//! What may be otherwise than declared, by name.
+//! Ablations of the studies of Hamana 2022, by name.
 
 use hal_sim::body::hand::HandSpec;
 use serde::Deserialize;

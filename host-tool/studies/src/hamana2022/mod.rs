@@ -1,4 +1,4 @@
-//! Hamana 2022 on a forearm that is a mechanism: do its claims come out, and in whom?
+//! Hamana 2022 on a multibody forearm model: which of its claims come out, and in which wearers.
 //!
 //! Lives here: who is drawn and what is judged (`population.toml`, committed before it was
 //! looked at), the paper's patterns, its searches for points and voltages, its trials, and

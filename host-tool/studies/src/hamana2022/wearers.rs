@@ -126,7 +126,7 @@ impl Participants {
         Ok(self)
     }
 
-    /// What is otherwise than declared, for people.
+    /// The ablation as a sentence for readers of the page.
     #[must_use]
     pub fn otherwise(&self) -> Option<String> {
         let Departure { name, says, .. } = &self.departure;

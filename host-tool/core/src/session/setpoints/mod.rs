@@ -20,14 +20,13 @@ pub use stimulus::StimulusCourse;
 pub(super) use times::read_time;
 pub use wrench::{WrenchCourse, nearest, newtons};
 
-/// In the host silence that a wearer bears, at least.
+/// Least number of setpoints within the host silence after which the device stops.
 const SIGNS_OF_LIFE: f64 = 3.0;
 
 /// What the host streams, and how often.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Setpoints {
-    /// Setpoints per second; their distance is always shorter than the
-    /// wearer's host silence.
+    /// Setpoints per second; their interval is always shorter than the wearer's host silence.
     pub rate_hz: f64,
     /// Their values over time.
     pub course: Course,
@@ -165,24 +164,20 @@ impl Setpoint {
             },
             &Self::Wrench(force_mn) => Request::Wrench { at, force_mn },
             &Self::Held(held) => Request::Held { held },
-            Self::Amplitudes(values) => Request::Amplitudes {
-                at,
-                mask: values
-                    .iter()
-                    .fold(0, |mask, (channel, _)| mask | 1 << channel),
-                // At most ten channels.
-                values: values
-                    .iter()
-                    .map(|(_, stimulus)| stimulus.amplitude)
-                    .collect(),
-                widths: match values.iter().any(|(_, stimulus)| stimulus.width_us != 0) {
-                    true => values
-                        .iter()
-                        .map(|(_, stimulus)| stimulus.width_us)
-                        .collect(),
-                    false => Default::default(),
-                },
-            },
+            Self::Amplitudes(values) => {
+                let channels = values.iter().map(|(channel, _)| channel);
+                let stimuli = || values.iter().map(|(_, stimulus)| stimulus);
+                Request::Amplitudes {
+                    at,
+                    mask: channels.fold(0, |mask, channel| mask | 1 << channel),
+                    // At most ten channels.
+                    values: stimuli().map(|stimulus| stimulus.amplitude).collect(),
+                    widths: match stimuli().any(|stimulus| stimulus.width_us != 0) {
+                        true => stimuli().map(|stimulus| stimulus.width_us).collect(),
+                        false => Default::default(),
+                    },
+                }
+            }
         }
     }
 }

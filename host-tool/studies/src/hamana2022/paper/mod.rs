@@ -72,7 +72,7 @@ const ALL: [(&str, Kind, &str); 6] = [
     (
         "hamana-4",
         Kind::Control,
-        "Hamana 2022, experiment 4, on a forearm that is a mechanism",
+        "Hamana 2022, experiment 4, on a multibody forearm model",
     ),
     (
         "hamana-hold",
