@@ -60,6 +60,13 @@ pub fn read_text(path: &Path, longest: u64) -> io::Result<String> {
         io::ErrorKind::FileTooLarge if longest > PART => Ok(()),
         _ => Err(why),
     })?;
+    if [b"\xff\xfe", b"\xfe\xff"]
+        .iter()
+        .any(|mark| bytes.starts_with(*mark))
+    {
+        let why = "it is UTF-16 text: save it as UTF-8";
+        return Err(io::Error::new(io::ErrorKind::InvalidData, why));
+    }
     if bytes.contains(&0) {
         let why = "it has a zero byte, and so is no text";
         return Err(io::Error::new(io::ErrorKind::InvalidData, why));

@@ -170,6 +170,39 @@ fn bad_files_and_absent_devices_exit_with_1() {
     assert!(!folder.join("out").exists());
 }
 
+/// What people write first: another name, another scale, another comma, another encoding.
+#[test]
+#[rustfmt::skip]
+fn first_mistakes_are_answered_with_what_was_meant() {
+    let folder = folder("first_mistakes");
+    let edits = [
+        ("scale.toml", "width_us = 200", "width_us = 0.0002"),
+        ("milli.toml", "width_us = 200", "width_us = 0.2"),
+        ("comma.toml", "limit = 10", "limit = 8,5 #"),
+        ("range.toml", "width_us = 200", "width_us = 501"),
+        ("shape.toml", "\"biphasic-cathodic-first\"", "\"biphasic\""),
+    ];
+    for (name, from, to) in edits {
+        assert!(SESSION.contains(from), "{from}");
+        std::fs::write(folder.join(name), SESSION.replace(from, to)).unwrap();
+    }
+    let utf16 = SESSION.encode_utf16().flat_map(u16::to_le_bytes);
+    std::fs::write(folder.join("utf16.toml"), [0xFF, 0xFE].into_iter().chain(utf16).collect::<Vec<_>>()).unwrap();
+    let rows: [Row; 10] = [
+        ("seconds", "check scale.toml", 1, &["E405", "did you mean 200 µs?"]),
+        ("milliseconds", "check milli.toml", 1, &["E405", "did you mean 200 µs?"]),
+        ("decimal comma", "check comma.toml", 1, &["E401", "decimal point, as in 8.5"]),
+        ("unit", "check range.toml", 1, &["E407", "10 to 500 µs"]),
+        ("both polarities", "check shape.toml", 1, &["E408", "`biphasic-cathodic-first` or", "`biphasic-anodic-first`?"]),
+        ("UTF-16", "check utf16.toml", 1, &["E400", "save it as UTF-8"]),
+        ("a device", "run session.toml --device nativ", 1, &["E504", "did you mean `native`"]),
+        ("a command", "rnu session.toml", 2, &["E518", "Did you mean `flexor run`?"]),
+        ("a shipped session", "run ten_chanels", 1, &["E400", "did you mean `ten_channels`?"]),
+        ("one number", "new x.toml --limit 500", 2, &["error: E407"]),
+    ];
+    rows.into_iter().for_each(|row| check(&folder, row));
+}
+
 #[test]
 fn a_board_is_served_beyond_this_computer_on_purpose_only() {
     let folder = folder("open-to-network");

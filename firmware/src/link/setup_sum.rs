@@ -1,4 +1,4 @@
-//! The sum by which host and device know that they mean the same setup.
+//! Checksum over a setup, with which host and device verify that they have the same one.
 
 use super::Request;
 use crate::crc::CRC;
@@ -7,15 +7,17 @@ use crate::pulse::CHANNELS;
 use crate::safety::WearerSpec;
 use crc::{Digest, Table};
 
-/// Wearer, groups, sync, joint, wall and arm; train, muscle, force control and line of
-/// every channel; every joint that is modulated.
+/// Number of parts of a setup.
+///
+/// There is one part each for wearer, groups, sync, joint, wall and limb; one for train,
+/// muscle, force control and line of every channel; and one for every modulated joint.
 const PARTS: usize = 6 + 4 * CHANNELS + JOINTS;
 
-/// The parts of a setup, each by the CRC-32 of the request that put it there.
+/// Checksums of the parts of a setup.
 ///
-/// A request replaces the one before for the same part, so the order of parts does
-/// not count. Who says what stands after [`Request::Clear`] anyway (the default
-/// wearer, no groups, no sync) has said nothing.
+/// For each part, the CRC-32 of the request that configured it last is stored, so the order
+/// in which parts are configured has no effect. A request that only repeats the state after
+/// [`Request::Clear`] (the default wearer, no groups, no sync) counts as no part.
 ///
 /// ```
 /// use firmware::link::{Request, SetupSum};
@@ -30,45 +32,50 @@ const PARTS: usize = 6 + 4 * CHANNELS + JOINTS;
 pub struct SetupSum([Option<u32>; PARTS]);
 
 impl Default for SetupSum {
-    /// Of no parts.
+    /// Returns the checksum of an empty setup, whose total is 0.
     fn default() -> Self {
         Self([None; PARTS])
     }
 }
 
 impl SetupSum {
-    /// Takes note of a request that the device accepted; those that configure
-    /// nothing change nothing.
+    /// Records a request that the device accepted.
+    ///
+    /// [`Request::Clear`] removes all parts. Requests that configure nothing have no effect.
     pub fn note(&mut self, request: &Request) {
         if let Request::Clear = request {
             *self = Self::default();
         }
-        self.keep(place(request).map(|(place, says)| Part {
-            place,
-            sum: says.then(|| checksum(request)),
+        self.keep(part_index(request).map(|(index, is_set)| Part {
+            index,
+            sum: is_set.then(|| checksum(request)),
         }));
     }
 
-    /// Whether [`Self::note`] would take note of `request`: it configures.
+    /// Returns whether `request` is part of a setup or clears it, so that [`Self::note`]
+    /// records it.
     #[must_use]
     pub fn concerns(request: &Request) -> bool {
-        matches!(request, Request::Clear) || place(request).is_some()
+        matches!(request, Request::Clear) || part_index(request).is_some()
     }
 
-    /// Takes note of an accepted part, if it is one.
+    /// Records an accepted part. `None` has no effect.
     pub fn keep(&mut self, part: Option<Part>) {
         if let Some(part) = part
-            && let Some(slot) = self.0.get_mut(part.place)
+            && let Some(slot) = self.0.get_mut(part.index)
         {
             *slot = part.sum;
         }
     }
 
-    /// CRC-32 over the CRC-32s of the parts, four bytes each, least significant
-    /// first, by the number of the request's variant and then by channel: what
-    /// [`Request::Arm`] carries. A difference within 32 neighbouring bits of one
-    /// part's encoding is always seen, because a CRC-32 sees every such burst, and
-    /// the CRC of a part is one; any other with 1 − 2⁻³².
+    /// Returns the checksum of the setup, which [`Request::Arm`] carries.
+    ///
+    /// It is the CRC-32 over the CRC-32s of the parts, four bytes each, least significant
+    /// byte first, ordered by the number of the request's variant and then by channel.
+    ///
+    /// A difference within 32 neighbouring bits of one part's encoding is always detected,
+    /// because a CRC-32 detects every such burst, both in the part and in its CRC. Any other
+    /// difference is detected with probability 1 − 2⁻³².
     #[must_use]
     pub fn total(&self) -> u32 {
         let mut digest = CRC.digest();
@@ -79,44 +86,52 @@ impl SetupSum {
     }
 }
 
-/// A part of a setup as it came in a message.
+/// Checksum of one part of a setup, computed from the message that carried it.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
-    place: usize,
+    /// Position in [`SetupSum`], below [`PARTS`].
+    index: usize,
+    /// CRC-32 of the request, or `None` if the request repeats the default.
     sum: Option<u32>,
 }
 
 impl Part {
-    /// Of `request`, which `message` was decoded to; `None` if it configures nothing. A
-    /// device that would encode it again for its sum takes 10 KB more.
+    /// Returns the part that `request` configures, or `None` if it configures nothing.
+    ///
+    /// `message` is the encoded message from which `request` was decoded. Computing the
+    /// checksum from these bytes saves the device 10 KB, which encoding the request again
+    /// would need.
     #[must_use]
     pub fn of(request: &Request, message: &[u8]) -> Option<Self> {
-        let (place, says) = place(request)?;
-        // Session and number come first.
+        let (index, is_set) = part_index(request)?;
+        // Session and request number precede the request.
         let (_, encoded) = postcard::take_from_bytes::<(u16, u16)>(message).ok()?;
-        let sum = says.then(|| CRC.checksum(encoded));
-        Some(Self { place, sum })
+        let sum = is_set.then(|| CRC.checksum(encoded));
+        Some(Self { index, sum })
     }
 }
 
-/// Where the part of a request stands, and whether it says more than none would;
-/// `None` where it configures nothing, or a channel that is not there.
-fn place(request: &Request) -> Option<(usize, bool)> {
-    let of = |first: usize, channel: u8| {
+/// Returns the index of the part that a request configures, and whether the request differs
+/// from the default.
+///
+/// Returns `None` if the request configures nothing, or a channel or joint that does not
+/// exist.
+fn part_index(request: &Request) -> Option<(usize, bool)> {
+    let channel_part = |first: usize, channel: u8| {
         let channel = usize::from(channel);
         (channel < CHANNELS).then_some((first + channel, true))
     };
     match request {
         Request::Wearer(spec) => Some((0, *spec != WearerSpec::default())),
-        Request::Channel { channel, .. } => of(1, *channel),
+        Request::Channel { channel, .. } => channel_part(1, *channel),
         Request::Groups(groups) => Some((1 + CHANNELS, !groups.is_empty())),
         Request::Sync { channel } => Some((2 + CHANNELS, channel.is_some())),
-        Request::Muscle { channel, .. } => of(3 + CHANNELS, *channel),
+        Request::Muscle { channel, .. } => channel_part(3 + CHANNELS, *channel),
         Request::Joint(_) => Some((3 + 2 * CHANNELS, true)),
         Request::Wall(_) => Some((4 + 2 * CHANNELS, true)),
-        Request::ForceControl { channel, .. } => of(5 + 2 * CHANNELS, *channel),
+        Request::ForceControl { channel, .. } => channel_part(5 + 2 * CHANNELS, *channel),
         Request::Limb(_) => Some((5 + 3 * CHANNELS, true)),
-        Request::Line(spec) => of(6 + 3 * CHANNELS, spec.channel),
+        Request::Line(spec) => channel_part(6 + 3 * CHANNELS, spec.channel),
         Request::Modulation(spec) => {
             let joint = usize::from(spec.joint);
             (joint < JOINTS).then_some((6 + 4 * CHANNELS + joint, true))
@@ -125,16 +140,17 @@ fn place(request: &Request) -> Option<(usize, bool)> {
     }
 }
 
-/// CRC-32 of a request as it stands in a message.
+/// Returns the CRC-32 of a request as it is encoded in messages.
 fn checksum(request: &Request) -> u32 {
-    // Nothing of it fails: the sum takes any byte, and every length is known.
-    postcard::serialize_with_flavor(request, Sum(CRC.digest())).unwrap_or_default()
+    // This cannot fail: `Checksum` accepts any byte, and the length of every sequence is
+    // known.
+    postcard::serialize_with_flavor(request, Checksum(CRC.digest())).unwrap_or_default()
 }
 
-/// Takes encoded bytes without keeping them.
-struct Sum(Digest<'static, u32, Table<1>>);
+/// Encoder output that computes the CRC-32 of the bytes and does not store them.
+struct Checksum(Digest<'static, u32, Table<1>>);
 
-impl postcard::ser_flavors::Flavor for Sum {
+impl postcard::ser_flavors::Flavor for Checksum {
     type Output = u32;
 
     fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use studies::bench::{self, CoreMark, OnChip, PUBLISHED, Row, Speed, coremark};
 use studies::figures::cycles_picture;
 
-/// Measure every algorithm on the chip simulator; compare host, QEMU and chip.
+/// Run the benchmark of every algorithm on the chip simulator
 #[derive(Args, Debug)]
 pub struct Bench {
     /// Write the cycles as a table here

@@ -10,7 +10,9 @@ use host_core::wearer::{self, Wearer};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Check session and wearer files: every mistake of every file, as a run would tell it.
+/// Check session and wearer files and print every mistake
+///
+/// The same check precedes each run. Exit code 1 if a file has a mistake.
 #[derive(Args, Debug)]
 pub struct Check {
     /// Session or wearer files (TOML)

@@ -13,9 +13,10 @@ use studies::laboratory::{
     NamedResult, declaration_differences, result_rows, results_body, results_text,
 };
 
-/// Show what differs between stimulations: amplitude, charge, rms current and on-time of each
-/// channel, traces over each other, session files by their keys. Of experiments and sweeps
-/// also their results.
+/// Show the differences between records, experiments or sweeps
+///
+/// Compares amplitude, charge, rms current and on-time of each channel, traces, and session files key
+/// by key; of experiments and sweeps the results as well.
 #[derive(Args, Debug)]
 pub struct Compare {
     /// Folders of records, experiments or sweeps, two or more

@@ -16,7 +16,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use studies::laboratory::{Conducted, Experiment, comparison};
 
-/// Run Hamana 2022's finger experiment on the simulated board, with a report.
+/// Run Hamana 2022's finger experiment on the simulated board and write a report
 #[derive(Args, Debug)]
 pub struct Demo {
     #[command(flatten)]

@@ -25,7 +25,7 @@ use studies::laboratory::{
     publish,
 };
 
-/// Run a paper's protocol on a device; then, simulated, with wearers drawn at random
+/// Run a study: a paper's protocol on a device or on simulated wearers
 #[derive(Args, Debug)]
 pub struct ExperimentArgs {
     #[arg(help = studies_in_words())]

@@ -17,12 +17,11 @@ use studies::laboratory::{
     self, Lines, Ran, Runnable, Shard, decided_by, merge_drawing, run_drawing,
 };
 
-/// Break something at random moments, in forks of a simulated board that stimulates,
-/// and judge what comes out at the electrodes
+/// Inject faults into a simulated board and judge the current at the electrodes
 ///
-/// Ends with 0 when all cases were played, whatever they came to: severe cases and what
-/// the device did not find stand in the table and in result.json. What was interrupted
-/// goes on where it stopped when it is asked for again with the same --out.
+/// Faults are injected at random moments, in copies of a board that stimulates. Exit code 0 if all
+/// cases ran, whatever their outcome: severe cases and undetected faults are in the table and in
+/// result.json. The same command with the same --out resumes an interrupted campaign.
 #[derive(Args, Debug)]
 pub struct FaultsArgs {
     /// chip or native

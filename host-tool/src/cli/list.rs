@@ -9,8 +9,9 @@ use serde_json::{Value, json};
 use studies::laboratory::search::SHIPPED as SEARCHES;
 use studies::{catalog, experiments, faults, limb};
 
-/// List the shipped sessions, wearers, searches and studies; each is found by its name from
-/// any folder, and copied out by flexor new FILE --from NAME
+/// List the shipped sessions, wearers, searches and studies
+///
+/// Each is found by its name from any folder; flexor new FILE --from NAME copies it.
 #[derive(Args, Debug)]
 pub struct List {}
 

@@ -6,12 +6,15 @@ mod calibrate;
 mod chart;
 mod check;
 mod chip;
+mod commands;
 mod compare;
+mod completion;
 mod demo;
 mod draw_cost;
 mod drawn;
 mod edges;
 mod experiment;
+mod explain;
 mod explain_model;
 mod faults;
 mod interrupt;
@@ -43,8 +46,8 @@ mod watch;
 pub use demo::overview;
 
 use anyhow::Context;
-use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{FromArgMatches, Parser, Subcommand};
 use host_core::choice::{self, ChoiceError};
 use host_core::record::Ending;
 use host_core::session::{Session, visible};
@@ -80,13 +83,16 @@ enum Command {
     Rerun(rerun::Rerun),
     Report(report::ReportArgs),
     Compare(compare::Compare),
+    Completion(completion::Completion),
     Serve(serve::Serve),
     Edges(edges::Edges),
+    Explain(explain::Explain),
     ExplainModel(explain_model::ExplainModel),
     Experiment(experiment::ExperimentArgs),
     List(list::List),
     Faults(faults::FaultsArgs),
     TwoPoints(two_points::TwoPointsArgs),
+    Man(completion::Man),
     Monitor(monitor::Monitor),
     Muscle(muscle::Muscle),
     New(new::New),
@@ -197,7 +203,8 @@ fn print_line(line: &str) -> anyhow::Result<()> {
 /// Parses the command line and runs it. Exit code 0: done, 1: failed, 2: wrong
 /// use, 130, 143 and 129: ended by SIGINT, SIGTERM and SIGHUP.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let matches = commands::command_line().try_get_matches();
+    let cli = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(error) => return misread(&error),
     };
@@ -218,13 +225,16 @@ pub fn main() -> ExitCode {
         Command::Rerun(args) => rerun::main(args, output),
         Command::Report(args) => report::main(args, output),
         Command::Compare(args) => compare::main(args, output),
+        Command::Completion(args) => completion::main(args, output),
         Command::Serve(args) => serve::main(args, output),
         Command::Edges(args) => edges::main(args, output),
+        Command::Explain(args) => explain::main(args, output),
         Command::ExplainModel(args) => explain_model::main(args, output),
         Command::Experiment(args) => experiment::main(args, output),
         Command::List(args) => list::main(args, output),
         Command::Faults(args) => faults::main(args, output),
         Command::TwoPoints(args) => two_points::main(args, output),
+        Command::Man(args) => completion::manual(args, output),
         Command::Monitor(args) => monitor::main(args, output),
         Command::Muscle(args) => muscle::main(args, output),
         Command::New(args) => new::main(args, output),
@@ -259,8 +269,27 @@ fn misread(error: &clap::Error) -> ExitCode {
     }
     let text = error.render().to_string();
     let why = text.strip_prefix("error: ").unwrap_or(&text).trim_end();
+    let why = why.to_owned() + &meant(error);
     let json = std::env::args_os().any(|name| name == "--json");
-    failed(&WrongUse(why.to_owned()).into(), Output { json })
+    failed(&WrongUse(why).into(), Output { json })
+}
+
+/// The command that a misspelt one was probably meant to be, where clap itself has none.
+fn meant(error: &clap::Error) -> String {
+    let typed = match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(typed))
+            if error.get(ContextKind::SuggestedSubcommand).is_none() =>
+        {
+            typed
+        }
+        _ => return String::new(),
+    };
+    let command = commands::command_line();
+    let names = command.get_subcommands().map(clap::Command::get_name);
+    let nearest = host_core::suggestion::nearest(typed, names);
+    nearest.map_or_else(String::new, |name| {
+        format!("\n\nDid you mean `flexor {name}`?")
+    })
 }
 
 /// Says where the record of a run that failed lies, and what it says of itself.
@@ -289,8 +318,17 @@ fn exit_code(error: &anyhow::Error) -> u8 {
 
 /// An argument that the command cannot work with. Exit code 2.
 #[derive(Debug, thiserror::Error)]
-#[error("E518 {0}")]
+#[error("{}", numbered(.0))]
 struct WrongUse(String);
+
+/// `text` with E518 before it, unless it begins with a number of its own.
+fn numbered(text: &str) -> String {
+    let digits = text.strip_prefix('E').and_then(|rest| rest.get(..3));
+    match digits.is_some_and(|digits| digits.bytes().all(|byte| byte.is_ascii_digit())) {
+        true => text.to_owned(),
+        false => format!("E518 {text}"),
+    }
+}
 
 /// Refuses what an option must not be.
 fn wrong<T>(what: impl Into<String>) -> anyhow::Result<T> {

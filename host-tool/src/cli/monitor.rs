@@ -10,8 +10,9 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Watch a device, or run a session and watch it; without a terminal, a line
-/// per second.
+/// Watch a device, or run a session and watch it
+///
+/// Without a terminal it prints a line per second.
 #[derive(Args, Debug)]
 pub struct Monitor {
     /// native, chip, a serial port, or tcp:HOST:PORT

@@ -8,8 +8,9 @@ use std::io::ErrorKind;
 use std::path::PathBuf;
 use studies::laboratory::{Experiment, LaboratoryError, renew};
 
-/// Make the page and the summary of a record again, also of an interrupted run; of
-/// an experiment, a sweep and a study of drawn participants the page of its result as well
+/// Write page and summary of a record, experiment or sweep again
+///
+/// Works for an interrupted run as well.
 #[derive(Args, Debug)]
 pub struct ReportArgs {
     /// Folder of the record

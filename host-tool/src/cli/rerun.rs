@@ -18,7 +18,7 @@ use host_core::session::{KEPT_AS, LawName};
 use std::path::{Path, PathBuf};
 use studies::laboratory::{compared, differs};
 
-/// Repeat a simulated run from its record, and compare what comes of it.
+/// Repeat a simulated run from its record and compare the results
 #[derive(Args, Debug)]
 pub struct Rerun {
     /// Folder of the record

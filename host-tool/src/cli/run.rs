@@ -12,7 +12,7 @@ use host_core::run::{DeviceName, Keys, SessionFile};
 use host_core::session::LawName;
 use std::path::PathBuf;
 
-/// Run a session on a device; record it and write a report.
+/// Run a session on a device; write its record and report
 #[derive(Args, Debug)]
 pub struct RunArgs {
     /// Session file (TOML)

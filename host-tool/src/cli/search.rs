@@ -15,8 +15,9 @@ use studies::laboratory::search::{
     SearchFile, Step, search,
 };
 
-/// Search a wearer's threshold, comfort or maximum by a declared stair; on a board
-/// only with an operator at the terminal, who is asked before each raise.
+/// Search a wearer's threshold, comfort or maximum by a staircase
+///
+/// On a board only with an operator at the terminal, who is asked before each raise.
 #[derive(Args, Debug)]
 pub struct SearchArgs {
     /// Declaration (TOML): a session file and one or more [[search]]

@@ -12,8 +12,10 @@ use host_core::run::{DeviceName, chip_image};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// Measure latency on a simulator; on the native one host silence, a noisy soak and full
-/// load, too. With --bench, a person measures a board.
+/// Measure latency, host silence and full load of a simulator, or test a board
+///
+/// Host silence, the noisy soak and full load need the native simulator. With --bench a person carries
+/// out the bench test of a board.
 #[derive(Args, Debug)]
 pub struct Selftest {
     /// What to measure: native, or chip for the flashed image over USB; with --bench a

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 /// each copy.
 const RESTART: Duration = Duration::from_secs(20);
 
-/// Tell which output stages a board has, or store it there, before it is first used.
+/// Print or store which output stages a board has
 #[derive(Args, Debug)]
 pub struct StagesArgs {
     /// A serial port or tcp:HOST:PORT

@@ -11,8 +11,9 @@ use studies::catalog::{Asked, Entry};
 use studies::experiments::named;
 use studies::laboratory::{Checked, MOST_DRAWS, Outcome, Shard, Sweep, merge};
 
-/// Draw an experiment's wearers on all cores; the same command goes on where it was
-/// interrupted
+/// Run a study with many draws on all cores
+///
+/// The same command resumes an interrupted sweep.
 #[derive(Args, Debug)]
 pub struct SweepArgs {
     /// Any study of `flexor experiment`, by its name, or the file of a declaration

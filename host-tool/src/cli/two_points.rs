@@ -8,8 +8,10 @@ use std::path::PathBuf;
 use studies::hamana2022::{Cells, CellsRun, TWO_POINTS};
 use studies::laboratory::{Runnable, Shard, part_of};
 
-/// Draw forearms that are a mechanism, search points and voltages on each as Hamana 2022
-/// did, and judge its claims; with --out the same command goes on where it was interrupted
+/// Judge the claims of Hamana 2022 on randomly generated forearms
+///
+/// Searches points and voltages on each forearm as the paper did. The same command with the same --out
+/// resumes an interrupted study.
 #[derive(Args, Debug)]
 pub struct TwoPointsArgs {
     /// One cell alone, by its number from 0; without, all

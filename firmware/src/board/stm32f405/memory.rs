@@ -1,70 +1,83 @@
-//! What the program may do with memory, held by the MPU (ARMv7-M B3.5): without a
-//! region, nothing. Constants and code cannot be written, data and registers cannot be
-//! executed, and a stray pointer meets a fault, not a register.
+//! Memory protection: the regions of the MPU (ARMv7-M B3.5).
 //!
-//! Vectors and the private bus (NVIC, SCB, DBGMCU) keep the default map; so does
-//! `HardFault`, which runs without the MPU (HFNMIENA = 0) and so has a stack for its few
-//! words; one that is lost on the tape has them on the lines for the microsecond until it
-//! isolates.
+//! The program has no access to an address outside every region. Code and constants
+//! cannot be written, and data and registers cannot be executed. An access through a stray
+//! pointer causes a fault instead of changing a register.
+//!
+//! Vector reads and the private peripheral bus (NVIC, SCB, DBGMCU) use the default memory
+//! map. So does `HardFault`, which runs with the MPU off (HFNMIENA = 0): it can stack a few
+//! words even after a stack overflow. If the stack pointer has strayed into the
+//! pulse tape, those words appear on the output lines for the microsecond until the handler
+//! disconnects the outputs.
 
 use core::sync::atomic::{Ordering, compiler_fence};
 use cortex_m::asm::{dsb, isb};
 use cortex_m::peripheral::MPU;
 
-/// MPU_RASR (ARMv7-M B3.5.9): execute never.
+/// XN in MPU_RASR (ARMv7-M B3.5.9): the region cannot be executed.
 const NO_EXECUTE: u32 = 1 << 28;
-/// AP: read and write; read only.
+/// AP in MPU_RASR: reads and writes are allowed.
 const READ_WRITE: u32 = 0b011 << 24;
+/// AP in MPU_RASR: only reads are allowed.
 const READ_ONLY: u32 = 0b110 << 24;
-/// TEX, C, B as the default map has them (B3.1): flash write-through, RAM write-back and
-/// not shared, as exclusive accesses want it, registers device memory.
+/// TEX, C and B of flash, as in the default map (B3.1): write-through.
 const FLASH: u32 = 0b10 << 16;
+/// TEX, C and B of RAM, as in the default map: write-back, and not shared, which exclusive
+/// accesses require.
 const RAM: u32 = 0b1 << 19 | 0b11 << 16;
+/// TEX, C and B of registers, as in the default map: device memory.
 const DEVICE: u32 = 0b01 << 16;
-/// SRD: the region leaves its last eighth to others.
+/// SRD in MPU_RASR: the last eighth of the addresses does not belong to the region.
 const LAST_EIGHTH_OFF: u32 = 1 << 15;
+/// ENABLE in MPU_RASR (this region) and in MPU_CTRL (the whole MPU).
 const ENABLE: u32 = 1;
 
-/// Base, log2 of the bytes, and what MPU_RASR says beside (RM0090 section 2.3).
+/// Base address, log2 of the size in bytes, and attributes for MPU_RASR of each fixed region
+/// (memory map: RM0090 section 2.3).
 const REGIONS: [(u32, u32, u32); 5] = [
     // Code, constants and the stage table, 1 MiB.
     (0x0800_0000, 20, READ_ONLY | FLASH),
-    // SRAM1, 112 KiB: seven eighths of 128.
+    // SRAM1, 112 KiB: seven eighths of 128 KiB.
     (
         0x2000_0000,
         17,
         READ_WRITE | NO_EXECUTE | RAM | LAST_EIGHTH_OFF,
     ),
-    // APB1, APB2, and of AHB1 what lies below OTG_HS, 256 KiB.
+    // APB1, APB2, and AHB1 up to OTG_HS, 256 KiB.
     (0x4000_0000, 18, READ_WRITE | NO_EXECUTE | DEVICE),
     // OTG_FS, 256 KiB.
     (0x5000_0000, 18, READ_WRITE | NO_EXECUTE | DEVICE),
-    // The chip's number (section 39.1), which system memory surrounds.
+    // The unique device ID (section 39.1), 32 bytes within system memory.
     (0x1FFF_7A00, 5, READ_ONLY | NO_EXECUTE | FLASH),
 ];
 
-/// The tape (memory.x); the other 12 KiB of SRAM2 are nobody's. Only who has
-/// [`writable_tape`] writes here: what a lost pointer or stack wrote would be played.
+/// Region of the pulse tape (memory.x), in the form of [`REGIONS`].
+///
+/// The tape is read-only unless a [`WritableTape`] exists, because DMA would output any word
+/// that a stray pointer or stack wrote there. No region covers the other 12 KiB of SRAM2.
 const TAPE: (u32, u32, u32) = (0x2001_C000, 12, READ_ONLY | NO_EXECUTE | RAM);
 
-/// Bytes of the stack guard, as log2.
+/// Size of the stack guard in bytes, as log2.
 const GUARD: u32 = 5;
 
-/// Puts the regions in force. The last, which goes before the others, denies all access to
-/// the 32 bytes above the statics, where an overflowing stack arrives first.
+/// Configures the regions and enables the MPU.
+///
+/// The last region is the stack guard. It takes precedence over the others and denies all
+/// access to 32 bytes above the statics, which an overflowing stack reaches first.
 pub fn protect(mpu: &mut MPU) {
     let guard = (guard(), GUARD, NO_EXECUTE);
     let regions = REGIONS.into_iter().chain([TAPE, guard]);
     for (number, (base, log2_bytes, attributes)) in (0..).zip(regions) {
-        // SAFETY: the regions allow what the program does: no reference points above the
-        // statics except the stack, whose use of the guard is what must fault, and to the tape.
+        // SAFETY: the regions allow every access of the program. Above the statics, only
+        // references to the stack and to the tape exist, and an access of the stack to the
+        // guard must fault.
         unsafe {
             mpu.rnr.write(number);
             mpu.rbar.write(base);
             mpu.rasr.write(attributes | size(log2_bytes));
         }
     }
-    // The tape's stays selected. PRIVDEFENA = 0.
+    // Region 5, the tape's, stays selected for `set_tape`. PRIVDEFENA is 0.
     // SAFETY: as above.
     unsafe {
         mpu.rnr.write(REGIONS.len() as u32); // 5
@@ -74,20 +87,21 @@ pub fn protect(mpu: &mut MPU) {
     isb();
 }
 
-/// SIZE of MPU_RASR, and that the region is in force.
+/// SIZE and ENABLE fields of MPU_RASR for a region of 2^`log2_bytes` bytes.
 const fn size(log2_bytes: u32) -> u32 {
-    (log2_bytes - 1) << 1 | ENABLE // 5 to 20
+    (log2_bytes - 1) << 1 | ENABLE // log2_bytes is 5 to 20
 }
 
-/// The tape can be written as long as this lives.
+/// Guard during whose lifetime the pulse tape can be written; see [`writable_tape`].
 pub struct WritableTape(());
 
-/// Lets the tape be written.
+/// Makes the pulse tape writable until the returned guard is dropped.
 ///
 /// # Safety
-/// The caller must not be preempted by another that asks, and [`protect`] must have been.
+/// [`protect`] must have been called before, and no other caller of this function may preempt
+/// the current one.
 pub unsafe fn writable_tape() -> WritableTape {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { set_tape(READ_WRITE) };
     dsb();
     isb();
@@ -97,37 +111,41 @@ pub unsafe fn writable_tape() -> WritableTape {
 impl Drop for WritableTape {
     fn drop(&mut self) {
         compiler_fence(Ordering::SeqCst);
-        // SAFETY: as it was before; in force at the interrupt's end at the latest.
+        // SAFETY: this restores the access of `protect`. It takes effect at the end of the
+        // interrupt at the latest.
         unsafe { set_tape(READ_ONLY) };
     }
 }
 
+/// Sets the access to the pulse tape, [`READ_WRITE`] or [`READ_ONLY`].
+///
 /// # Safety
-/// As of [`writable_tape`].
+/// The conditions of [`writable_tape`] apply.
 unsafe fn set_tape(access: u32) {
     let (_, log2_bytes, _) = TAPE;
     let attributes = access | NO_EXECUTE | RAM | size(log2_bytes);
-    // SAFETY: a register of this core, of the region that `protect` left selected.
+    // SAFETY: this register belongs to this core and applies to the region that `protect`
+    // left selected, the tape's.
     unsafe { (*MPU::PTR).rasr.write(attributes) };
 }
 
-/// Takes them out of force, for what writes flash and runs from RAM.
+/// Disables the MPU, so that a function in RAM can write to flash.
 ///
 /// # Safety
-/// A reset must follow.
+/// The caller must reset the chip afterwards.
 pub unsafe fn open() {
-    // SAFETY: a register of this core.
+    // SAFETY: this register belongs to this core.
     unsafe { (*MPU::PTR).ctrl.write(0) };
     dsb();
     isb();
 }
 
-/// Whether `address` lies in the stack guard.
+/// Returns whether `address` is within the 32 bytes of the stack guard.
 pub fn is_guard(address: u32) -> bool {
     address.wrapping_sub(guard()) < 1 << GUARD
 }
 
-/// The first boundary of the guard's size at or above the end of the statics.
+/// Address of the stack guard: the end of the statics, rounded up to the guard's size.
 fn guard() -> u32 {
     unsafe extern "C" {
         static __sheap: u32;

@@ -1,4 +1,4 @@
-//! The arm in time: pulses in, force at the cuff or turning segments out.
+//! The simulated arm in motion: pulses change the force at the cuff, or turn the segments.
 
 use super::anatomy::{ALL, ELECTRODES, MUSCLES, Muscle};
 use super::angles::{about, angles_deg};
@@ -11,70 +11,80 @@ use crate::body::{Body, CHANNELS, Load, Pulse};
 use crate::random;
 use nalgebra::Vector3;
 
-/// Step of force and motion, µs.
+/// Time step of force and motion, µs.
 const TICK_US: u64 = 1000;
+/// The same time step, s.
 const TICK_S: f64 = 1e-3;
 
-/// What holds the arm.
+/// How the arm is supported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Held {
-    /// The cuff of the force sensor.
+    /// The arm is fixed in the cuff of the force sensor.
     InCuff,
-    /// The person alone: segments turn.
+    /// Only the wearer holds the arm, and the segments can turn.
     Freely,
 }
 
-/// An arm in motion. Deterministic: pulses and seed decide everything.
+/// An arm in motion.
+///
+/// The simulation is deterministic: the pulses and the seed determine every value.
 #[derive(Debug, Clone)]
 pub struct Arm {
     spec: ArmSpec,
     skeleton: Skeleton,
+    /// Moment arms of each muscle about each turn's axis, m.
     arms_m: [Turns; MUSCLES],
     muscles: [Driven; MUSCLES],
     to_wrench: ToWrench,
-    /// How far turns give way in the cuff, rad/N m.
-    gives: Square,
-    /// What muscles pull with, N m, over the last millisecond.
+    /// Deflection of the turns per torque while the arm is in the cuff, rad/N m.
+    compliance: Square,
+    /// Mean torque of the muscles about each turn over the last millisecond, N m.
     torques: Turns,
     free: Free,
     held: Held,
+    /// Voluntary force (N) and torque (N m) at the cuff.
     voluntary: [f64; 6],
+    /// Force (N) and torque (N m) on the cuff over the last millisecond, without weight.
     wrench: [f64; 6],
     sensor: ForceSensor,
     imus: [MountedImu; SEGMENTS],
     loads: [Load; CHANNELS],
+    /// Number of whole time steps since the start.
     tick: u64,
 }
 
 impl Arm {
-    /// At rest in the cuff.
+    /// Creates an arm that rests in the cuff.
     ///
     /// # Errors
-    /// [`InvalidArm`] names what no arm can have.
+    /// [`InvalidArm`] names the field whose value no arm can have, or reports that nothing
+    /// resists some turn.
     pub fn new(spec: ArmSpec) -> Result<Self, InvalidArm> {
         spec.validate()?;
         let skeleton = Skeleton::new(spec.posture, spec.lengths());
-        let stream = |what: u64| random::word(spec.seed, what);
-        let arms_m = std::array::from_fn(|at| skeleton.arms_m(ALL[at], spec.azimuth_deg[at]));
+        let stream_seed = |stream: u64| random::word(spec.seed, stream);
+        let arms_m =
+            std::array::from_fn(|muscle| skeleton.arms_m(ALL[muscle], spec.azimuth_deg[muscle]));
         let forces = spec.forces_n();
-        let muscles = std::array::from_fn(|at| {
-            Driven::new(&spec, forces[at], random::word(stream(1), at as u64))
+        let muscles = std::array::from_fn(|muscle| {
+            let seed = random::word(stream_seed(1), muscle as u64);
+            Driven::new(&spec, forces[muscle], seed)
         });
         let frames = skeleton.frames();
         let imus = std::array::from_fn(|segment| {
-            let seed = random::word(stream(2), segment as u64);
+            let seed = random::word(stream_seed(2), segment as u64);
             MountedImu::new(spec.imu, spec.imu_faults[segment], &frames[segment], seed)
         });
-        let (to_wrench, gives) = mechanics::held(&spec, &skeleton)?;
+        let (to_wrench, compliance) = mechanics::held(&spec, &skeleton)?;
         Ok(Self {
             to_wrench,
-            gives,
+            compliance,
             torques: Turns::zeros(),
             free: Free::new(&spec, &skeleton, TICK_S)?,
             held: Held::InCuff,
             voluntary: [0.0; 6],
             wrench: [0.0; 6],
-            sensor: ForceSensor::new(spec.force, mechanics::weight_n(&spec), stream(3)),
+            sensor: ForceSensor::new(spec.force, mechanics::weight_n(&spec), stream_seed(3)),
             imus,
             loads: [Load::Ohms(spec.load_ohm); CHANNELS],
             tick: 0,
@@ -85,101 +95,104 @@ impl Arm {
         })
     }
 
-    /// The numbers it was made from.
+    /// Returns the specification from which the arm was created.
     #[must_use]
     pub const fn spec(&self) -> &ArmSpec {
         &self.spec
     }
 
-    /// Its bones.
+    /// Returns the bones of the arm in its posture.
     #[must_use]
     pub const fn skeleton(&self) -> &Skeleton {
         &self.skeleton
     }
 
-    /// Torque of one newton of a muscle about each turn's axis, m.
+    /// Returns the moment arms of a muscle: its torque about each turn's axis per newton, m.
     #[must_use]
     pub const fn arms_m(&self, muscle: Muscle) -> &Turns {
         &self.arms_m[muscle as usize]
     }
 
-    /// What the cuff feels of these torques, N and N m.
+    /// Returns the matrix from torques about the turns (N m) to force (N) and torque (N m) at
+    /// the cuff.
     #[must_use]
     pub const fn to_wrench(&self) -> &ToWrench {
         &self.to_wrench
     }
 
-    /// Takes the arm into the cuff, or out of it; it comes to rest at its posture.
+    /// Moves the arm into the cuff or out of it. The arm comes to rest at its posture.
     pub fn hold(&mut self, held: Held) {
         self.held = held;
         self.free.settle();
     }
 
-    /// The person pushes with this from now on (force in N, torque in N m), as far as the
-    /// cuff feels it.
+    /// Sets the voluntary force (N) and torque (N m) at the cuff from now on. They act only
+    /// while the arm is in the cuff.
     pub const fn push(&mut self, wrench: [f64; 6]) {
         self.voluntary = wrench;
     }
 
-    /// What the arm truly pushes the cuff with beside its weight, N and N m, over the last
-    /// millisecond; zero outside of it.
+    /// Returns the true force (N) and torque (N m) of the arm on the cuff over the last
+    /// millisecond, without the arm's weight. They are zero while the arm is not in the cuff.
     #[must_use]
     pub const fn wrench(&self) -> [f64; 6] {
         self.wrench
     }
 
-    /// What the sensor in the cuff reads.
+    /// Returns the force (N) and torque (N m) that the sensor in the cuff measures.
     #[must_use]
     pub fn sensed_wrench(&self) -> [f64; 6] {
         self.sensor.read(&self.wrench)
     }
 
-    /// What a segment's IMU reads; `segment` is below [`SEGMENTS`].
+    /// Returns the measurement of a segment's IMU, or `None` unless `segment` is below
+    /// [`SEGMENTS`].
     #[must_use]
     pub fn imu(&self, segment: usize) -> Option<Imu> {
         let imu = self.imus.get(segment)?;
         Some(imu.read(&self.free.rate(segment), self.tick))
     }
 
-    /// Force of each muscle, N.
+    /// Returns the force of each muscle at the end of the last time step, N.
     #[must_use]
     pub fn forces_n(&self) -> [f64; MUSCLES] {
         self.muscles.each_ref().map(Driven::force_n)
     }
 
-    /// What tiredness leaves of each muscle, 0 to 1.
+    /// Returns the share of each muscle's force that fatigue leaves, 0 to 1.
     #[must_use]
     pub fn freshness(&self) -> [f64; MUSCLES] {
         let now_us = self.tick * TICK_US;
         self.muscles
             .each_ref()
-            .map(|it| it.freshness(&self.spec, now_us))
+            .map(|muscle| muscle.freshness(&self.spec, now_us))
     }
 
-    /// How far each turn has given way, rad.
+    /// Returns the deflection of each turn from the posture, rad.
     fn turns(&self) -> Turns {
         match self.held {
-            Held::InCuff => self.gives * self.torques,
+            Held::InCuff => self.compliance * self.torques,
             Held::Freely => *self.free.turns(),
         }
     }
 
+    /// Advances the arm by one time step of 1 ms.
     fn step(&mut self) {
         let end_us = (self.tick + 1) * TICK_US;
         let mut torques = Turns::zeros();
-        for (muscle, arms) in self.muscles.iter_mut().zip(&self.arms_m) {
+        for (muscle, moment_arms) in self.muscles.iter_mut().zip(&self.arms_m) {
             let before = muscle.force_n();
             muscle.pass(end_us);
             let force = 0.5 * (before + muscle.force_n());
             if force > 0.0 {
-                torques += force * arms;
+                torques += force * moment_arms;
             }
         }
         self.torques = torques;
         match self.held {
             Held::InCuff => {
-                let felt = self.to_wrench * torques;
-                self.wrench = std::array::from_fn(|axis| felt[axis] + self.voluntary[axis]);
+                let evoked = self.to_wrench * torques;
+                self.wrench = std::array::from_fn(|axis| evoked[axis] + self.voluntary[axis]);
                 self.sensor.step();
             }
             Held::Freely => {
@@ -198,25 +211,30 @@ impl Body for Arm {
         };
         let current_ma = load.current_ma(pulse.drive);
         let due_us = pulse.t_us + u64::from(self.spec.delay_us);
-        let own = ALL[pulse.channel];
-        let reached = part(&self.spec, pulse.channel, current_ma, pulse.width_us);
-        self.muscles[pulse.channel].excite(due_us, reached);
-        for neighbour in own.neighbours() {
-            let at = *neighbour as usize;
-            // What no electrode lies on answers as the muscle above it.
-            let like = if at < ELECTRODES { at } else { pulse.channel };
-            let there = self.spec.crosstalk[pulse.channel] * current_ma;
-            let reached = part(&self.spec, like, there, pulse.width_us);
-            self.muscles[at].excite(due_us, reached);
+        let stimulated = ALL[pulse.channel];
+        let recruited = part(&self.spec, pulse.channel, current_ma, pulse.width_us);
+        self.muscles[pulse.channel].excite(due_us, recruited);
+        for neighbour in stimulated.neighbours() {
+            let muscle = *neighbour as usize;
+            // A muscle without an electrode has the thresholds of the stimulated one, which
+            // lies above it.
+            let electrode = if muscle < ELECTRODES {
+                muscle
+            } else {
+                pulse.channel
+            };
+            let spread_ma = self.spec.crosstalk[pulse.channel] * current_ma;
+            let recruited = part(&self.spec, electrode, spread_ma, pulse.width_us);
+            self.muscles[muscle].excite(due_us, recruited);
         }
     }
 
-    /// Everything moves in whole milliseconds: between them the values of the last one
-    /// hold.
     fn fork(&self) -> Option<Box<dyn Body>> {
         Some(Box::new(self.clone()))
     }
 
+    /// Advances the arm in whole milliseconds. Between them, all values stay those of the last
+    /// millisecond.
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.tick;
         while (self.tick + 1) * TICK_US <= to_us {
@@ -225,22 +243,26 @@ impl Body for Arm {
         self.tick != before
     }
 
-    /// Elbow flexion, degrees.
+    /// Returns the true elbow flexion, degrees.
     fn angle_deg(&self) -> f64 {
         self.spec.posture.elbow_deg + self.turns()[6].to_degrees()
     }
 
-    /// Elbow flexion as it is: what is sensed of an arm are forces and turning rates.
+    /// Returns the true elbow flexion, degrees: the arm has sensors for force and turning rate
+    /// only, not for angles.
     fn sensed_deg(&self) -> f64 {
         self.angle_deg()
     }
 
-    /// The declared posture, and what cuff or joints give way.
+    /// Returns the configured posture plus the deflection in the cuff or of the free joints,
+    /// degrees.
     fn posture_deg(&self) -> Option<[f64; 9]> {
         let turns = self.turns();
         Some(angles_deg(&self.spec.posture, &self.skeleton, &turns))
     }
 
+    /// Returns the true force on the cuff without weight, N: backward, to the right, upward.
+    /// Returns `None` while the arm is not in the cuff.
     fn hand_n(&self) -> Option<[f64; 3]> {
         let [x, y, z, ..] = self.wrench;
         let force = about(Vector3::new(x, y, z)).into();

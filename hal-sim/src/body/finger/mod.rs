@@ -1,4 +1,4 @@
-//! An index finger's PIP joint, moved by two flexor points and one extensor point.
+//! Simulated PIP joint of an index finger, which two flexor points and one extensor point move.
 
 mod points;
 mod spec;
@@ -13,11 +13,14 @@ use super::{Body, CHANNELS, Load, Pulse};
 pub use points::{Effect, Points};
 pub use spec::{FingerSpec, InvalidSpec, Pair, TORQUE_FREQUENCY_HZ};
 
+/// Index of flexor point A.
 pub(super) const A: usize = 0;
+/// Index of flexor point B.
 pub(super) const B: usize = 1;
+/// Index of the extensor point.
 pub(super) const EXTENSOR: usize = 2;
 
-/// A pulse on its way to its muscle.
+/// The effect of a pulse on a muscle, pending during the electromechanical delay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Excitation {
     due_us: u64,
@@ -25,20 +28,24 @@ struct Excitation {
     effect: Effect,
 }
 
-/// The finger in motion. Deterministic: pulses and seed decide everything.
+/// A finger in motion.
+///
+/// The simulation is deterministic: the pulses and the seed determine every value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finger {
     spec: FingerSpec,
     sites: [Site; 3],
     points: Points,
     loads: [Load; CHANNELS],
-    /// Whole steps passed.
+    /// Number of whole time steps since the start.
     tick: u64,
     muscles: [Muscle; 3],
     muscle_step: Step,
-    under_way: VecDeque<Excitation>,
+    /// Excitations that have not acted yet, in order of time.
+    pending: VecDeque<Excitation>,
+    /// Torque of the full flexor pair divided by that of one point alone.
     pair_factor: f64,
-    /// What fatigue leaves of each muscle, 0 to 1.
+    /// Share of each muscle's force that fatigue leaves, 0 to 1.
     capacity: [f64; 3],
     torque_nm: f64,
     joint: Joint,
@@ -46,10 +53,10 @@ pub struct Finger {
 }
 
 impl Finger {
-    /// A relaxed finger. `seed` decides the sensor's noise.
+    /// Creates a relaxed finger. `seed` determines the noise of the angle sensor.
     ///
     /// # Errors
-    /// [`InvalidSpec`] names a field that no finger can have.
+    /// [`InvalidSpec`] names a field whose value no finger can have.
     pub fn new(spec: FingerSpec, seed: u64) -> Result<Self, InvalidSpec> {
         spec.validate()?;
         Ok(Self {
@@ -59,7 +66,7 @@ impl Finger {
             tick: 0,
             muscles: [Muscle::new(spec.muscle); 3],
             muscle_step: Step::new(&spec.muscle, spec.step_s()),
-            under_way: VecDeque::with_capacity(64),
+            pending: VecDeque::with_capacity(64),
             pair_factor: 1.0,
             capacity: [1.0; 3],
             torque_nm: 0.0,
@@ -69,62 +76,65 @@ impl Finger {
         })
     }
 
-    /// The numbers this finger was made from.
+    /// Returns the specification from which the finger was created.
     pub fn spec(&self) -> &FingerSpec {
         &self.spec
     }
 
-    /// Net muscle torque over the last step, N·m, flexion positive.
+    /// Returns the net muscle torque over the last time step, N·m; positive for flexion.
     pub fn torque_nm(&self) -> f64 {
         self.torque_nm
     }
 
-    /// Joint rate, degrees per second, flexion positive.
+    /// Returns the angular rate of the joint, degrees per second; positive for flexion.
     pub fn rate_deg_per_s(&self) -> f64 {
         self.joint.rate_rad_per_s.to_degrees()
     }
 
-    /// Normalised force of flexor A, flexor B and extensor, before fatigue.
+    /// Returns the normalised forces of flexor A, flexor B and extensor, without fatigue.
     pub fn muscle_forces(&self) -> [f64; 3] {
-        self.muscles.map(|m| m.force())
+        self.muscles.map(|muscle| muscle.force())
     }
 
-    /// Lets one step pass for the muscles; a muscle with pulses in it is split at
-    /// each.
+    /// Advances the muscles by one time step. If pulses act within the step, the step of
+    /// their muscle is split at each of them.
     fn step_muscles(&mut self) {
         let step_us = u64::from(self.spec.step_us);
         let start_us = self.tick * step_us;
         let mut passed_us = [0u64; 3];
-        while let Some(e) = self.under_way.front().copied() {
-            if e.due_us >= start_us + step_us {
+        while let Some(excitation) = self.pending.front().copied() {
+            if excitation.due_us >= start_us + step_us {
                 break;
             }
-            self.under_way.pop_front();
-            let at_us = e.due_us.saturating_sub(start_us);
-            let muscle = &mut self.muscles[e.muscle];
-            let span_us = at_us.saturating_sub(passed_us[e.muscle]);
+            self.pending.pop_front();
+            let at_us = excitation.due_us.saturating_sub(start_us);
+            let muscle = &mut self.muscles[excitation.muscle];
+            let span_us = at_us.saturating_sub(passed_us[excitation.muscle]);
             if span_us > 0 {
                 muscle.step(&Step::new(&self.spec.muscle, span_us as f64 * 1e-6));
-                passed_us[e.muscle] = at_us;
+                passed_us[excitation.muscle] = at_us;
             }
-            muscle.pulse(e.effect.recruitment);
-            self.pair_factor = e.effect.pair_factor.unwrap_or(self.pair_factor);
+            let effect = excitation.effect;
+            muscle.pulse(effect.recruitment);
+            self.pair_factor = effect.pair_factor.unwrap_or(self.pair_factor);
         }
         for (muscle, passed_us) in self.muscles.iter_mut().zip(passed_us) {
             if passed_us == 0 {
                 muscle.step(&self.muscle_step);
             } else {
-                let rest_s = (step_us - passed_us) as f64 * 1e-6;
-                muscle.step(&Step::new(&self.spec.muscle, rest_s));
+                let remaining_s = (step_us - passed_us) as f64 * 1e-6;
+                muscle.step(&Step::new(&self.spec.muscle, remaining_s));
             }
         }
     }
 
-    /// Torque of the muscles at these normalised forces and the present angle.
+    /// Returns the net torque of the muscles at the current angle, N·m; positive for flexion.
+    /// `forces` are the normalised forces without fatigue.
     fn torque(&self, forces: [f64; 3]) -> f64 {
-        let force = |i: usize| forces[i] * self.capacity[i];
+        let force = |muscle: usize| forces[muscle] * self.capacity[muscle];
         let (a, b) = (force(A), force(B));
-        // One point alone is itself; a full pair is `pair_factor`.
+        // One point alone contributes its own force; two points at full force contribute
+        // `pair_factor`.
         let flexor = a.max(b) + (self.pair_factor - 1.0) * a.min(b);
         let progress = self.joint.progress();
         let loss = self.spec.torque_loss;
@@ -132,21 +142,23 @@ impl Finger {
             - self.spec.extensor_torque_nm * force(EXTENSOR) * (1.0 - loss * (1.0 - progress))
     }
 
-    fn tire(&mut self, forces: [f64; 3]) {
+    /// Updates the fatigue of each muscle after one time step with these normalised forces.
+    fn update_fatigue(&mut self, forces: [f64; 3]) {
         let gain = self.spec.step_s() / self.spec.fatigue_time_s;
         for (capacity, force) in self.capacity.iter_mut().zip(forces) {
-            let target = 1.0 - (1.0 - self.spec.fatigue_floor) * force.min(1.0);
-            *capacity += gain * (target - *capacity);
+            let steady_state = 1.0 - (1.0 - self.spec.fatigue_floor) * force.min(1.0);
+            *capacity += gain * (steady_state - *capacity);
         }
     }
 
+    /// Advances the finger by one time step.
     fn step(&mut self) {
         let before = self.muscle_forces();
         self.step_muscles();
         let after = self.muscle_forces();
-        let mean = std::array::from_fn(|i| 0.5 * (before[i] + after[i]));
+        let mean = std::array::from_fn(|muscle| 0.5 * (before[muscle] + after[muscle]));
         self.torque_nm = self.torque(mean);
-        self.tire(mean);
+        self.update_fatigue(mean);
         self.joint.step(self.torque_nm);
         self.sensor.step(self.joint.angle_rad.to_degrees());
         self.tick += 1;
@@ -167,7 +179,7 @@ impl Body for Finger {
                 let effect = self
                     .points
                     .excite(muscle, pulse.t_us, effective_v, pulse.conducted);
-                self.under_way.push_back(Excitation {
+                self.pending.push_back(Excitation {
                     due_us: pulse.t_us + u64::from(self.spec.electromechanical_delay_us),
                     muscle,
                     effect,
@@ -176,12 +188,12 @@ impl Body for Finger {
         }
     }
 
-    /// Joint and sensor move in whole steps: between them the values of the last
-    /// one hold.
     fn fork(&self) -> Option<Box<dyn Body>> {
         Some(Box::new(self.clone()))
     }
 
+    /// Advances joint and sensor in whole time steps. Between them, all values stay those of
+    /// the last step.
     fn advance(&mut self, to_us: u64) -> bool {
         let before = self.tick;
         while (self.tick + 1) * u64::from(self.spec.step_us) <= to_us {

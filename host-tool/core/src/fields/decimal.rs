@@ -32,6 +32,11 @@ impl Decimal {
         })
     }
 
+    /// The nearest floating-point number.
+    pub(crate) fn value(self) -> f64 {
+        self.digits as f64 * 10_f64.powi(self.exponent)
+    }
+
     /// The number times 10^`places`, saturating at the ends of `i64`; `None`
     /// if that is not a whole number.
     pub(crate) fn scaled(self, places: i32) -> Option<i64> {

@@ -22,7 +22,7 @@ pub(crate) struct Place {
 macro_rules! problems {
     (at $path:ident, $given:ident: $($number:literal $name:ident { $($field:ident: $type:ty),* } $message:literal $remedy:literal)*) => {
         /// Everything a session file is refused for. This is the only list of the
-        /// numbers E400–E499, E630–E639, E650–E669 and E750–E758; they are
+        /// numbers 400–499, 630–639, 650–669 and 750–758; they are
         /// stable. `allowed` is what may stand there.
         #[derive(Clone, PartialEq, Debug)]
         #[expect(missing_docs, reason = "each message explains its fields")]
@@ -31,6 +31,9 @@ macro_rules! problems {
         }
 
         impl Problem {
+            /// Every number of the list, in its order.
+            pub const NUMBERS: &[u16] = &[$($number),*];
+
             /// The stable number, 400–499, 630–639, 650–669 or 750–758.
             #[must_use]
             pub const fn number(&self) -> u16 {

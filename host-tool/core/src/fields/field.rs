@@ -3,7 +3,7 @@
 
 use firmware::range::Range;
 
-use super::decimal::between;
+use super::decimal::{between, in_units};
 
 /// A table of the file: its fields, in the order in which they are told.
 pub(crate) type Section = Vec<Field>;
@@ -220,7 +220,40 @@ impl Number {
 
     /// "0.5 to 200", of its own range.
     pub(crate) fn allowed(&self) -> Option<String> {
-        self.range.map(|(min, max)| between(min, max, self.places))
+        let range = self.range.map(|(min, max)| between(min, max, self.places));
+        range.map(|range| {
+            format!("{range} {}", self.shown_unit())
+                .trim_end()
+                .to_owned()
+        })
+    }
+
+    /// The unit for people; empty if there is none or another field decides it.
+    pub(crate) fn shown_unit(&self) -> &'static str {
+        if self.unit.starts_with(UNIT) {
+            ""
+        } else {
+            self.unit
+        }
+    }
+
+    /// What was probably meant by a `value` in SI base units where the field has smaller ones:
+    /// `; did you mean 200 µs?` of 0.0002. Empty if that is not allowed either.
+    pub(crate) fn meant(&self, value: f64) -> String {
+        let is_smaller = self.unit.starts_with(['m', 'µ']) && self.unit != "m";
+        let Some((min, max)) = self.range.filter(|_| is_smaller) else {
+            return String::new();
+        };
+        let steps = 10_f64.powi(self.places);
+        let is_allowed = |value: &f64| {
+            let whole = (value * steps).round();
+            (value * steps - whole).abs() < 1e-6 && (min as f64..=max as f64).contains(&whole)
+        };
+        let mut scaled = [1e3, 1e6].into_iter().map(|factor| value * factor);
+        scaled.find(is_allowed).map_or_else(String::new, |value| {
+            let value = in_units((value * steps).round() as i64, self.places);
+            format!("; did you mean {value} {}?", self.unit)
+        })
     }
 }
 

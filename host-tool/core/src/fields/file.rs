@@ -33,7 +33,7 @@ pub(crate) fn parse<T>(
         is_broken |= !e.message().contains("duplicate key");
         // What follows on the line is a consequence.
         if told.replace(line(span.start)) != Some(line(span.start)) {
-            let reason = e.message().into();
+            let reason = e.message().to_owned() + decimal_comma(text, span.start);
             let place = Place {
                 span,
                 ..Place::default()
@@ -46,6 +46,19 @@ pub(crate) fn parse<T>(
         (Some(e), _) => Err(e),
         (None, Some(it)) => Ok(it),
         (None, None) => unreachable!("a file is read, or something is told"),
+    }
+}
+
+/// What to do about a comma between digits at `at`, where TOML expects the end of the value.
+fn decimal_comma(text: &str, at: usize) -> &'static str {
+    let (before, after) = text.split_at_checked(at).unwrap_or(("", ""));
+    let is_between = before.ends_with(|c: char| c.is_ascii_digit())
+        && after
+            .strip_prefix(',')
+            .is_some_and(|after| after.starts_with(|c: char| c.is_ascii_digit()));
+    match is_between {
+        true => "; numbers have a decimal point, as in 8.5",
+        false => "",
     }
 }
 

@@ -7,12 +7,14 @@ use super::images;
 use super::open_error::OpenError;
 use super::simulated::simulated;
 use crate::link::Port;
-#[cfg(feature = "serial")]
-use crate::link::SerialPort;
 #[cfg(feature = "realtime")]
 use crate::link::TcpPort;
+#[cfg(feature = "serial")]
+use crate::link::{Error, SerialPort};
 use crate::record::DeviceKind;
 use crate::session::Session;
+#[cfg(feature = "serial")]
+use crate::suggestion::nearest;
 use firmware::units::Micros;
 #[cfg(feature = "qemu")]
 use hal_sim::images::Image;
@@ -138,7 +140,10 @@ impl DeviceName {
             #[cfg(not(feature = "realtime"))]
             Self::Tcp(_) => Err(self.left_out("realtime")),
             #[cfg(feature = "serial")]
-            Self::Serial(path) => Ok(Box::new(SerialPort::open(path)?)),
+            Self::Serial(path) => match SerialPort::open(path) {
+                Ok(port) => Ok(Box::new(port)),
+                Err(error) => Err(misspelt(path, error).into()),
+            },
             #[cfg(not(feature = "serial"))]
             Self::Serial(_) => Err(self.left_out("serial")),
             Self::Native | Self::Chip | Self::Qemu => Err(OpenError::NoPort(self.to_string())),
@@ -149,5 +154,25 @@ impl DeviceName {
     fn left_out(&self, feature: &'static str) -> OpenError {
         let device = self.to_string();
         OpenError::LeftOut { device, feature }
+    }
+}
+
+/// The error of a serial port that cannot be opened, with the simulator whose name was probably
+/// meant by `path`.
+#[cfg(feature = "serial")]
+fn misspelt(path: &str, error: Error) -> Error {
+    let advice = match nearest(path, ["native", "chip", "qemu"]) {
+        Some("native") => "did you mean `native`, the simulator?",
+        Some("chip") => "did you mean `chip`, the chip simulator?",
+        Some("qemu") => "did you mean `qemu`?",
+        _ => return error,
+    };
+    match error {
+        Error::Open { port, reason, .. } => Error::Open {
+            port,
+            reason,
+            advice,
+        },
+        other => other,
     }
 }

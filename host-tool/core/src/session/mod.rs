@@ -54,6 +54,7 @@ use crate::fields::document::Document;
 use crate::fields::table::Table;
 pub use crate::fields::{LONGEST as LONGEST_TEXT, Problem, SessionError, visible};
 use crate::fields::{parse, text_of};
+use crate::suggestion::did_you_mean;
 
 pub use crate::wearer::Unit;
 pub use body::BodySpec;
@@ -171,7 +172,14 @@ impl Session {
         if let Some(text) = shipped::shipped(path) {
             return Ok(text.to_owned());
         }
-        text_of(path).map_err(|reason| SessionError::nowhere(Problem::Unreadable { reason }))
+        text_of(path).map_err(|reason| {
+            let typed = path.to_string_lossy();
+            let names = SHIPPED
+                .iter()
+                .map(|(file, _)| file.trim_end_matches(".toml"));
+            let reason = reason + &did_you_mean(typed.trim_end_matches(".toml"), names);
+            SessionError::nowhere(Problem::Unreadable { reason })
+        })
     }
 
     /// Reads and checks the text of a session file called `name`, of no folder: its wearer

@@ -20,10 +20,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use usb::Line;
 
-/// Run any image for an STM32F405 on the simulated chip, without board or session.
+/// Run any image for an STM32F405 on the chip simulator
 ///
-/// Its semihosting console goes to the standard output. Exit code 0: it ran for its time, or
-/// ended itself with status 0; 1: it stopped, took a fault or ended with another status.
+/// Needs neither board nor session. The semihosting console of the image is written to the standard
+/// output. Exit code 0: the image ran for the time given, or ended with status 0; 1: it stopped, took
+/// a fault or ended with another status.
 #[derive(Args, Debug)]
 pub struct BareArgs {
     /// The image (ELF)

@@ -20,9 +20,10 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use work::work;
 
-/// Find a wearer's thresholds, limits and points electrode by electrode, and write them to
-/// a wearer file; nothing is raised without an order of its own. With --check, see
-/// whether a file's thresholds still hold.
+/// Find a wearer's thresholds and limits with an operator, and write a wearer file
+///
+/// Every raise of an amplitude needs an order of the operator. With --check the thresholds of an
+/// existing file are measured again.
 #[derive(Args, Debug)]
 pub struct CalibrateArgs {
     /// The wearer file to write (TOML); its journal lies beside it

@@ -13,8 +13,9 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-/// Write a session file that `flexor check` accepts: answers from a terminal, else
-/// options.
+/// Write a session file from a few questions, options or a shipped file
+///
+/// Asks on a terminal; without one, options and defaults decide. The result passes flexor check.
 #[derive(Args, Debug, Default)]
 pub struct New {
     /// The file; one that is there is never replaced

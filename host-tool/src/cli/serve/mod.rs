@@ -18,7 +18,7 @@ use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Serve a simulated board on a pseudo-terminal or a socket.
+/// Serve a simulated board on a pseudo-terminal or a socket
 #[derive(Args, Debug)]
 #[command(group(ArgGroup::new("wire").required(true).args(["pty", "tcp"])))]
 pub struct Serve {

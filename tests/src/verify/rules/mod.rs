@@ -6,6 +6,7 @@ mod evidence;
 mod layers;
 mod modules;
 mod source;
+mod words;
 
 use super::report::Report;
 pub(super) use source::Source;
@@ -67,6 +68,9 @@ const RULES: [Rule; 8] = [
 /// A rule that needs all files to judge one.
 const NO_FILE_IS_LOST: &str = "every file is part of a program, every test of a suite";
 
+/// Another, of a tree that has the list of words.
+const WORDS_ARE_THE_FIELDS: &str = "no word of docs/words.toml is used";
+
 /// Another, of a tree that has the page of safety.
 const EVIDENCE_IS_THERE: &str = "what docs/safety.md names as evidence is there";
 
@@ -92,7 +96,8 @@ fn judge(sources: &[Source]) -> Report {
         (statement, findings)
     });
     let lost = (NO_FILE_IS_LOST, modules::lost(sources));
-    let wide = [lost].into_iter().chain(layers::judge(sources));
+    let unwanted = (WORDS_ARE_THE_FIELDS, words::judge(sources));
+    let wide = [lost, unwanted].into_iter().chain(layers::judge(sources));
     for (statement, findings) in each.into_iter().chain(wide) {
         report.add(told(statement, &findings));
     }

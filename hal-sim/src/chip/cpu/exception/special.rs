@@ -1,16 +1,20 @@
-//! MRS, MSR, CPS (Arm ARM B5.2): special registers by their number, with the
-//! rules of privilege.
+//! Special registers: the instructions MRS, MSR and CPS (Arm ARM B5.2).
+//!
+//! MRS and MSR select a special register by its number (`SYSm`). Unprivileged code has
+//! restricted access.
 
 use crate::chip::cpu::Cpu;
 use crate::chip::cpu::registers::control;
 use crate::chip::cpu::system::nvic::PRIORITY_BITS;
 
-/// N, Z, C, V, Q.
+/// Flags N, Z, C, V and Q of APSR.
 const NZCVQ: u32 = 0xF800_0000;
+/// The four GE flags of APSR.
 const GE: u32 = 0x000F_0000;
 
 impl Cpu {
-    /// xPSR as stacked: flags, IT state, Thumb bit, exception number.
+    /// Returns xPSR as exception entry stacks it: flags, IT state, Thumb bit and exception
+    /// number.
     pub(in crate::chip) const fn xpsr(&self) -> u32 {
         let it = self.registers.it as u32;
         self.registers.apsr
@@ -20,8 +24,9 @@ impl Cpu {
             | self.registers.exception as u32
     }
 
-    /// MRS: special register `sysm`. Without privilege all but APSR and
-    /// CONTROL read 0.
+    /// Executes MRS: returns special register `sysm`.
+    ///
+    /// In unprivileged code, all registers except APSR and CONTROL read 0.
     pub(in crate::chip::cpu) fn read_special(&self, sysm: u8) -> u32 {
         let registers = &self.registers;
         let privileged = registers.is_privileged();
@@ -46,15 +51,18 @@ impl Cpu {
         }
     }
 
-    /// MSR with `mask` (bits 11:10 of the encoding). The caller takes what is
-    /// pending afterwards. Without privilege only the flags can be written.
+    /// Executes MSR: writes special register `sysm`.
+    ///
+    /// `mask` holds bits 11:10 of the encoding, which select the flags of APSR to write.
+    /// Unprivileged code can write only these flags. The caller must afterwards take any
+    /// exception that the write unmasked.
     pub(in crate::chip::cpu) fn write_special(&mut self, sysm: u8, mask: u8, value: u32) {
         let registers = &mut self.registers;
         let priority = (value & u32::from(PRIORITY_BITS)) as u8;
         match sysm {
             0..=3 => {
-                let written = [0, GE, NZCVQ, NZCVQ | GE][usize::from(mask & 3)];
-                registers.apsr = registers.apsr & !written | value & written;
+                let writable = [0, GE, NZCVQ, NZCVQ | GE][usize::from(mask & 3)];
+                registers.apsr = registers.apsr & !writable | value & writable;
             }
             _ if !registers.is_privileged() => {}
             8 | 9 => {
@@ -68,7 +76,7 @@ impl Cpu {
             }
             16 => registers.primask = value & 1 != 0,
             17 => registers.basepri = priority,
-            // BASEPRI_MAX only makes the mask stricter; 0, no mask, is the laxest.
+            // BASEPRI_MAX is written only if the new value masks more. 0 masks nothing.
             18 if priority != 0 && priority.wrapping_sub(1) < registers.basepri.wrapping_sub(1) => {
                 registers.basepri = priority;
             }
@@ -78,8 +86,10 @@ impl Cpu {
         }
     }
 
-    /// CPS: sets (`disable`) or clears PRIMASK (`i`) and FAULTMASK (`f`);
-    /// nothing without privilege. The caller takes what is pending afterwards.
+    /// Executes CPS: sets (`disable`) or clears PRIMASK (if `i`) and FAULTMASK (if `f`).
+    ///
+    /// CPS has no effect in unprivileged code. The caller must afterwards take any exception
+    /// that the change unmasked.
     pub(in crate::chip::cpu) fn change_masks(&mut self, disable: bool, i: bool, f: bool) {
         if !self.registers.is_privileged() {
             return;
@@ -92,31 +102,37 @@ impl Cpu {
         }
     }
 
-    /// Not from hard fault or NMI, where it cannot be set.
-    fn set_faultmask(&mut self, to: bool) {
-        if !to || self.execution_priority() > -1 {
-            self.registers.faultmask = to;
+    /// Sets or clears FAULTMASK. It cannot be set at a priority of −1 or higher (hard fault,
+    /// NMI).
+    fn set_faultmask(&mut self, faultmask: bool) {
+        if !faultmask || self.execution_priority() > -1 {
+            self.registers.faultmask = faultmask;
             self.system.update(&self.registers);
         }
     }
 
-    /// Sets masks and CONTROL to what no instruction may have written; in thread mode the
-    /// other stack comes with SPSEL. The caller takes what is pending afterwards.
+    /// Sets the masks and CONTROL from outside the program, to values that no instruction need
+    /// have written.
+    ///
+    /// In thread mode, a change of SPSEL switches the stack pointer. The caller must afterwards
+    /// take any exception that the change unmasked.
     pub fn upset_special(&mut self, primask: bool, faultmask: bool, basepri: u8, control: u32) {
         (self.registers.primask, self.registers.faultmask) = (primask, faultmask);
         self.registers.basepri = basepri & PRIORITY_BITS;
         self.write_control(control);
     }
 
+    /// Writes the bits of CONTROL that the current mode allows, and switches the stack pointer
+    /// if SPSEL changes.
     fn write_control(&mut self, value: u32) {
         let registers = &mut self.registers;
         let value = value as u8;
-        let mut written = control::NPRIV | control::FPCA;
+        let mut writable = control::NPRIV | control::FPCA;
         if registers.exception == 0 {
-            written |= control::SPSEL;
+            writable |= control::SPSEL;
         }
         let used_psp = registers.uses_psp();
-        registers.control = registers.control & !written | value & written;
+        registers.control = registers.control & !writable | value & writable;
         if used_psp != registers.uses_psp() {
             std::mem::swap(&mut registers.r[13], &mut registers.other_sp);
         }

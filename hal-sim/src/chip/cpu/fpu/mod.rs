@@ -1,9 +1,12 @@
-//! FPv4-SP: everything whose first half-word is 0xEC00–0xEFFF or 0xFC00–0xFFFF
-//! with coprocessor 10 or 11.
+//! Floating-point unit (FPv4-SP).
 //!
-//! `number` unpacks and rounds in integers, `operations` and `convert` compute
-//! with that, `transfer` is the way to memory. In: a decoded `Op`, registers,
-//! the bus. Out: registers, FPSCR, cycles.
+//! It executes the instructions for coprocessors 10 and 11, whose first half-word is
+//! 0xEC00–0xEFFF or 0xFC00–0xFFFF.
+//!
+//! `decode` decodes them, `number` unpacks and rounds numbers in integer arithmetic,
+//! `operations` and `convert` compute with these, and `transfer` loads and stores. The input
+//! is a decoded `Op` with the registers and the bus; the output is the registers, FPSCR and the
+//! number of cycles.
 
 mod convert;
 mod decode;
@@ -21,24 +24,26 @@ pub use transfer::{Transfer, Writeback};
 
 /// Bits of FPSCR (Arm ARM A2.5.3).
 pub(crate) mod fpscr {
-    pub const NZCV: u32 = 0xF << 28; // N, Z, C, V of the last comparison
-    /// Half precision in the alternative format, without infinities and NaNs.
+    pub const NZCV: u32 = 0xF << 28; // Flags N, Z, C, V of the last comparison
+    /// Half-precision numbers use the alternative format, which has no infinities and NaNs.
     pub const AHP: u32 = 1 << 26;
-    pub const DN: u32 = 1 << 25; // Every NaN result is the default NaN
+    pub const DN: u32 = 1 << 25; // A result that is NaN is always the default NaN
     pub const FZ: u32 = 1 << 24; // Denormal numbers are flushed to zero
     pub const RMODE: u32 = 3 << 22; // Rounding mode: 0 nearest, 1 up, 2 down, 3 towards zero
     pub const IDC: u32 = 1 << 7; // A denormal input was flushed
-    pub const IXC: u32 = 1 << 4; // Inexact
-    pub const UFC: u32 = 1 << 3; // Underflow
-    pub const OFC: u32 = 1 << 2; // Overflow
-    pub const DZC: u32 = 1 << 1; // Division by zero
-    pub const IOC: u32 = 1; // Invalid operation
-    /// The bits that exist.
+    pub const IXC: u32 = 1 << 4; // A result was inexact
+    pub const UFC: u32 = 1 << 3; // A result underflowed
+    pub const OFC: u32 = 1 << 2; // A result overflowed
+    pub const DZC: u32 = 1 << 1; // A finite number was divided by zero
+    pub const IOC: u32 = 1; // An operation was invalid
+    /// All implemented bits; the others read 0.
     pub const ALL: u32 = NZCV | AHP | DN | FZ | RMODE | IDC | IXC | UFC | OFC | DZC | IOC;
 }
 
-/// Arithmetic on two or three registers. `minus_product`: the product's, or the
-/// first factor's, sign is changed; `minus_addend`: the accumulator's.
+/// An arithmetic operation on two or three registers.
+///
+/// `minus_product` negates the product (of a fused operation: the first factor), and
+/// `minus_addend` negates the accumulator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[rustfmt::skip]
 pub enum Arithmetic {
@@ -47,11 +52,13 @@ pub enum Arithmetic {
     Multiply, // VMUL
     NegatedMultiply, // VNMUL
     Divide, // VDIV
-    Accumulate { minus_product: bool, minus_addend: bool }, // VMLA, VMLS, VNMLA, VNMLS: rounds twice
-    Fused { minus_product: bool, minus_addend: bool }, // VFMA, VFMS, VFNMA, VFNMS: rounds once
+    /// VMLA, VMLS, VNMLA, VNMLS: the product and the sum are both rounded.
+    Accumulate { minus_product: bool, minus_addend: bool },
+    /// VFMA, VFMS, VFNMA, VFNMS: only the sum is rounded.
+    Fused { minus_product: bool, minus_addend: bool },
 }
 
-/// What is done to one register.
+/// An operation on one register: a copy, a change of sign, a square root or a conversion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[rustfmt::skip]
 pub enum Unary {
@@ -59,41 +66,43 @@ pub enum Unary {
     Absolute, // VABS
     Negate, // VNEG
     SquareRoot, // VSQRT
-    FromHalf { top: bool }, // VCVTB, VCVTT of the lower or upper half-word to single precision
-    ToHalf { top: bool }, // VCVTB, VCVTT to half precision; the other half-word stays
-    FromInteger { signed: bool }, // VCVT, rounded as FPSCR says
-    ToInteger { signed: bool, truncate: bool }, // VCVT, towards zero; VCVTR as FPSCR says
+    FromHalf { top: bool }, // VCVTB, VCVTT: lower or upper half-word to single precision
+    ToHalf { top: bool }, // VCVTB, VCVTT to half precision; keeps the other half-word
+    FromInteger { signed: bool }, // VCVT, rounded in the mode of FPSCR
+    ToInteger { signed: bool, truncate: bool }, // VCVT: towards zero; VCVTR: mode of FPSCR
     FromFixed(Fixed), // VCVT, rounded to nearest
-    ToFixed(Fixed), // VCVT, towards zero
+    ToFixed(Fixed), // VCVT, rounded towards zero
 }
 
-/// A decoded floating-point instruction. `s`, `d`, `n`, `m` are S registers,
-/// a D register being two of them; `t` and `t2` core registers. `half`: half a
-/// D register is named, not an S register: one cycle instead of two (TRM table
-/// 7-1).
+/// A decoded floating-point instruction.
+///
+/// `s`, `d`, `n` and `m` are numbers of S registers (a D register consists of two of them), and
+/// `t` and `t2` are numbers of core registers. `half` means that the instruction names half a
+/// D register instead of an S register, which takes one cycle instead of two (TRM table 7-1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[rustfmt::skip]
 pub enum Op {
     Arithmetic(Arithmetic, u8, u8, u8), // d = n op m
     Unary(Unary, u8, u8), // d = op m
-    Constant(u8, u32), // VMOV of a constant
-    /// VCMP of d with m, or with +0; VCMPE, to which a quiet NaN is an invalid
-    /// operation too, if `signal`.
+    Constant(u8, u32), // VMOV of a constant (register, value)
+    /// VCMP, or VCMPE if `signal`: compares `d` with `m`, or with +0 if `m` is `None`. For
+    /// VCMPE, a quiet NaN is an invalid operation too.
     Compare { d: u8, m: Option<u8>, signal: bool },
-    FromCore { s: u8, t: u8, half: bool }, // VMOV of `t` to `s`
-    ToCore { s: u8, t: u8, half: bool }, // VMOV of `s` to `t`
-    FromCorePair { s: u8, t: u8, t2: u8 }, // VMOV to `s` and its successor
-    ToCorePair { s: u8, t: u8, t2: u8 }, // VMOV from `s` and its successor
-    ReadStatus(u8), // VMRS of FPSCR
-    ReadFlags, // VMRS of FPSCR's flags to APSR
-    WriteStatus(u8), // VMSR
+    FromCore { s: u8, t: u8, half: bool }, // VMOV from `t` to `s`
+    ToCore { s: u8, t: u8, half: bool }, // VMOV from `s` to `t`
+    FromCorePair { s: u8, t: u8, t2: u8 }, // VMOV from `t` and `t2` to `s` and `s` + 1
+    ToCorePair { s: u8, t: u8, t2: u8 }, // VMOV from `s` and `s` + 1 to `t` and `t2`
+    ReadStatus(u8), // VMRS from FPSCR
+    ReadFlags, // VMRS from the flags of FPSCR to APSR
+    WriteStatus(u8), // VMSR to FPSCR
     Load(Transfer), // VLDR, VLDM, VPOP
     Store(Transfer), // VSTR, VSTM, VPUSH
 }
 
 impl Cpu {
-    /// Executes (the condition has passed), after `prepare_fp`, which it calls;
-    /// gives its cycles without pipeline effects (TRM table 7-1).
+    /// Executes an instruction whose condition has passed, after a call of `prepare_fp`.
+    ///
+    /// Returns the number of cycles without pipeline effects (TRM table 7-1).
     #[inline]
     pub(super) fn execute_fpu(&mut self, bus: &mut impl Bus, op: Op) -> Trapped<u32> {
         self.prepare_fp(bus)?;
@@ -105,22 +114,25 @@ impl Cpu {
     }
 }
 
+/// Returns the S register `number` (0–31).
 #[inline]
 fn get(registers: &Registers, number: u8) -> u32 {
     registers.s[usize::from(number & 31)]
 }
 
+/// Sets the S register `number` (0–31).
 #[inline]
 fn set(registers: &mut Registers, number: u8, value: u32) {
     registers.s[usize::from(number & 31)] = value;
 }
 
+/// Returns the core register `number` (0–15).
 #[inline]
 fn core(registers: &mut Registers, number: u8) -> &mut u32 {
     &mut registers.r[usize::from(number & 15)]
 }
 
-/// What `op` does to the registers (memory is not touched here); its cycles.
+/// Executes `op` unless it accesses memory, and returns its number of cycles.
 fn execute(op: Op, registers: &mut Registers) -> u32 {
     match op {
         Op::Arithmetic(kind, d, n, m) => return arithmetic(kind, [d, n, m], registers),
@@ -165,12 +177,13 @@ fn execute(op: Op, registers: &mut Registers) -> u32 {
             registers.apsr = registers.apsr & !flags | registers.fpscr & flags;
         }
         Op::WriteStatus(t) => registers.fpscr = *core(registers, t) & fpscr::ALL,
-        // `execute_fpu` keeps these.
+        // `execute_fpu` executes these itself.
         Op::Load(_) | Op::Store(_) => {}
     }
     1
 }
 
+/// Executes an arithmetic operation, and returns its number of cycles.
 #[rustfmt::skip]
 fn arithmetic(kind: Arithmetic, [d, n, m]: [u8; 3], registers: &mut Registers) -> u32 {
     const SIGN: u32 = 1 << 31;
@@ -197,7 +210,7 @@ fn arithmetic(kind: Arithmetic, [d, n, m]: [u8; 3], registers: &mut Registers) -
     cycles
 }
 
-/// `old` is what the destination holds.
+/// Returns the result of an operation on `x`. `old` is the previous value of the destination.
 fn unary(kind: Unary, old: u32, x: u32, status: &mut u32) -> u32 {
     match kind {
         Unary::Copy => x,

@@ -1,32 +1,37 @@
-//! What a read of the flash costs: wait states, line buffers, caches, prefetch
-//! (RM0090 section 3.5).
+//! Timing of flash reads: wait states, line buffers, caches and prefetch (RM0090 section 3.5).
 //!
-//! The array delivers 128 bits per read, one read at a time. A read takes
-//! LATENCY + 1 cycles and is never aborted. The instruction port holds the line
-//! in use, so that only a change of line asks for anything.
+//! The flash array delivers 128 bits (one line) per read, one read at a time. A read takes
+//! LATENCY + 1 cycles and is never aborted. The instruction port holds the current line, so
+//! the array or a cache is accessed only when the line changes.
 //!
-//! Said by the manual: 64 instruction and 8 data lines, least recently used
-//! replaced; a line is copied into the instruction cache when it was neither in
-//! use, nor prefetched, nor cached; a hit costs nothing; data reads go before
-//! instruction reads; the prefetch reads the next sequential line while the
-//! present one is being used. Whether a prefetched line that is used enters the
-//! cache after all is [`Prefetched`], which see.
+//! The manual specifies:
+//! - there are 64 instruction and 8 data cache lines, and the least recently used line is
+//!   replaced;
+//! - a line is copied into the instruction cache if it was neither current, nor prefetched,
+//!   nor cached;
+//! - a cache hit takes no extra cycles;
+//! - data reads have priority over instruction reads;
+//! - the prefetch reads the next sequential line while the current one is in use.
 //!
-//! Left open there, and taken here:
+//! The manual contradicts itself on whether a prefetched line that is used enters the cache;
+//! [`Prefetched`] selects the reading.
+//!
+//! The manual leaves the following open, and this model assumes:
 //! - both caches are fully associative;
-//! - the prefetch of line n + 1 starts when line n is delivered and the array is
-//!   free; none starts for a line that the cache holds;
-//! - a line asked for while its prefetch is under way comes when that ends;
-//! - a prefetch under way when a branch leaves ends first and occupies the
-//!   array; its line stays until another is prefetched. One that has not
-//!   started is dropped;
-//! - with DCEN off every data read is one of the array;
-//! - caches keep their lines while switched off.
+//! - the prefetch of line n + 1 starts when line n is delivered and the array is free, unless
+//!   the cache holds line n + 1;
+//! - a line that is requested while its prefetch is in progress arrives when the prefetch ends;
+//! - a prefetch that is in progress when a branch leaves the line completes and occupies the
+//!   array until then. Its line is kept until the next prefetch. A prefetch that has not
+//!   started is cancelled;
+//! - with DCEN off, every data read accesses the array;
+//! - the caches keep their lines while they are switched off.
 
 use super::Prefetched;
 use super::lines::{Lines, NONE};
 use crate::chip::Cycle;
 
+/// Bits of FLASH_ACR.
 mod acr {
     pub const LATENCY: u32 = 7;
     pub const PRFTEN: u32 = 1 << 8;
@@ -36,13 +41,14 @@ mod acr {
     pub const DCRST: u32 = 1 << 12;
 }
 
-/// The line after the one in use.
+/// Prefetch of the line that follows the current one: scheduled, in progress or complete.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Prefetch {
-    /// [`NONE`] if there is none.
+    /// Number of the line; [`NONE`] if nothing is prefetched.
     line: u32,
+    /// First cycle of the read.
     start: Cycle,
-    /// First cycle after its read.
+    /// First cycle after the read.
     end: Cycle,
 }
 
@@ -54,29 +60,32 @@ impl Prefetch {
     };
 }
 
-/// Wait states and what hides them.
+/// The flash interface: wait states, and the caches and prefetch that hide them.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Accelerator {
     acr: u32,
+    /// LATENCY of FLASH_ACR: the number of wait states, 0 to 7.
     pub(crate) latency: u32,
     prefetches: bool,
     caches_code: bool,
     caches_data: bool,
-    /// First cycle after the latest read (or programming) that was asked for;
-    /// of prefetches, only those that turned out to be needed.
+    /// First cycle after the latest requested read, programming or erasure. A prefetch counts
+    /// only once its line has been requested.
     busy_until: Cycle,
+    /// Line that the instruction port holds; [`NONE`] if it holds none.
     current: u32,
     prefetch: Prefetch,
     code: Lines<64>,
     data: Lines<8>,
-    /// Code was delivered that the flash no longer holds.
+    /// Whether the cache has delivered code that the flash no longer contains.
     pub(crate) delivered_stale: bool,
     prefetched: Prefetched,
-    /// Nothing waits, whatever the program sets: no board's.
+    /// Whether all reads take no wait states, regardless of FLASH_ACR. No real chip does this.
     ideal: bool,
 }
 
 impl Accelerator {
+    /// Creates the interface in its reset state, with empty caches.
     pub(super) fn new() -> Self {
         Self {
             acr: 0,
@@ -95,6 +104,7 @@ impl Accelerator {
         }
     }
 
+    /// Resets everything except [`Self::set_prefetched`] and [`Self::never_wait`].
     pub(super) fn reset(&mut self) {
         *self = Self {
             prefetched: self.prefetched,
@@ -103,41 +113,44 @@ impl Accelerator {
         };
     }
 
+    /// Returns the value of FLASH_ACR.
     pub(super) const fn acr(&self) -> u32 {
         self.acr
     }
 
+    /// Selects whether prefetched lines enter the instruction cache when they are used.
     pub(super) const fn set_prefetched(&mut self, prefetched: Prefetched) {
         self.prefetched = prefetched;
     }
 
+    /// Removes all wait states from now on, to measure how much depends on them.
     pub(super) const fn never_wait(&mut self) {
         self.ideal = true;
     }
 
-    /// Writes FLASH_ACR. `None` for a reset of a cache that is on, which the
+    /// Writes FLASH_ACR. Returns `None` if `value` resets a cache that it enables, which the
     /// manual does not allow.
     pub(super) fn set_acr(&mut self, value: u32) -> Option<()> {
         let value = value & 0x1F07;
-        let on = |bit: u32| value & bit != 0;
-        if on(acr::ICRST) && on(acr::ICEN) || on(acr::DCRST) && on(acr::DCEN) {
+        let is_set = |bit: u32| value & bit != 0;
+        if is_set(acr::ICRST) && is_set(acr::ICEN) || is_set(acr::DCRST) && is_set(acr::DCEN) {
             return None;
         }
-        if on(acr::ICRST) {
+        if is_set(acr::ICRST) {
             self.code.clear();
         }
-        if on(acr::DCRST) {
+        if is_set(acr::DCRST) {
             self.data.clear();
         }
         self.acr = value;
         self.latency = value & acr::LATENCY;
-        self.prefetches = on(acr::PRFTEN);
-        self.caches_code = on(acr::ICEN);
-        self.caches_data = on(acr::DCEN);
+        self.prefetches = is_set(acr::PRFTEN);
+        self.caches_code = is_set(acr::ICEN);
+        self.caches_data = is_set(acr::DCEN);
         Some(())
     }
 
-    /// The core needs code of `line` (0–65535) at `at`; gives the wait states.
+    /// Fetches code from `line` (0–65535) at cycle `at`, and returns the number of wait states.
     #[inline(always)]
     pub(super) fn fetch(&mut self, line: u32, at: Cycle) -> u32 {
         if line == self.current || self.ideal {
@@ -150,11 +163,13 @@ impl Accelerator {
             }
             return 0;
         }
-        self.fetch_beyond_cache(line, at)
+        self.fetch_uncached(line, at)
     }
 
+    /// Fetches code from a line that is neither current nor cached, and returns the number of
+    /// wait states.
     #[inline(never)]
-    fn fetch_beyond_cache(&mut self, line: u32, at: Cycle) -> u32 {
+    fn fetch_uncached(&mut self, line: u32, at: Cycle) -> u32 {
         self.delivered_stale |= self.caches_code && self.code.is_stale(line);
         let end = if self.prefetch.line == line {
             self.prefetch.line = NONE;
@@ -168,7 +183,7 @@ impl Accelerator {
             }
             let start = self.free_from(at);
             if self.prefetch.start >= at {
-                self.prefetch = Prefetch::NONE; // it did not start
+                self.prefetch = Prefetch::NONE; // it had not started
             }
             start + u64::from(self.latency) + 1
         };
@@ -180,8 +195,9 @@ impl Accelerator {
         wait(at, end)
     }
 
-    /// A data read in `line` at `at`: its wait states; `None` if the cache would
-    /// deliver what the flash no longer holds.
+    /// Reads data from `line` at cycle `at`, and returns the number of wait states.
+    ///
+    /// Returns `None` if the cache would deliver data that the flash no longer contains.
     #[inline]
     pub(super) fn read(&mut self, line: u32, at: Cycle) -> Option<u32> {
         if self.ideal || self.caches_data && self.data.hit(line) {
@@ -196,24 +212,25 @@ impl Accelerator {
         Some(self.read_array(at))
     }
 
-    /// A read that no cache holds.
+    /// Reads data from the array at cycle `at`, past the caches, and returns the number of wait
+    /// states. A prefetch that would have started meanwhile is postponed.
     pub(super) fn read_array(&mut self, at: Cycle) -> u32 {
         let end = self.free_from(at) + u64::from(self.latency) + 1;
         self.busy_until = end;
-        let later = &mut self.prefetch;
-        if later.line != NONE && (at..end).contains(&later.start) {
-            later.end += end - later.start;
-            later.start = end;
+        let prefetch = &mut self.prefetch;
+        if prefetch.line != NONE && (at..end).contains(&prefetch.start) {
+            prefetch.end += end - prefetch.start;
+            prefetch.start = end;
         }
         wait(at, end)
     }
 
-    /// The array is programmed or erased up to `end`.
+    /// Marks the array as busy with programming or erasing until cycle `end`.
     pub(super) fn occupy(&mut self, end: Cycle) {
         self.busy_until = self.busy_until.max(end);
     }
 
-    /// First cycle from `at` on at which the array can begin a read.
+    /// Returns the first cycle, `at` or later, at which the array can begin a read.
     #[inline]
     fn free_from(&self, at: Cycle) -> Cycle {
         let prefetch_end = if self.prefetch.start < at {
@@ -224,6 +241,8 @@ impl Accelerator {
         at.max(self.busy_until).max(prefetch_end)
     }
 
+    /// Schedules the prefetch of `line` for the first cycle, `from` or later, at which the array
+    /// is free. Does nothing if `line` is already prefetched or beyond the flash.
     #[inline]
     fn start_prefetch(&mut self, line: u32, from: Cycle) {
         if self.prefetch.line == line || line as usize >= super::lines::COUNT {
@@ -237,8 +256,10 @@ impl Accelerator {
         };
     }
 
-    /// The flash changed under `lines`: by an erasure, or by programming, which
-    /// also changes what the data cache holds (RM0090 section 3.6).
+    /// Marks cached copies of `lines` as outdated after the flash has changed.
+    ///
+    /// Programming also updates the data cache (RM0090 section 3.6), so data lines become
+    /// outdated only if the flash was `erased`.
     pub(super) fn outdate(&mut self, lines: std::ops::Range<u32>, erased: bool) {
         self.code.outdate(lines.clone());
         if erased {
@@ -248,7 +269,7 @@ impl Accelerator {
         self.prefetch = Prefetch::NONE;
     }
 
-    /// A programmer replaced what lies in the flash: no line is held.
+    /// Discards all lines, after a programmer has replaced the contents of the flash.
     pub(super) fn forget(&mut self) {
         self.code.clear();
         self.data.clear();
@@ -256,15 +277,16 @@ impl Accelerator {
         self.prefetch = Prefetch::NONE;
     }
 
-    /// The operation under way ends at `end`, since the core clock changed.
+    /// Sets the end of the operation in progress to cycle `end`, after the core clock has
+    /// changed.
     pub(super) fn occupy_until(&mut self, end: Cycle) {
         self.busy_until = end;
     }
 }
 
-/// Wait states of an access at `at` whose data the array holds at the end of
-/// the cycle before `end`.
+/// Returns the number of wait states of an access at cycle `at` whose data the array delivers
+/// at the end of the cycle before `end`.
 fn wait(at: Cycle, end: Cycle) -> u32 {
-    // Programming takes at most 4 s, fewer than 2^32 cycles.
+    // Programming takes at most 4 s, which is less than 2^32 cycles.
     u32::try_from(end.saturating_sub(at).saturating_sub(1)).unwrap_or(u32::MAX)
 }

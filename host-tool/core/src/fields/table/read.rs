@@ -193,8 +193,8 @@ impl<'a> Table<'a> {
             Kind::Flag => file.as_bool().map(|is| Some(Value::Flag(is))),
             Kind::Choice(words) => file.as_str().map(|given| {
                 let word = words.iter().find(|word| **word == given);
-                let likely = || nearest(given, words.iter().copied());
-                let close = instead(given, words).or_else(likely).map(Into::into);
+                let close = instead(given, words).map(str::to_owned);
+                let close = close.or_else(|| likely(given, words));
                 let known = words.join(", ");
                 let unknown = || wrong(Problem::UnknownChoice { close, known });
                 word.map_or_else(unknown, |word| Some(Value::Word(word)))
@@ -293,7 +293,9 @@ impl<'a> Table<'a> {
             return Some(None);
         };
         let Some(value) = decimal.scaled(number.places) else {
-            let step = in_units(1, number.places);
+            let (step, unit) = (in_units(1, number.places), number.shown_unit());
+            let meant = number.meant(decimal.value());
+            let step = format!("{step} {unit}").trim_end().to_owned() + &meant;
             self.doc.say(Problem::NotExact { step }, place);
             return Some(None);
         };
@@ -341,6 +343,20 @@ impl<'a> Table<'a> {
         let allowed = format!("{allowed}, {}", number.bound);
         self.doc.doubt(Problem::OutOfRange { allowed }, place);
         Some(value)
+    }
+}
+
+/// The words that `given` is the beginning of, such as both polarities of `biphasic`, or else the
+/// most similar one.
+fn likely(given: &str, words: &[&'static str]) -> Option<String> {
+    let longer = words.iter().filter(|word| {
+        let rest = word.strip_prefix(given);
+        rest.is_some_and(|rest| rest.starts_with('-'))
+    });
+    let longer: Vec<_> = longer.copied().collect();
+    match longer.is_empty() {
+        true => nearest(given, words.iter().copied()).map(str::to_owned),
+        false => Some(longer.join("` or `")),
     }
 }
 
