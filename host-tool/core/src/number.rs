@@ -168,13 +168,13 @@ mod tests {
         for _ in 0..50_000 {
             is_same(f64::from_bits(random.word()));
             is_same(random.below(1 << 24) as f64 * 1e-3);
-            // Whole numbers of millionths, to beyond those of 15 digits.
+            // Whole numbers of millionths, including some of more than 15 digits.
             let millionths = (random.word() >> random.below(64)) as f64;
             is_same(millionths / 1e6);
             is_same(-millionths / 1e6);
             is_same(millionths * 1e-2);
             is_same(random.log_between(1e-9, 1e18));
-            // Odd numbers over powers of two, among which there are ties.
+            // Odd numbers divided by powers of two, some of which are ties.
             let odd = (random.word() >> (11 + random.below(52)) | 1) as f64;
             is_same(odd / (random.below(60) as f64).exp2());
         }

@@ -29,7 +29,7 @@ pub(crate) enum Kind {
     Texts(usize),
     /// A truth value, true or false.
     Flag,
-    /// One of these words.
+    /// A choice of one of these words.
     Choice(Vec<&'static str>),
     /// A number that the device counts in whole steps.
     Whole(Number),

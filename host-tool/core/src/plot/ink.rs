@@ -128,7 +128,7 @@ pub enum Shape {
     Down,
     /// Square that stands on its corner.
     Diamond,
-    /// Star with five points, for the values that are built in.
+    /// Star with five points, for the settings with which the device is shipped.
     Star,
     /// Short upright stroke, for the end of a bar.
     End,

@@ -1,4 +1,4 @@
-//! How a run ended, which `summary.json` contains from the first moment of the run on.
+//! Ending of a run, which `summary.json` contains from the first moment of the run on.
 
 use super::damage::{Counted, is_lost};
 use super::disk::replace;
@@ -8,7 +8,7 @@ use hal_sim::input;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// How a run ended. A run is incomplete until its end is written, so a run that was killed is
+/// Ending of a run. A run is incomplete until its end is written, so a run that was killed is
 /// marked as incomplete without further action.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Ending {

@@ -18,7 +18,7 @@ pub enum MarkerKind {
     Raise,
     /// The intensity of a channel was lowered by a step.
     Lower,
-    /// A text was typed.
+    /// A text was typed as a note.
     Mark,
     /// The session was ended by hand.
     Stop,

@@ -89,7 +89,7 @@ pub struct Run {
     /// Facts that only the host knows; a rerun differs in these alone.
     #[serde(default)]
     pub host: HostFacts,
-    /// How the run ended; stored in `summary.json`.
+    /// Ending of the run; stored in `summary.json`.
     #[serde(skip)]
     pub ending: Ending,
     /// Data that the record has lost since it was closed, one phrase each; [`load`] fills it in.

@@ -29,7 +29,7 @@ pub enum BodySpec {
     Arm {
         /// Anatomy of the arm, and its posture.
         spec: Box<ArmSpec>,
-        /// How the forearm is held.
+        /// Support of the forearm: the cuff of a force sensor, or the person alone.
         held: Held,
     },
     /// Dummy load on every channel.

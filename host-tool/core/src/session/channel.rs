@@ -22,7 +22,7 @@ pub struct Channel {
     pub spec: ChannelSpec,
     /// Muscle under the electrodes, if its force is to be predicted.
     pub muscle: Option<Muscle>,
-    /// How the device controls the force of the muscle, if the host asks for forces.
+    /// Force control of the muscle on the device, if the host asks for forces.
     pub force: Option<ForceSpec>,
 }
 

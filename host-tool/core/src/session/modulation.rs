@@ -141,7 +141,7 @@ fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<SessionJoint> {
     let (lift, drop) = (lift?, drop?);
     match t.named("mode", &MODES)? {
         Mode::Assist => (flexor.lift, extensor.drop) = (lift, drop),
-        // The antagonist, by the muscle's own share.
+        // To resist a movement, the antagonist is stimulated by the muscle's share.
         Mode::Resist => (extensor.lift, flexor.drop) = (lift, drop),
     }
     let spec = ModulationSpec {

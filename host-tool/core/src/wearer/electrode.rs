@@ -69,7 +69,7 @@ pub struct Muscle {
     pub fatigue: Option<FatigueSpec>,
 }
 
-/// A 95 % interval of a number.
+/// A 95 % interval of one number of an electrode.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Interval {
     /// Name of the number, one of [`super::INTERVALS_OF`], in whose unit the interval is.

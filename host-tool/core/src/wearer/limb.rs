@@ -13,7 +13,7 @@ use crate::fields::table::Table;
 /// A right arm: its bones, the ranges of its joints, and its muscles.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Limb {
-    /// Distances along the bones, as [`LimbSpec::ways_um`].
+    /// Vectors along the bones from joint to joint, as [`LimbSpec::ways_um`].
     pub ways_um: [[i32; 3]; JOINTS + 1],
     /// Ranges of the joint angles, as [`LimbSpec::ranges_mdeg`].
     pub ranges_mdeg: [(i32, i32); AXES],
