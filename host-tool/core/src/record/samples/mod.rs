@@ -44,7 +44,7 @@ const RESHAPED: u8 = 1;
 const LIMITING: u8 = 2;
 const STATE_SHIFT: u32 = 2;
 
-/// Codes that precede a changed value; larger ones encode a difference.
+/// Codes of a changed value: no value, 64 raw bits, and from `DIFFERENCE` on a difference.
 const NOTHING: u64 = 0;
 const RAW: u64 = 1;
 const DIFFERENCE: u64 = 2;
