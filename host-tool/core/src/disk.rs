@@ -1,22 +1,22 @@
-//! Where files go: the file system, or one that fills up; and files replaced as a whole.
+//! Where files are written: the file system, or a test disk that fills up. Also replaces files as a
+//! whole.
 
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Takes the files of a trial. The file system is one; tests have one that is
-/// full after so many bytes.
+/// Destination for the files of a trial: the file system, or in tests a disk that is full after a
+/// given number of bytes.
 pub trait Disk: fmt::Debug {
-    /// A new file at `path`, in place of an old one. Every write is handed to
-    /// the system at once.
+    /// Creates a file at `path`, replacing an old one. Every write is handed to the system at once.
     ///
     /// # Errors
-    /// The file cannot be.
+    /// The file cannot be created.
     fn create(&self, path: &Path) -> io::Result<Box<dyn Write>>;
 }
 
-/// The file system.
+/// The computer's file system, as the usual [`Disk`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FileSystem;
 
@@ -26,11 +26,11 @@ impl Disk for FileSystem {
     }
 }
 
-/// Replaces a file as a whole: a reader, a crash or a full disk never leaves
-/// half of it, and the old one stays until the new one is whole.
+/// Replaces a file as a whole. A reader, a crash or a full disk never sees half of it, and the old
+/// file stays until the new one is complete.
 ///
 /// # Errors
-/// It cannot be written; the old one stays.
+/// The file cannot be written; the old file stays.
 pub fn replace(disk: &dyn Disk, path: &Path, contents: &[u8]) -> io::Result<()> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".partial");

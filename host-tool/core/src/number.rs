@@ -1,5 +1,6 @@
-//! Numbers in the fewest digits that read back exactly: what `Display` writes, at a
-//! fraction of its cost. For rows and pictures, which have hundreds of thousands.
+//! Formats numbers with the fewest digits that read back exactly: the text that `Display` writes,
+//! at a fraction of its cost. Used for rows and pictures, which have hundreds of thousands of
+//! numbers.
 
 /// Appends `value` to `text` as `Display` writes it.
 pub fn push(text: &mut Vec<u8>, value: f64) {
@@ -9,8 +10,8 @@ pub fn push(text: &mut Vec<u8>, value: f64) {
     }
 }
 
-/// Appends a time in seconds as whole microseconds, which is how devices count: with
-/// six digits behind the point. One that is no whole number of them as [`push`] does.
+/// Appends a time in seconds with six digits after the point, because devices count whole
+/// microseconds. A time that is not a whole number of microseconds is written as by [`push`].
 pub fn push_micros(text: &mut Vec<u8>, seconds: f64) {
     let Some(micros) = millionths(seconds) else {
         return push(text, seconds);
@@ -32,18 +33,18 @@ pub fn push_micros(text: &mut Vec<u8>, seconds: f64) {
     text.extend(std::iter::repeat_n(b'0', zeros));
 }
 
-/// `value` in millionths if it is a whole number of them, of 15 digits at most. No
-/// two decimals of so few digits read as the same number: the shortest that reads
-/// as `value` is this one without its last zeros.
+/// Returns `value` in millionths if it is a whole number of millionths with at most 15 digits. No
+/// two decimals of so few digits read as the same number, so the shortest decimal that reads as
+/// `value` is this one without its trailing zeros.
 pub(crate) fn millionths(value: f64) -> Option<i64> {
     let scaled = value * 1e6;
-    // Not a number and what is too large are told by the comparisons.
+    // The comparisons below exclude NaN and values that are too large.
     let nearest = (scaled + 0.5_f64.copysign(scaled)) as i64;
     let is_whole = nearest as f64 / 1e6 == value && nearest.unsigned_abs() < 1_000_000_000_000_000;
     (is_whole && (nearest != 0 || value.is_sign_positive())).then_some(nearest)
 }
 
-/// The digits of 0 to 99.
+/// The digits of the numbers from 0 to 99.
 const PAIRS: [[u8; 2]; 100] = {
     let mut pairs = [[b'0'; 2]; 100];
     let mut n = 0;
@@ -57,7 +58,7 @@ const PAIRS: [[u8; 2]; 100] = {
 fn push_millionths(text: &mut Vec<u8>, millionths: i64) {
     let size = millionths.unsigned_abs();
     let (mut whole, behind) = ((size / 1_000_000) as u32, (size % 1_000_000) as u32);
-    // From the last digit to the first: a sign, nine before the point, six behind it.
+    // Filled from the last digit to the first: a sign, nine digits before the point, six after it.
     let mut digits = [b'.'; 17];
     let mut start = 10;
     let mut end = start;
@@ -93,18 +94,18 @@ fn push_any(text: &mut Vec<u8>, value: f64) {
     let mut buffer = zmij::Buffer::new();
     let shortest = buffer.format(value);
     if !value.is_finite() || shortest.contains('e') || may_tie(value) {
-        // What may be written otherwise is left to `Display`.
+        // `Display` writes all numbers whose shortest text may be different.
         return text.extend_from_slice(value.to_string().as_bytes());
     }
     let shortest = shortest.strip_suffix(".0").unwrap_or(shortest);
     text.extend_from_slice(shortest.as_bytes());
 }
 
-/// Whether two shortest decimals may be equally near `value`, of which either could
-/// be written. Then its exact decimal has one digit more and ends in 5. An odd
-/// number m of 53 − t bits over 2^k has the digits of m·5^k, at most 18 for that:
-/// k ≤ 3.4 + 0.43·t; and half a unit of the digit before lies within half of the
-/// last bit's: k ≥ 1.4 + 0.43·t. Bounds here are a little wider.
+/// Returns whether two shortest decimals may be equally close to `value`, so that either could be
+/// written. In this case its exact decimal has one digit more and ends in 5. An odd number m of 53
+/// − t bits over 2^k has the digits of m·5^k, at most 18 for that: k ≤ 3.4 + 0.43·t; and half a
+/// unit of the digit before lies within half of the last bit's: k ≥ 1.4 + 0.43·t. The bounds here
+/// are slightly wider.
 fn may_tie(value: f64) -> bool {
     let bits = value.to_bits();
     let t = bits.trailing_zeros().min(52) as i32;
@@ -167,13 +168,13 @@ mod tests {
         for _ in 0..50_000 {
             is_same(f64::from_bits(random.word()));
             is_same(random.below(1 << 24) as f64 * 1e-3);
-            // Whole numbers of millionths, to beyond those of 15 digits.
+            // Whole numbers of millionths, including some of more than 15 digits.
             let millionths = (random.word() >> random.below(64)) as f64;
             is_same(millionths / 1e6);
             is_same(-millionths / 1e6);
             is_same(millionths * 1e-2);
             is_same(random.log_between(1e-9, 1e18));
-            // Odd numbers over powers of two, among which there are ties.
+            // Odd numbers divided by powers of two, some of which are ties.
             let odd = (random.word() >> (11 + random.below(52)) | 1) as f64;
             is_same(odd / (random.below(60) as f64).exp2());
         }

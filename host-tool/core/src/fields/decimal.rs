@@ -1,6 +1,6 @@
-//! Decimal numbers as written, so that 28.1 V is exactly 28 100 mV.
+//! Decimal numbers as they are written in a file, so that 28.1 V is exactly 28 100 mV.
 
-/// `digits` · 10^`exponent`.
+/// The number `digits` · 10^`exponent`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Decimal {
     digits: i128,
@@ -8,7 +8,7 @@ pub(crate) struct Decimal {
 }
 
 impl Decimal {
-    /// A whole number.
+    /// Returns a whole number as a decimal.
     pub(crate) const fn of(digits: i128) -> Self {
         Self {
             digits,
@@ -16,8 +16,8 @@ impl Decimal {
         }
     }
 
-    /// Reads a TOML float; `None` if it is not finite or has more than about
-    /// 38 digits, which no quantity here needs.
+    /// Reads a TOML float. Returns `None` if it is not finite or has more than about 38 digits,
+    /// which no quantity here needs.
     pub(crate) fn parse(text: &str) -> Option<Self> {
         let text = text.replace('_', "");
         let (mantissa, exponent) = match text.split_once(['e', 'E']) {
@@ -37,8 +37,8 @@ impl Decimal {
         self.digits as f64 * 10_f64.powi(self.exponent)
     }
 
-    /// The number times 10^`places`, saturating at the ends of `i64`; `None`
-    /// if that is not a whole number.
+    /// Returns the number times 10^`places`, saturated at the ends of `i64`, or `None` if the
+    /// product is not a whole number.
     pub(crate) fn scaled(self, places: i32) -> Option<i64> {
         let (mut digits, mut exponent) = (self.digits, self.exponent.saturating_add(places));
         while exponent < 0 && digits != 0 {
@@ -54,18 +54,18 @@ impl Decimal {
     }
 }
 
-/// `value` · 10^−`places` as people write it.
+/// Formats `value` · 10^−`places` for people.
 pub(crate) fn in_units(value: i64, places: i32) -> String {
     (value as f64 / 10_f64.powi(places)).to_string()
 }
 
-/// "0.5 to 200", of bounds in 10^−`places`.
+/// Formats a range whose bounds are in 10^−`places`, for example "0.5 to 200".
 pub(crate) fn between(min: i64, max: i64, places: i32) -> String {
     format!("{} to {}", in_units(min, places), in_units(max, places))
 }
 
-/// The number that `text` writes, a TOML number, times 10^`power`: the nearest there is,
-/// not what is left of it after a multiplication.
+/// Returns the TOML number in `text` times 10^`power`, as the nearest float to the exact product; a
+/// multiplication of floats could be off in the last digit.
 pub(crate) fn shifted(text: &str, power: i32) -> Option<f64> {
     let text = text.replace('_', "");
     for (prefix, radix) in [("0x", 16), ("0o", 8), ("0b", 2)] {
@@ -84,7 +84,7 @@ pub(crate) fn shifted(text: &str, power: i32) -> Option<f64> {
     format!("{mantissa}e{exponent}").parse().ok()
 }
 
-/// `value` · 10^`power` as TOML, with the fewest digits from which [`shifted`] makes
+/// Formats `value` · 10^`power` as TOML, with the fewest digits from which [`shifted`] gives
 /// `value` again.
 pub(crate) fn written(value: f64, power: i32) -> String {
     let text = format!("{value:e}");
@@ -92,7 +92,7 @@ pub(crate) fn written(value: f64, power: i32) -> String {
     let exponent = exponent.parse::<i32>().unwrap_or_default() + power;
     let sign = if mantissa.starts_with('-') { "-" } else { "" };
     let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
-    // Digits before the point.
+    // Number of digits before the point.
     let before = 1 + exponent;
     let count = digits.len() as i32; // at most 17
     match before {

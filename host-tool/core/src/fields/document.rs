@@ -1,4 +1,4 @@
-//! The text of a session or wearer file, and everything that is wrong with it.
+//! The text of a session or wearer file, and all errors in it.
 
 use std::cell::RefCell;
 use std::collections::HashSet;
@@ -9,16 +9,16 @@ use super::error::{Place, Problem};
 use super::refused::SessionError;
 use super::visible::{blanked, visible};
 
-/// What a message quotes at most of a value, characters.
+/// Longest quotation of a value in a message, characters.
 const LONGEST_GIVEN: usize = 100;
 
-/// The text of a session file, and what is wrong with it.
+/// The text of a session or wearer file, with the errors found so far.
 pub(crate) struct Document {
     name: String,
     pub(crate) text: Arc<str>,
     told: RefCell<Vec<SessionError>>,
-    /// Numbers beyond all that their field may be: told unless a rule between
-    /// fields refuses them more precisely.
+    /// Numbers outside the range of their field. They are reported unless a rule between fields
+    /// refuses the same field more precisely.
     doubts: RefCell<Vec<SessionError>>,
 }
 
@@ -32,12 +32,12 @@ impl Document {
         }
     }
 
-    /// Tells everything that is wrong with another file.
+    /// Adds all errors of another file.
     pub(crate) fn tell(&self, e: SessionError) {
         self.told.borrow_mut().extend(e.each());
     }
 
-    /// Tells a problem at a place.
+    /// Reports a problem at a place.
     pub(crate) fn say(&self, problem: Problem, place: Place) {
         let error = SessionError::at(problem, &self.name, &self.text, place);
         self.told.borrow_mut().push(error);
@@ -48,12 +48,12 @@ impl Document {
         self.doubts.borrow_mut().push(error);
     }
 
-    /// Whether nothing is wrong so far.
+    /// Returns whether no error has been found so far.
     pub(crate) fn is_sound(&self) -> bool {
         self.told.borrow().is_empty() && self.doubts.borrow().is_empty()
     }
 
-    /// Everything that is wrong, once.
+    /// Returns all errors, each once, or `None` if there are none.
     pub(crate) fn finish(self) -> Option<SessionError> {
         let mut told = self.told.into_inner();
         let mut seen = HashSet::new();
@@ -64,7 +64,7 @@ impl Document {
         SessionError::all_of(told)
     }
 
-    /// What the file says at `span`, at most one line and [`LONGEST_GIVEN`] characters.
+    /// Returns the text of the file at `span`, at most one line and [`LONGEST_GIVEN`] characters.
     pub(crate) fn given(&self, span: &Range<usize>) -> String {
         let text = self.text.get(span.clone()).unwrap_or_default();
         let line = text.lines().next().unwrap_or_default().trim();

@@ -1,29 +1,29 @@
-//! What can be wrong with a session file, and where in it.
+//! Errors of a session or wearer file, and their places in it.
 
 use std::fmt;
 use std::ops::Range;
 
-/// As many mistakes are told one by one.
+/// Maximum number of errors that are reported one by one.
 pub(crate) const MOST: usize = 200;
 
-/// Where in a file something is wrong.
+/// Place of an error in a file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Place {
-    /// The path of the field.
+    /// Path of the field.
     pub(crate) field: String,
-    /// What stands there.
+    /// Text of the value in the file.
     pub(crate) given: String,
-    /// Bytes of the text.
+    /// Byte range in the text.
     pub(crate) span: Range<usize>,
 }
 
-/// Declares [`Problem`]: number, fields, message, and what to do where the message
-/// does not say it. A message may name its place.
+/// Declares [`Problem`]: number, fields, message, and a remedy if the message does not contain it.
+/// A message may name its place.
 macro_rules! problems {
     (at $path:ident, $given:ident: $($number:literal $name:ident { $($field:ident: $type:ty),* } $message:literal $remedy:literal)*) => {
-        /// Everything a session file is refused for. This is the only list of the
-        /// numbers 400–499, 630–639, 650–669 and 750–758; they are
-        /// stable. `allowed` is what may stand there.
+        /// A reason for which a session or wearer file is refused. This is the only list of the
+        /// numbers 400–499, 630–639, 650–669 and 750–758; they are stable. `allowed`
+        /// describes the values that the field may have.
         #[derive(Clone, PartialEq, Debug)]
         #[expect(missing_docs, reason = "each message explains its fields")]
         pub enum Problem {
@@ -34,7 +34,7 @@ macro_rules! problems {
             /// Every number of the list, in its order.
             pub const NUMBERS: &[u16] = &[$($number),*];
 
-            /// The stable number, 400–499, 630–639, 650–669 or 750–758.
+            /// Returns the stable number, 400–499, 630–639, 650–669 or 750–758.
             #[must_use]
             pub const fn number(&self) -> u16 {
                 match self {
@@ -42,7 +42,7 @@ macro_rules! problems {
                 }
             }
 
-            /// What is wrong at a place.
+            /// Returns the message for an error at this place.
             pub(super) fn message(&self, place: &Place) -> String {
                 let Place { field: $path, given: $given, .. } = place;
                 match self {
@@ -53,7 +53,7 @@ macro_rules! problems {
                 }
             }
 
-            /// What to do about it, where the message does not say so.
+            /// Returns the remedy, or an empty text if the message contains it.
             const fn remedy(&self) -> &'static str {
                 match self {
                     $(Self::$name { .. } => $remedy,)*
@@ -303,12 +303,12 @@ problems! {
         "lower it, or the share there"
 }
 
-/// What bounds the rms current of all channels.
+/// Bound on the rms current of all channels together.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SumBound {
     /// The wearer's `max_sum_rms_ma`.
     Wearer,
-    /// 2 mA/cm² under a common return of so many mm².
+    /// The limit of 2 mA/cm² under a common return of this area, mm².
     Area(u32),
 }
 
@@ -322,7 +322,7 @@ impl fmt::Display for SumBound {
 }
 
 impl Problem {
-    /// What to do about it, where the message does not say so.
+    /// Returns the remedy, if the message does not contain it.
     pub(super) fn help(&self) -> Option<String> {
         match self {
             Self::UnknownField { close, known, .. } | Self::UnknownChoice { close, known, .. } => {
@@ -342,7 +342,7 @@ impl Problem {
         }
     }
 
-    /// What is written under the place in the file.
+    /// Returns the text that is written under the place in the file.
     pub(super) fn label(&self) -> String {
         match self {
             Self::UnknownField { .. } => "unknown".into(),

@@ -1,11 +1,11 @@
-//! What a field of a session file may be. The reader, the JSON schema and the
-//! tables of docs/sessions.md all ask these declarations, and nothing else.
+//! Declarations of the fields of a file. The reader, the JSON schema and the tables of
+//! docs/sessions.md all use these declarations and nothing else.
 
 use firmware::range::Range;
 
 use super::decimal::{between, in_units};
 
-/// A table of the file: its fields, in the order in which they are told.
+/// The fields of a table, in the order in which documents list them.
 pub(crate) type Section = Vec<Field>;
 
 /// One field of a table.
@@ -14,38 +14,38 @@ pub(crate) struct Field {
     pub(crate) name: &'static str,
     pub(crate) kind: Kind,
     pub(crate) need: Need,
-    /// What it means, for docs/sessions.md and for editors.
+    /// Meaning of the field, for docs/sessions.md and for editors.
     pub(crate) meaning: &'static str,
-    /// When the file may have it; always if none.
+    /// Condition under which the file may have the field; `None` if it always may.
     pub(crate) when: Option<When>,
 }
 
-/// What stands in a field.
+/// Type and range of the value in a field.
 #[derive(Debug)]
 pub(crate) enum Kind {
-    /// A text, of 1 to so many characters.
+    /// A text of 1 to this many characters.
     Text(Option<usize>),
-    /// A list of texts, each of 1 to so many characters.
+    /// A list of texts, each of 1 to this many characters.
     Texts(usize),
-    /// True or false.
+    /// A truth value, true or false.
     Flag,
-    /// One of these words.
+    /// A choice of one of these words.
     Choice(Vec<&'static str>),
-    /// A number that the device counts in steps.
+    /// A number that the device counts in whole steps.
     Whole(Number),
-    /// Any number.
+    /// A number that need not be a whole number of steps.
     Real(Number),
-    /// A list of numbers, and what they are.
+    /// A list of numbers, and a description of the list for messages.
     Wholes(Number, &'static str),
-    /// A list of so many pairs of any numbers, and what they are.
+    /// A list of this many pairs of numbers, and a description of the list for messages.
     Pairs(Number, usize, &'static str),
-    /// A table.
+    /// A table with these fields.
     Table(Section),
-    /// A list of tables.
+    /// A list of tables with these fields.
     Tables(Section, Count),
 }
 
-/// How many tables a list may have, and what they are.
+/// Allowed number of tables in a list, and their name in the plural for messages.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Count {
     pub(crate) least: usize,
@@ -53,43 +53,42 @@ pub(crate) struct Count {
     pub(crate) of: &'static str,
 }
 
-/// A number: its unit for people, its range in 10^−`places` of that.
+/// A number: its unit for people, and its range in 10^−`places` of that unit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Number {
     pub(crate) unit: &'static str,
     pub(crate) places: i32,
-    /// What the firmware calls it; empty if it does not know it.
+    /// Name of the quantity in the firmware; empty if the firmware does not know it.
     pub(crate) device: &'static str,
     pub(crate) range: Option<(i64, i64)>,
-    /// What other fields leave of the range, for people; if nothing, the range
-    /// is the whole rule.
+    /// Restriction of the range by other fields, for people; empty if the range is the whole rule.
     pub(crate) bound: &'static str,
-    /// Whether it is the rate of what the firmware has the period of, µs.
+    /// Whether the number is a rate, for which the firmware has the period in µs.
     pub(crate) is_rate: bool,
 }
 
-/// Whether a field must be there.
+/// Whether a field is required, and its default.
 #[derive(Debug)]
 pub(crate) enum Need {
     Required,
-    /// Unless another field of the table is there.
+    /// Required unless this other field of the table is present.
     RequiredWithout(&'static str),
-    /// Without a wearer file that says it: the reader knows.
+    /// Required unless the wearer file has the value; the reader checks this.
     OrFile,
-    /// There is nothing without it.
+    /// Optional, without a default.
     Optional,
-    /// A number instead, in the device's steps.
+    /// Optional, with this number as default, in the device's steps.
     Or(i64),
-    /// A word or a truth value instead.
+    /// Optional, with this word or truth value as default.
     OrWord(&'static str),
-    /// What other fields decide, for people.
+    /// Optional, with a default that depends on other fields, described for people.
     OrTold(String),
 }
 
-/// When a file may have a field.
+/// Condition under which a file may have a field.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum When {
-    /// Another field of the table is one of these words.
+    /// Another field of the table has one of these words.
     Is(&'static str, &'static [&'static str]),
     /// Another field of the table is left out.
     Without(&'static str),
@@ -107,19 +106,19 @@ impl Field {
         }
     }
 
-    /// Only where `tag` is one of `words`.
+    /// Allows the field only where `tag` is one of `words`.
     pub(crate) fn when(mut self, tag: &'static str, words: &'static [&'static str]) -> Self {
         self.when = Some(When::Is(tag, words));
         self
     }
 
-    /// Only where `other` is left out.
+    /// Allows the field only where `other` is left out.
     pub(crate) fn without(mut self, other: &'static str) -> Self {
         self.when = Some(When::Without(other));
         self
     }
 
-    /// Its unit and meaning, for editors.
+    /// Returns the unit and meaning of the field, for editors.
     pub(crate) fn description(&self) -> String {
         let number = self.number().filter(|number| !number.unit.is_empty());
         let unit = number.map(|number| match number.bound {
@@ -129,12 +128,12 @@ impl Field {
         format!("{}{}", unit.unwrap_or_default(), self.meaning)
     }
 
-    /// The power of ten between its unit and the device's.
+    /// Returns the power of ten between the field's unit and the device's.
     pub(crate) fn places(&self) -> i32 {
         self.number().map_or(0, |number| number.places)
     }
 
-    /// Its number, if it is one.
+    /// Returns the number declaration of the field, if its value consists of numbers.
     pub(crate) const fn number(&self) -> Option<&Number> {
         match &self.kind {
             Kind::Whole(number)
@@ -147,7 +146,7 @@ impl Field {
 }
 
 impl Kind {
-    /// What a reader expects here, for people.
+    /// Returns the description of the expected type, for messages.
     pub(crate) const fn expected(&self) -> &'static str {
         match self {
             Self::Text(_) | Self::Choice(_) => "text",
@@ -162,7 +161,7 @@ impl Kind {
 }
 
 impl Number {
-    /// A range that the firmware declares, in 10^−`places` of the file's unit.
+    /// Returns a number in a range that the firmware declares, in 10^−`places` of the file's unit.
     pub(crate) fn of(unit: &'static str, places: i32, range: Range) -> Self {
         Self {
             device: range.field,
@@ -170,7 +169,7 @@ impl Number {
         }
     }
 
-    /// A range of the host's own.
+    /// Returns a number in a range that the host declares.
     pub(crate) const fn within(unit: &'static str, places: i32, min: i64, max: i64) -> Self {
         Self {
             unit,
@@ -182,7 +181,8 @@ impl Number {
         }
     }
 
-    /// Of no range that is its own.
+    /// Returns a number without a range of its own; `bound` describes the restriction by other
+    /// fields.
     pub(crate) const fn any(unit: &'static str, places: i32, bound: &'static str) -> Self {
         Self {
             unit,
@@ -194,7 +194,7 @@ impl Number {
         }
     }
 
-    /// The rate, in mHz, of what `device` is the period of, in µs.
+    /// Returns the rate, in mHz, for which `device` is the period in the firmware, in µs.
     pub(crate) fn rate_of(device: &'static str, period_us: Range) -> Self {
         let mhz = |us: i32| 1_000_000_000 / i64::from(us.max(1));
         Self {
@@ -204,13 +204,13 @@ impl Number {
         }
     }
 
-    /// What other fields leave of it.
+    /// Adds a restriction of the range by other fields, described for people.
     pub(crate) const fn bound(mut self, bound: &'static str) -> Self {
         self.bound = bound;
         self
     }
 
-    /// "0.5 to 200", of bounds that the firmware names.
+    /// Formats bounds that the firmware reports in the unit of the file, for example "0.5 to 200".
     pub(crate) fn told(&self, min: i64, max: i64) -> String {
         match self.is_rate {
             true => format!("{} to {}", 1e6 / max as f64, 1e6 / min as f64),
@@ -218,7 +218,8 @@ impl Number {
         }
     }
 
-    /// "0.5 to 200", of its own range.
+    /// Formats the range of the number, for example "0.5 to 200", or returns `None` without a
+    /// range.
     pub(crate) fn allowed(&self) -> Option<String> {
         let range = self.range.map(|(min, max)| between(min, max, self.places));
         range.map(|range| {
@@ -258,7 +259,7 @@ impl Number {
 }
 
 impl Count {
-    /// "1 to 2 points".
+    /// Formats the allowed number of tables, for example "1 to 2 points".
     pub(crate) fn allowed(self) -> String {
         let Self { least, most, of } = self;
         match most {
@@ -269,49 +270,51 @@ impl Count {
     }
 }
 
-/// A unit that a channel's stage decides.
+/// Placeholder for the unit that the channel's output stage determines, mA or V.
 pub(crate) const UNIT: &str = "unit";
 
-/// A field.
+/// Declares a field that the file may always have.
 pub(crate) fn f(name: &'static str, kind: Kind, need: Need, meaning: &'static str) -> Field {
     Field::new(name, kind, need, meaning)
 }
 
-/// A whole number in a range of the firmware.
+/// Returns the kind of a whole number in a range of the firmware.
 pub(crate) fn n(unit: &'static str, places: i32, range: Range) -> Kind {
     Kind::Whole(Number::of(unit, places, range))
 }
 
-/// The same where other fields leave less of it.
+/// Returns the kind of a whole number in a range of the firmware that other fields restrict
+/// further; `bound` describes the restriction.
 pub(crate) fn nb(unit: &'static str, places: i32, range: Range, bound: &'static str) -> Kind {
     Kind::Whole(Number::of(unit, places, range).bound(bound))
 }
 
-/// A list of tables.
+/// Returns the kind of a list of tables with `fields`; `of` names them in the plural.
 pub(crate) fn list(fields: Section, least: usize, most: Option<usize>, of: &'static str) -> Kind {
     Kind::Tables(fields, Count { least, most, of })
 }
 
-/// The words of a choice.
+/// Returns the kind of a choice between the words of `choices`.
 pub(crate) fn one_of<T>(choices: &[(&'static str, T)]) -> Kind {
     Kind::Choice(choices.iter().map(|(word, _)| *word).collect())
 }
 
-/// A number of a channel in the file.
+/// Returns the kind of a channel number in the file.
 pub(crate) fn channel() -> Kind {
     Kind::Whole(CHANNEL)
 }
 
-/// Channels count from 1 in files.
+/// Number of a channel; channels count from 1 in files.
 pub(crate) const CHANNEL: Number = Number::within("", 0, 1, firmware::pulse::CHANNELS as i64);
 
-/// Longest text of a field, characters; of the notes.
+/// Longest text of a field, and longest notes, characters.
 pub const LONGEST: usize = 200;
 pub(crate) const LONGEST_NOTES: usize = 4000;
 
-/// Rungs that there were: they cost more than the better one that stands for them.
+/// Names of former model levels, which were removed because they cost more than the better level
+/// that replaces them.
 const DROPPED: [&str; 2] = ["static", "lag"];
-/// What a word that there was has become, where it is one of `words`.
+/// Returns the word that replaces a former word, if it is one of `words`.
 pub(super) fn instead(given: &str, words: &[&'static str]) -> Option<&'static str> {
     let is_dropped = DROPPED.contains(&given);
     let mut words = words.iter().copied();

@@ -1,4 +1,4 @@
-//! A file as a whole: its text from disk, and held against its fields.
+//! A whole file: reads its text from disk and checks it against its declared fields.
 
 use hal_sim::input;
 use std::path::Path;
@@ -11,11 +11,11 @@ use super::field::Section;
 use super::refused::SessionError;
 use super::table::Table;
 
-/// Holds a text against the fields of `section`, and gives it to `read`, which makes
-/// of it what it is, or tells what is wrong; of a text that is no TOML nothing is read.
+/// Checks a text against the fields of `section` and passes it to `read`, which returns the content
+/// or reports errors. A text that is not valid TOML is not passed to `read`.
 ///
 /// # Errors
-/// Everything that is wrong, once.
+/// All errors of the text, each once.
 pub(crate) fn parse<T>(
     name: &str,
     text: &str,
@@ -29,9 +29,9 @@ pub(crate) fn parse<T>(
     let mut told = None;
     for e in broken.iter().take(MOST) {
         let span = e.span().unwrap_or(0..0);
-        // A second table or field takes nothing from the first.
+        // A duplicate table or field leaves the first one intact.
         is_broken |= !e.message().contains("duplicate key");
-        // What follows on the line is a consequence.
+        // Further errors on the same line follow from the first.
         if told.replace(line(span.start)) != Some(line(span.start)) {
             let reason = e.message().to_owned() + decimal_comma(text, span.start);
             let place = Place {
@@ -62,7 +62,7 @@ fn decimal_comma(text: &str, at: usize) -> &'static str {
     }
 }
 
-/// The text of a session or wearer file, or why there is none.
+/// Returns the text of a session or wearer file, or the reason why it cannot be read.
 pub(crate) fn text_of(path: &Path) -> Result<String, String> {
     let text = input::read_text(path, input::LONGEST_TYPED);
     text.map_err(|why| format!("{}: {why}", path.display()))

@@ -1,11 +1,11 @@
-//! The tables of a format's manual, made of its declared fields.
+//! The tables of a format's manual, generated from its declared fields.
 
 use super::decimal::in_units;
 use super::field::{Field, Kind, Need, Number, Section, When};
 
-/// The fields of the table at `path` of a file, as a table of Markdown; nothing if there is
-/// no such table. A part of a path is a field's name, with `=` and a word where several
-/// are declared.
+/// Returns the fields of the table at `path` of a file as a Markdown table, or `None` if there is
+/// no such table. Each part of a path is the name of a field, followed by `=` and a word if the
+/// field is declared several times.
 pub(crate) fn manual_of(file: &'static Section, path: &str) -> Option<String> {
     let section = section(file, path)?;
     let mut text = String::from("| field | unit, range | default | meaning |\n|---|---|---|---|\n");
@@ -37,7 +37,7 @@ fn section(file: &'static Section, path: &str) -> Option<&'static Section> {
     })
 }
 
-/// "mA, 0.1–100".
+/// Returns the unit and range of a field for the manual, for example "mA, 0.1–100".
 fn what(field: &Field) -> String {
     match &field.kind {
         Kind::Text(None) => "text".into(),
@@ -77,7 +77,7 @@ fn range(number: &Number) -> String {
     parts.join(", ")
 }
 
-/// A number for people: "86 400", "−180".
+/// Formats a number for people, for example "86 400" or "−180".
 fn grouped(number: &str) -> String {
     let (whole, fraction) = number
         .split_once('.')

@@ -1,12 +1,12 @@
-//! A TOML file held against its declared fields.
+//! Checks of a TOML file against its declared fields.
 //!
-//! Lives here: what a field may be (`field`), a table of a file that knows its place
-//! (`table`), exact numbers (`decimal`), everything that a session or a wearer file is
-//! refused for with its number (`error`) and how that is told (`refused`), schema and
-//! manual made of declarations.
-//! Not here: which fields a format has, and what they mean together (`session`,
-//! `wearer`).
-//! In: a text and declarations. Out: sound tables, or every mistake at once.
+//! This module has the declarations of fields (`field`), tables of a file that know their place
+//! (`table`), exact numbers (`decimal`), all errors for which a session or a wearer file is
+//! refused, with their numbers (`error`), their presentation (`refused`), and the schema and manual
+//! that are generated from declarations. Which fields a format has, and what they mean together, is
+//! in `session` and `wearer`.
+//!
+//! Input: a text and declarations. Output: tables without errors, or all errors at once.
 
 pub(crate) mod decimal;
 pub(crate) mod document;

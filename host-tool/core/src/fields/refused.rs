@@ -1,4 +1,4 @@
-//! A refused file: what is wrong, with where it stands, for people and for machines.
+//! A refused file: its errors with their places, for people and for machines.
 
 use std::fmt;
 use std::sync::Arc;
@@ -7,12 +7,12 @@ use super::error::{MOST, Place, Problem};
 use super::visible::visible;
 use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
 
-/// The longest line that is shown with what is wrong in it, bytes.
+/// Longest line that is shown around an error, bytes.
 const LONGEST_LINE: usize = 1_000;
-/// A refused session file: what is wrong, in which file, and where; with all else
-/// that is.
+/// The errors for which a session or wearer file is refused: the first one, with its file and
+/// place, and all further ones.
 ///
-/// Rendered by `miette`, all of it; [`fmt::Display`] gives the first bare message.
+/// `miette` renders all of them; [`fmt::Display`] gives only the message of the first.
 #[derive(Clone)]
 pub struct SessionError(Box<Inner>);
 
@@ -23,12 +23,12 @@ struct Inner {
     code: String,
     file: Option<NamedSource<Arc<str>>>,
     label: Option<LabeledSpan>,
-    /// What else is wrong.
+    /// Further errors of the same file.
     further: Vec<SessionError>,
 }
 
 impl SessionError {
-    /// A problem at a place of a file's text.
+    /// Returns the error for a problem at a place in a file's text.
     pub(crate) fn at(problem: Problem, name: &str, text: &Arc<str>, place: Place) -> Self {
         let label = Some(problem.label());
         let mut error = Self::nowhere(problem);
@@ -41,8 +41,8 @@ impl SessionError {
         error
     }
 
-    /// All of them, by their place in the file; nothing for none. Beyond
-    /// [`MOST`] they are counted.
+    /// Combines all errors, sorted by their place in the file; `None` if there are none. Errors
+    /// beyond [`MOST`] are only counted.
     pub(crate) fn all_of(mut errors: Vec<Self>) -> Option<Self> {
         errors.sort_by_key(Self::offset);
         let count = errors.len().saturating_sub(MOST);
@@ -56,13 +56,13 @@ impl SessionError {
         Some(first)
     }
 
-    /// Each for itself.
+    /// Returns the errors one by one.
     pub(crate) fn each(mut self) -> impl Iterator<Item = Self> {
         let further = std::mem::take(&mut self.0.further);
         std::iter::once(self).chain(further)
     }
 
-    /// Where in the file, bytes.
+    /// Returns the offset of the error in the file, bytes.
     pub(crate) fn offset(&self) -> usize {
         self.0
             .label
@@ -70,12 +70,12 @@ impl SessionError {
             .map_or(usize::MAX, LabeledSpan::offset)
     }
 
-    /// Every mistake, this one first.
+    /// Returns all errors, this one first.
     pub fn all(&self) -> impl Iterator<Item = &Self> {
         std::iter::once(self).chain(&self.0.further)
     }
 
-    /// A problem that has no place in a text.
+    /// Returns the error for a problem that has no place in a text.
     pub(crate) fn nowhere(problem: Problem) -> Self {
         Self(Box::new(Inner {
             code: format!("E{}", problem.number()),
@@ -87,7 +87,7 @@ impl SessionError {
         }))
     }
 
-    /// Line and column in the file, from 1.
+    /// Returns line and column in the file, from 1, or `None` for an error without a place.
     #[must_use]
     pub fn line_and_column(&self) -> Option<(usize, usize)> {
         let (file, label) = self.0.file.as_ref().zip(self.0.label.as_ref())?;
@@ -97,17 +97,17 @@ impl SessionError {
         Some((line, column))
     }
 
-    /// Whether the lines about its place are of a length that people read.
+    /// Returns whether the lines around the error are short enough to be shown to people.
     fn is_drawn(&self) -> bool {
         let text = self.0.file.as_ref().map(|file| &**file.inner());
         let lines = text.unwrap_or_default().lines();
         let line = self.line_and_column().map_or(0, |(line, _)| line);
-        // A line of context before and after, and one for the place's own end.
+        // One line of context before and after, and one for the end of the place itself.
         let about = lines.skip(line.saturating_sub(2)).take(4);
         about.map(str::len).max().unwrap_or(0) <= LONGEST_LINE
     }
 
-    /// Number, file, line, column, problem and help in one line, for machines.
+    /// Returns number, file, line, column, problem and help in one line, for machines.
     #[must_use]
     pub fn one_line(&self) -> String {
         let place = self.0.file.as_ref().zip(self.line_and_column());
@@ -116,7 +116,8 @@ impl SessionError {
         self.told(&place.unwrap_or_default())
     }
 
-    /// Number, problem and help in one line: of a text that nobody wrote.
+    /// Returns number, problem and help in one line, without a place, for a text that no person
+    /// wrote.
     #[must_use]
     pub fn words(&self) -> String {
         self.told("")
@@ -128,14 +129,14 @@ impl SessionError {
         format!("{code} {place}{self}{}", help.unwrap_or_default())
     }
 
-    /// All of them, a line each.
+    /// Returns all errors, one line each.
     #[must_use]
     pub fn lines(&self) -> String {
         let lines: Vec<String> = self.all().map(Self::one_line).collect();
         lines.join("\n")
     }
 
-    /// What is wrong.
+    /// Returns the problem for which the file was refused.
     #[must_use]
     pub fn problem(&self) -> &Problem {
         &self.0.problem

@@ -1,12 +1,12 @@
-//! The JSON schema of a file, made of its declared fields: for editors, and for whoever
-//! writes files by program. It knows what a field may be by itself; what fields mean
-//! together only the reader knows.
+//! The JSON schema of a file, generated from its declared fields, for editors and for programs that
+//! write such files. The schema contains what each field may be by itself; the rules between fields
+//! are only in the reader.
 
 use serde_json::{Map, Value, json};
 
 use super::field::{Field, Kind, Need, Number, Section, When};
 
-/// The schema of a file of these fields.
+/// Returns the schema of a file with these fields.
 pub(crate) fn schema_of(title: &str, section: &Section) -> Value {
     let mut all = table(section);
     all["$schema"] = "http://json-schema.org/draft-07/schema#".into();
@@ -21,7 +21,7 @@ fn table(section: &Section) -> Value {
     for field in section {
         let alone = section.iter().filter(|f| f.name == field.name).count() == 1;
         let own = field_schema(field);
-        // Of several declarations the rules choose.
+        // If a field has several declarations, the rules select one of them.
         properties.insert(
             field.name.into(),
             if alone { own.clone() } else { json!({}) },
@@ -72,7 +72,8 @@ fn table(section: &Section) -> Value {
     all
 }
 
-/// That a choice is one of `words`; if it is left out, that its default is.
+/// Returns the condition that a choice is one of `words`, or that its default is if the choice is
+/// left out.
 fn is_one_of(section: &Section, tag: &str, words: &[&str]) -> Value {
     let given = json!({ "properties": { tag: { "enum": words } } });
     let declared = section.iter().find(|f| f.name == tag).map(|f| &f.need);
@@ -133,7 +134,7 @@ fn range(number: &Number) -> Value {
     own
 }
 
-/// A number of 10^−`places`, whole where it can be.
+/// Returns a number of 10^−`places` as JSON, as an integer if it is whole.
 fn units(value: i64, places: i32) -> Value {
     let steps = 10_i64.pow(places.unsigned_abs());
     match value % steps {

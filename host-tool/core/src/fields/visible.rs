@@ -1,5 +1,5 @@
-//! What a file says, made fit to be printed: a terminal obeys control characters,
-//! and marks of direction show text in another order than it has.
+//! Makes the text of a file safe to print: terminals execute control characters, and direction
+//! marks change the order in which text appears.
 
 fn is_obeyed(c: char) -> bool {
     let turns = ['\u{61c}', '\u{200e}', '\u{200f}'].contains(&c);
@@ -7,7 +7,7 @@ fn is_obeyed(c: char) -> bool {
     c.is_control() && c != '\t' || turns || embeds
 }
 
-/// A line with such characters as escapes: `\u{1b}`.
+/// Returns a line in which such characters are replaced by escapes such as `\u{1b}`.
 #[must_use]
 pub fn visible(line: &str) -> String {
     let mut text = String::with_capacity(line.len());
@@ -20,8 +20,8 @@ pub fn visible(line: &str) -> String {
     text
 }
 
-/// A text with such characters but tabs and ends of lines replaced by others of the
-/// same length, so that every place in it stays.
+/// Returns a text in which such characters, except for tabs and line ends, are replaced by others
+/// of the same length, so that all places in it stay the same.
 pub(super) fn blanked(text: &str) -> String {
     let blank = |c: char| match c.len_utf8() {
         _ if !is_obeyed(c) || c == '\n' => c,

@@ -1,27 +1,27 @@
-//! Scales, ticks and what stands along an axis.
+//! Scales of axes, their ticks, and the words along them.
 
 use super::ink::{ChannelMark, Color, INK, MUTED};
 use super::series::round_step;
 use super::words::{power_of_ten, width};
 
-/// Between the parts of a cut axis, pixels.
+/// Gap between the parts of a cut axis, pixels.
 const CUT: f64 = 20.0;
 
-/// How values become places. What lies beyond the ends is held at them.
+/// Mapping of values to positions. Values beyond the ends are placed at the ends.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Scale {
-    /// Even, from one end to the other.
+    /// Linear scale from one end to the other.
     Linear(f64, f64),
-    /// Even in the logarithm; both ends above 0.
+    /// Logarithmic scale; both ends are above 0.
     Log(f64, f64),
-    /// This many rows or columns; number n has its middle at n, from 0.
+    /// This many rows or columns; row or column n, from 0, has its middle at n.
     Rows(f64),
-    /// Even, with what lies between these stretches cut out.
+    /// Linear scale that consists of these parts, with everything between them cut out.
     Parts(Vec<(f64, f64)>),
 }
 
 impl Scale {
-    /// The place of a value between the pixels of both ends.
+    /// Returns the position of a value between the pixels of both ends.
     #[must_use]
     pub fn place(&self, value: f64, from: f64, to: f64) -> f64 {
         let along = |part: f64| from + (to - from) * part.clamp(0.0, 1.0);
@@ -44,7 +44,7 @@ impl Scale {
         }
     }
 
-    /// What is shown in all, in the axis' unit.
+    /// Returns the total length of the scale, in the unit of the axis.
     #[must_use]
     pub fn span(&self) -> f64 {
         match self {
@@ -54,7 +54,7 @@ impl Scale {
         }
     }
 
-    /// The places where time was cut out, pixels.
+    /// Returns the positions at which time was cut out, pixels.
     pub(super) fn cuts(&self, from: f64, to: f64) -> Vec<f64> {
         let Self::Parts(parts) = self else {
             return Vec::new();
@@ -66,16 +66,16 @@ impl Scale {
     }
 }
 
-/// A name before a row, at the panel's left edge.
+/// A name beside a row, at the left edge of the panel.
 #[derive(Clone, Debug, Default)]
 pub struct Head {
-    /// Where.
+    /// Position of the row, as a value of the axis.
     pub at: f64,
-    /// The channel's, before its name.
+    /// Mark of the channel, before its name.
     pub mark: Option<ChannelMark>,
-    /// In ink.
+    /// Name, in the colour of text.
     pub name: String,
-    /// Below it, smaller; may be empty.
+    /// Second line below the name, in smaller letters; may be empty.
     pub more: String,
     /// Whether the name is bold.
     pub bold: bool,
@@ -84,35 +84,35 @@ pub struct Head {
 /// Words at the far side of a panel.
 #[derive(Clone, Debug)]
 pub struct Far {
-    /// Where.
+    /// Position, as a value of the axis.
     pub at: f64,
-    /// What stands there, kept apart from its neighbours.
+    /// Words, which are moved apart from their neighbours.
     pub words: String,
-    /// Of a line through the panel to it, if there is one; else of a short lead.
+    /// Colour of a line through the panel to the words; `None` for a short lead instead.
     pub rule: Option<Color>,
-    /// Of the words.
+    /// Colour of the words.
     pub color: Color,
 }
 
 /// One axis of a panel.
 #[derive(Clone, Debug)]
 pub struct Axis {
-    /// What is counted, with its unit.
+    /// Name of the quantity, with its unit.
     pub name: String,
-    /// How values become places.
+    /// Mapping of values to positions.
     pub scale: Scale,
-    /// Values with what stands beside them.
+    /// Values of the ticks, with their labels.
     pub ticks: Vec<(f64, String)>,
-    /// Whether a faint line goes through every tick.
+    /// Whether a faint line is drawn at every tick.
     pub grid: bool,
-    /// Names at the left edge; of a y axis only.
+    /// Names at the left edge; for a y axis only.
     pub heads: Vec<Head>,
     /// Words at the far side.
     pub far: Vec<Far>,
 }
 
 impl Axis {
-    /// An axis without ticks.
+    /// Returns an axis without ticks.
     #[must_use]
     pub fn new(name: &str, scale: Scale) -> Self {
         Self {
@@ -125,7 +125,7 @@ impl Axis {
         }
     }
 
-    /// From one value to another, at most `parts` round steps.
+    /// Returns a linear axis between two values, with at most `parts` round steps.
     #[must_use]
     pub fn linear(name: &str, (low, high): (f64, f64), parts: f64) -> Self {
         let step = round_step(high - low, parts);
@@ -139,7 +139,7 @@ impl Axis {
         }
     }
 
-    /// Decades from one power of ten to another.
+    /// Returns a logarithmic axis in decades, from one power of ten to another.
     #[must_use]
     pub fn decades(name: &str, (low, high): (i32, i32)) -> Self {
         let tick = |n: i32| (10f64.powi(n), power_of_ten(n));
@@ -149,7 +149,7 @@ impl Axis {
         }
     }
 
-    /// Rows or columns with these names.
+    /// Returns an axis of rows or columns with these names.
     #[must_use]
     pub fn rows(name: &str, names: impl IntoIterator<Item = String>) -> Self {
         let ticks: Vec<_> = (0..).map(f64::from).zip(names).collect();
@@ -159,13 +159,13 @@ impl Axis {
         }
     }
 
-    /// With these ticks.
+    /// Replaces the ticks.
     #[must_use]
     pub fn ticks(self, ticks: Vec<(f64, String)>) -> Self {
         Self { ticks, ..self }
     }
 
-    /// Without words: they stand at another panel of the same axis.
+    /// Removes the words if `silent`, because another panel with the same axis has them.
     #[must_use]
     pub fn silent(mut self, silent: bool) -> Self {
         if silent {
@@ -176,20 +176,20 @@ impl Axis {
         self
     }
 
-    /// With a line through the panel and its name at the far side.
+    /// Adds a line through the panel, with its name at the far side.
     #[must_use]
     pub fn rule(self, at: f64, words: &str, color: Color) -> Self {
         let rule = Some(color);
         self.far(at, words, rule, MUTED)
     }
 
-    /// With words at the far side.
+    /// Adds words at the far side.
     #[must_use]
     pub fn aside(self, at: f64, words: &str) -> Self {
         self.far(at, words, None, INK)
     }
 
-    /// The same with all that is to say.
+    /// Adds words at the far side, with the colour of an optional line and of the words.
     #[must_use]
     pub fn far(mut self, at: f64, words: &str, rule: Option<Color>, color: Color) -> Self {
         let words = words.to_owned();
@@ -202,12 +202,12 @@ impl Axis {
         self
     }
 
-    /// Whether anything stands along it.
+    /// Returns whether the axis has a name or a tick label.
     pub(super) fn speaks(&self) -> bool {
         !self.name.is_empty() || self.ticks.iter().any(|(_, words)| !words.is_empty())
     }
 
-    /// The widest tick, pixels.
+    /// Returns the width of the widest tick label, pixels.
     pub(super) fn widest(&self, size: f64) -> f64 {
         let widths = self
             .ticks
@@ -217,8 +217,8 @@ impl Axis {
     }
 }
 
-/// Places moved apart until neighbours are `gap` apart, within two ends if there is
-/// room, in the order given.
+/// Moves positions apart until neighbours are `gaps` apart, between two ends if there is room; the
+/// order is unchanged.
 pub(super) fn apart(places: &[f64], gaps: &[f64], low: f64, high: f64) -> Vec<f64> {
     let mut order: Vec<usize> = (0..places.len()).collect();
     order.sort_by(|a, b| places[*a].total_cmp(&places[*b]));

@@ -1,34 +1,35 @@
-//! An SVG's parts, in CSS pixels from its top left.
+//! Elements of an SVG, in CSS pixels from its top left.
 
 use super::At;
 use super::ink::{self, Color, Paint, Shape, Stroke};
 use crate::number;
 use std::fmt::Write;
 
-/// What is drawn so far.
+/// The elements drawn so far.
 #[derive(Clone, Debug, Default)]
 pub struct Canvas {
     body: String,
 }
 
-/// How text is set: its left end at its place unless said otherwise, its middle
-/// height there.
+/// Style of a text. Its position is its left end, unless `anchor` says otherwise, at half its
+/// height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Words {
-    /// CSS pixels.
+    /// Height of the letters, CSS pixels.
     pub size: f64,
-    /// On a light screen.
+    /// Colour on a light screen.
     pub color: Color,
-    /// In bold.
+    /// Whether the text is bold.
     pub bold: bool,
-    /// What lies at its place: 0 its left end, 0.5 its middle, 1 its right end.
+    /// Part of the text that is at its position: 0 for its left end, 0.5 for its middle, 1 for its
+    /// right end.
     pub anchor: f64,
-    /// Set upwards.
+    /// Whether the text runs upwards.
     pub turned: bool,
 }
 
 impl Words {
-    /// Text of this size and colour.
+    /// Returns the style of text of this size and colour.
     #[must_use]
     pub const fn new(size: f64, color: Color) -> Self {
         Self {
@@ -40,13 +41,13 @@ impl Words {
         }
     }
 
-    /// The same in bold.
+    /// Returns the same style in bold.
     #[must_use]
     pub const fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
 
-    /// The same centred on its place.
+    /// Returns the same style with the text centred on its position.
     #[must_use]
     pub const fn centred(self) -> Self {
         Self {
@@ -55,7 +56,7 @@ impl Words {
         }
     }
 
-    /// The same ending at its place.
+    /// Returns the same style with the text ending at its position.
     #[must_use]
     pub const fn ending(self) -> Self {
         Self {
@@ -64,7 +65,7 @@ impl Words {
         }
     }
 
-    /// The same centred and set upwards.
+    /// Returns the same style with the text centred and running upwards.
     #[must_use]
     pub const fn turned(self) -> Self {
         Self {
@@ -74,13 +75,13 @@ impl Words {
     }
 }
 
-/// A number to a tenth, as short as it can be written.
+/// Returns a number rounded to a tenth, so that its text is short.
 fn short(value: f64) -> f64 {
-    // 0 has no sign.
+    // Adding 0 removes the sign of a negative zero.
     (value * 10.0).round() / 10.0 + 0.0
 }
 
-/// Points as an SVG lists them.
+/// Formats points as a list for SVG.
 fn path(points: &[At]) -> String {
     let mut all = Vec::with_capacity(12 * points.len());
     for (x, y) in points {
@@ -93,8 +94,8 @@ fn path(points: &[At]) -> String {
     String::from_utf8(all).unwrap_or_default() // numbers are
 }
 
-/// A figure as markup; empty without anything to draw. Only a [`Canvas`] makes one, which
-/// escapes every text.
+/// A figure as markup; empty if nothing is drawn. Only a [`Canvas`] can make one, and it escapes
+/// every text.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Svg(String);
 
@@ -107,12 +108,12 @@ impl std::ops::Deref for Svg {
 }
 
 impl Canvas {
-    /// Writes one element; a `String` takes every byte.
+    /// Writes one element; writing to a `String` cannot fail.
     fn element(&mut self, element: std::fmt::Arguments) {
         let _ = writeln!(self.body, "{element}");
     }
 
-    /// An upright box between two corners.
+    /// Draws an upright box between two corners.
     pub fn area(&mut self, from: At, to: At, paint: Paint) {
         let (x, y) = (short(from.0.min(to.0)), short(from.1.min(to.1)));
         let (w, h) = (short((to.0 - from.0).abs()), short((to.1 - from.1).abs()));
@@ -122,7 +123,7 @@ impl Canvas {
         ));
     }
 
-    /// A line through some points; nothing for fewer than two.
+    /// Draws a line through points; nothing for fewer than two.
     pub fn line(&mut self, points: &[At], stroke: Stroke) {
         if points.len() < 2 {
             return;
@@ -134,7 +135,7 @@ impl Canvas {
         ));
     }
 
-    /// A closed outline.
+    /// Draws a closed outline.
     pub fn polygon(&mut self, corners: &[At], paint: Paint) {
         let points = path(corners);
         self.element(format_args!(
@@ -143,7 +144,7 @@ impl Canvas {
         ));
     }
 
-    /// A mark of this radius.
+    /// Draws a mark of this radius.
     pub fn mark(&mut self, (x, y): At, shape: Shape, radius: f64, paint: Paint) {
         if shape != Shape::Disc {
             let corners = shape.corners().into_iter();
@@ -156,7 +157,7 @@ impl Canvas {
         ));
     }
 
-    /// Text.
+    /// Draws a text; nothing if it is empty.
     pub fn text(&mut self, (x, y): At, text: &str, style: Words) {
         if text.is_empty() {
             return;
@@ -184,8 +185,8 @@ impl Canvas {
         ));
     }
 
-    /// The SVG of this width and height that scales with its page; `description` is
-    /// what a screen reader says.
+    /// Returns the SVG of this width and height, which scales with its page; screen readers read
+    /// `description`.
     #[must_use]
     pub fn svg(&self, (width, height): At, description: &str) -> Svg {
         let (width, height) = (width.ceil(), height.ceil());
@@ -209,9 +210,9 @@ fn painted(paint: Paint) -> String {
     }
 }
 
-/// Text made safe to stand in HTML, SVG and XML, also within quotes. Characters that no
-/// XML document may hold (XML 1.0, section 2.2: U+FFFE, U+FFFF and most control
-/// characters), and the other control characters, become U+FFFD.
+/// Escapes a text for HTML, SVG and XML, also within quotes. Characters that an XML document must
+/// not contain (XML 1.0, section 2.2: U+FFFE, U+FFFF and most control characters), and the other
+/// control characters, become U+FFFD.
 #[must_use]
 pub fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
@@ -230,7 +231,7 @@ pub fn escape(text: &str) -> String {
     safe
 }
 
-/// The figure with its style and background, so that it is a file of its own.
+/// Returns the figure with its style and background, for a file of its own.
 #[must_use]
 pub fn standalone(figure: &Svg) -> String {
     let open = figure.find('>').map_or(0, |end| end + 1);

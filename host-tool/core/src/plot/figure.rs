@@ -1,4 +1,4 @@
-//! A whole figure: what it shows in words, its legend, its panels, notes below.
+//! A whole figure: its title, its legend, its panels, and notes below them.
 
 use super::canvas::{Canvas, Svg, Words, standalone};
 use super::ink::{EDGE, HALO, INK, MUTED, Paint, Shape, Stroke, stroke};
@@ -7,42 +7,42 @@ use super::words::{folded, width};
 
 /// Width of every figure, CSS pixels.
 pub const WIDTH: f64 = 1000.0;
-/// A line of the legend and of the notes, pixels.
+/// Height of a line of the legend, and of the notes, pixels.
 const LEGEND: f64 = 22.0;
 const NOTE: f64 = 18.0;
 
-/// How a legend entry is drawn.
+/// Symbol of a legend entry.
 #[derive(Clone, Copy, Debug)]
 pub enum Key {
-    /// As a line.
+    /// Line in this style.
     Line(Stroke),
-    /// As a filled box.
+    /// Filled box.
     Box(Paint),
-    /// As a mark.
+    /// Single mark.
     Dot(Shape, Paint),
-    /// As a line with a mark on it.
+    /// Line with a mark on it.
     Marked(Stroke, Shape),
 }
 
-/// What a figure shows.
+/// The content of a figure.
 #[derive(Clone, Debug, Default)]
 pub struct Figure {
-    /// Above all, in bold; may be empty.
+    /// Title above everything else, in bold; may be empty.
     pub title: String,
-    /// Below it.
+    /// Subtitle below the title; may be empty.
     pub subtitle: String,
-    /// What a screen reader says.
+    /// Description that screen readers read.
     pub description: String,
-    /// What colours and marks mean, in rows as many as needed.
+    /// Symbols with their meanings, in as many rows as needed.
     pub legend: Vec<(Key, String)>,
-    /// Rows of panels; those of one column stand exactly below each other.
+    /// Rows of panels; the panels of one column are aligned.
     pub rows: Vec<Vec<Panel>>,
-    /// Paragraphs below.
+    /// Paragraphs below the panels.
     pub notes: Vec<String>,
 }
 
 impl Figure {
-    /// The figure for a page, which has [`super::ink::style`].
+    /// Returns the figure for a page, which must include [`super::ink::style`].
     #[must_use]
     pub fn svg(&self) -> Svg {
         let mut canvas = Canvas::default();
@@ -59,7 +59,7 @@ impl Figure {
         canvas.svg((WIDTH, y), &self.description)
     }
 
-    /// The figure as a file of its own.
+    /// Returns the figure as a file of its own.
     #[must_use]
     pub fn file(&self) -> String {
         standalone(&self.svg())
@@ -96,7 +96,7 @@ impl Figure {
         let mut y = top;
         for (n, row) in self.rows.iter().enumerate() {
             let margins = |c: usize| row[c].margins(letters, unit * shares[c]);
-            // What has nothing below it in its column needs no row for its axis.
+            // A panel with nothing below it in its column needs no space for its axis.
             let counts = |c: &usize| self.rows.get(n + 1).is_none_or(|below| *c < below.len());
             let above = (0..row.len()).map(|c| margins(c).top).fold(0.0, f64::max);
             let high = row.iter().map(|panel| panel.height).fold(0.0, f64::max);
@@ -117,8 +117,8 @@ impl Figure {
     }
 }
 
-/// Draws legend entries in rows from a place, no further right than `right`; the
-/// place below them.
+/// Draws legend entries in rows from a position, no further right than `right`; returns the
+/// vertical position below them.
 pub fn legend(
     canvas: &mut Canvas,
     letters: Letters,
@@ -135,7 +135,7 @@ pub fn legend(
             (x, y) = (left, y + LEGEND * letters.0);
         }
         let (line, middle) = ([(x, y), (x + key, y)], (x + key / 2.0, y));
-        // What is never exchanged for a dark screen's is set off there too.
+        // Colours that stay the same on a dark screen get a halo in the legend too.
         match sign {
             Key::Line(own) if own.color == EDGE => canvas.line(&line, stroke(HALO, 4.8)),
             Key::Dot(_, Paint::Full(EDGE)) => {

@@ -1,8 +1,8 @@
-//! Colours, strokes and marks, and what a dark screen shows instead.
+//! Colours, strokes and marks, and their replacements on a dark screen.
 
 use std::fmt;
 
-/// Red, green, blue on a light screen.
+/// Red, green and blue of a colour on a light screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Color(pub u8, pub u8, pub u8);
 
@@ -13,7 +13,7 @@ impl fmt::Display for Color {
 }
 
 impl Color {
-    /// The colour `part` of the way to another, 0 to 1.
+    /// Returns the colour at the share `part`, 0 to 1, between this one and another.
     #[must_use]
     pub fn towards(self, other: Self, part: f64) -> Self {
         let mix =
@@ -26,27 +26,27 @@ impl Color {
     }
 }
 
-/// Text, axes and targets.
+/// Colour of text, axes and references.
 pub const INK: Color = Color(0x1F, 0x23, 0x28);
-/// Secondary text.
+/// Colour of secondary text.
 pub const MUTED: Color = Color(0x59, 0x63, 0x6E);
-/// Grid lines.
+/// Colour of grid lines.
 pub const GRID: Color = Color(0xD8, 0xDE, 0xE4);
-/// Background of what does not count.
+/// Background of parts that do not count.
 pub const SHADE: Color = Color(0xEE, 0xF0, 0xF3);
-/// A picture's own background.
+/// Background of a picture.
 pub const PAPER: Color = Color(0xFF, 0xFF, 0xFF);
 
-/// A mark and what sets it off, readable on every colour in light and dark: these
-/// two are never exchanged for a dark screen's.
+/// Colour of a mark that is readable on every colour in light and dark, together with [`HALO`].
+/// These two stay the same on a dark screen.
 pub const EDGE: Color = Color(0x11, 0x11, 0x11);
-/// What sets [`EDGE`] off.
+/// Colour that surrounds [`EDGE`].
 pub const HALO: Color = Color(0xFD, 0xFD, 0xFD);
 
-/// Okabe and Ito's palette for all kinds of colour vision, without its yellow and
-/// black, which vanish on white or dark (Color Universal Design, 2008). Its orange
-/// is darkened until it stands out from white by 3:1 (WCAG 1.4.11); violet stands
-/// for its sky blue, which in dark cannot be told from blue.
+/// Okabe and Ito's palette for all kinds of colour vision, without its yellow and black, which
+/// vanish on white or dark (Color Universal Design, 2008). Its orange is darkened until it stands
+/// out from white by 3:1 (WCAG 1.4.11); violet replaces its sky blue, which cannot be distinguished
+/// from blue on dark.
 pub const PALETTE: [Color; 6] = [
     Color(0x00, 0x72, 0xB2),
     Color(0xD5, 0x5E, 0x00),
@@ -55,12 +55,12 @@ pub const PALETTE: [Color; 6] = [
     Color(0xBF, 0x83, 0x00),
     Color(0x66, 0x39, 0xB7),
 ];
-/// Two more, where six do not suffice.
+/// First additional colour, where six do not suffice.
 pub const BROWN: Color = Color(0x8C, 0x56, 0x4B);
-/// The other.
+/// Second additional colour, where six do not suffice.
 pub const SKY: Color = Color(0x2B, 0x8F, 0xA8);
 
-/// What a dark screen shows instead of some colours.
+/// Replacements of some colours on a dark screen.
 const DARK: [(Color, Color); 8] = [
     (INK, Color(0xE6, 0xED, 0xF3)),
     (MUTED, Color(0x9D, 0xA7, 0xB1)),
@@ -72,7 +72,7 @@ const DARK: [(Color, Color); 8] = [
     (BROWN, Color(0xC0, 0x8A, 0x7E)),
 ];
 
-/// Rules every figure needs, inside the page or on its own.
+/// Returns the style rules that every figure needs, within the page or on its own.
 #[must_use]
 pub fn style() -> String {
     let dark = DARK.map(|(light, dark)| {
@@ -89,55 +89,55 @@ pub fn style() -> String {
     )
 }
 
-/// A line.
+/// Style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
-    /// On a light screen.
+    /// Colour on a light screen.
     pub color: Color,
-    /// CSS pixels.
+    /// Width, CSS pixels.
     pub width: f64,
 }
 
-/// How an outline is painted.
+/// Way in which an outline is painted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Paint {
-    /// Filled.
+    /// Filled with this colour.
     Full(Color),
-    /// Filled so faintly that the ground shows through.
+    /// Filled so faintly that the background shows through.
     Tint(Color),
-    /// Its outline alone, this many pixels wide.
+    /// Outline only, this many pixels wide.
     Ring(Color, f64),
 }
 
-/// A line of this colour, `width` CSS pixels wide.
+/// Returns a line style of this colour, `width` CSS pixels wide.
 #[must_use]
 pub const fn stroke(color: Color, width: f64) -> Stroke {
     Stroke { color, width }
 }
 
-/// What marks a point.
+/// Shape of a mark at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// A disc.
+    /// Filled circle.
     Disc,
-    /// A square.
+    /// Square with horizontal edges.
     Square,
-    /// A triangle on its foot.
+    /// Triangle that points up.
     Up,
-    /// A triangle on its tip.
+    /// Triangle that points down.
     Down,
-    /// A square on its corner.
+    /// Square that stands on its corner.
     Diamond,
-    /// Five points: what is shipped.
+    /// Star with five points, for the settings with which the device is shipped.
     Star,
-    /// A short upright stroke: the end of a bar.
+    /// Short upright stroke, for the end of a bar.
     End,
-    /// The head of an arrow to the right: the bar goes on.
+    /// Head of an arrow to the right, for a bar that continues.
     Beyond,
 }
 
 impl Shape {
-    /// Those that mark series.
+    /// Shapes that distinguish series.
     pub const SERIES: [Self; 5] = [
         Self::Disc,
         Self::Square,
@@ -146,7 +146,7 @@ impl Shape {
         Self::Diamond,
     ];
 
-    /// Corners around its middle, for a radius of 1; none for a disc.
+    /// Returns the corners around the middle, for a radius of 1; none for a disc.
     pub(super) fn corners(self) -> Vec<(f64, f64)> {
         let turned = |count: u32, start: f64, long: f64, short: f64| {
             let corner = |n: u32| {
@@ -154,7 +154,7 @@ impl Shape {
                 let radius = if n.is_multiple_of(2) { long } else { short };
                 (radius * angle.cos(), radius * angle.sin())
             };
-            // A square ends where it began: a mark is no box.
+            // A square ends where it began, so that it is drawn as a mark and not as a box.
             let ends = if count == 4 { 5 } else { count };
             (0..ends).map(corner).collect()
         };
@@ -177,17 +177,17 @@ impl Shape {
     }
 }
 
-/// How a channel is drawn in every figure, beside its number: ten marks, no two
-/// alike.
+/// Appearance of a channel in every figure, beside its number: ten marks that all differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelMark {
-    /// Of its lines.
+    /// Colour of the channel's lines.
     pub color: Color,
-    /// The first six colours are filled; the others come again, hollow.
+    /// Whether the mark is filled: it is for the first six channels; the others repeat the colours,
+    /// hollow.
     pub filled: bool,
 }
 
-/// The mark of a channel, 1-based.
+/// Returns the mark of a channel, from 1.
 #[must_use]
 pub fn channel_mark(number: u8) -> ChannelMark {
     let place = usize::from(number.saturating_sub(1));
@@ -198,7 +198,7 @@ pub fn channel_mark(number: u8) -> ChannelMark {
 }
 
 impl ChannelMark {
-    /// For a dot: a disc or a ring.
+    /// Returns the paint of a dot: a disc or a ring.
     #[must_use]
     pub fn dot(self) -> Paint {
         if self.filled {
@@ -208,7 +208,7 @@ impl ChannelMark {
         }
     }
 
-    /// For what lies between a line and its zero, if that is filled.
+    /// Returns the paint of the area between a line and zero; `None` if the mark is not filled.
     #[must_use]
     pub fn tint(self) -> Option<Paint> {
         self.filled.then_some(Paint::Tint(self.color))

@@ -1,11 +1,11 @@
-//! Where a label stands: beside its point, away from other labels, marks and lines.
+//! Placement of labels beside their points, away from other labels, marks and lines.
 
 use super::At;
 
-/// A label's box: left, top, right, bottom.
+/// Box of a label: left, top, right, bottom.
 pub(super) type Box4 = [f64; 4];
 
-/// What is taken in a panel.
+/// Parts of a panel that are already in use.
 #[derive(Default)]
 pub(super) struct Taken {
     labels: Vec<Box4>,
@@ -13,7 +13,7 @@ pub(super) struct Taken {
     lines: Vec<(At, At)>,
 }
 
-/// How bad it is to lie on another label, to leave the panel, on a mark, on a line.
+/// Costs of a label on another label, outside the panel, on a mark, and on a line.
 const COSTS: [f64; 4] = [1000.0, 400.0, 60.0, 25.0];
 
 impl Taken {
@@ -31,8 +31,8 @@ impl Taken {
         self.labels.push(label);
     }
 
-    /// The left middle of a label of this size that belongs to a point, at the
-    /// best of many places around it; it is taken from then on.
+    /// Returns the left middle of a label of this size for a point, at the best of many positions
+    /// around it, and marks the space as in use.
     pub(super) fn place(&mut self, (x, y): At, (wide, high): At, bounds: Box4) -> At {
         let mut best = (f64::MAX, (x, y));
         for (ring, distance) in [9.0, 18.0, 30.0, 46.0, 66.0, 90.0].into_iter().enumerate() {
@@ -42,7 +42,7 @@ impl Taken {
                 let left = x + dx * distance - wide * (0.5 - dx * 0.5);
                 let middle = y + dy * (distance + high * 0.3);
                 let label = [left, middle - high / 2.0, left + wide, middle + high / 2.0];
-                // Beside it reads best; the further away, the worse.
+                // A label beside its point reads best; the cost grows with the distance.
                 let cost = self.cost(label, bounds) + 5.0 * ring as f64 + 2.0 * dy.abs();
                 if cost < best.0 {
                     best = (cost, (left, middle));
@@ -76,7 +76,7 @@ fn meet(a: Box4, b: Box4) -> bool {
     a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }
 
-/// Whether a line goes through a box: looked at in steps of a few pixels.
+/// Returns whether a line crosses a box, checked in steps of a few pixels.
 fn crosses(label: Box4, (from, to): (At, At)) -> bool {
     let length = (to.0 - from.0).hypot(to.1 - from.1);
     let steps = (length / 4.0).ceil().max(1.0) as u32;

@@ -1,10 +1,11 @@
-//! Pictures: one builder that every figure is declared with.
+//! Plots: one builder with which every figure is declared.
 //!
-//! Lives here: `ink` (colours and marks), `words` (how much room text takes),
-//! `canvas` (an SVG's parts), `axis` (scales and their ticks), `panel` (a plot
-//! between two axes), `figure` (legend, panels, notes) and `series` (long signals
-//! made short). Not here: what a figure shows (`report`, and the studies' `figures`).
-//! In: numbers and words. Out: SVG, for light and dark screens.
+//! This module has `ink` (colours and marks), `words` (the space that text takes), `canvas` (the
+//! elements of an SVG), `axis` (scales and their ticks), `panel` (a plot between two axes),
+//! `figure` (legend, panels, notes) and `series` (reduction of long signals). What a figure shows
+//! is in `report`, and in the `figures` of studies.
+//!
+//! Input: numbers and words. Output: SVG, for light and dark screens.
 
 pub mod axis;
 pub mod canvas;
@@ -21,6 +22,5 @@ pub use figure::{Figure, Key};
 pub use ink::{Color, Paint, Shape, Stroke};
 pub use panel::{Mark, Panel};
 
-/// A place: on a canvas in CSS pixels from its top left, on a panel in the units of
-/// its axes.
+/// A position: on a canvas in CSS pixels from its top left, on a panel in the units of its axes.
 pub type At = (f64, f64);

@@ -7,66 +7,66 @@ use super::ink::{Color, GRID, INK, MUTED, PALETTE, Paint, Shape, Stroke, stroke}
 use super::labels::Taken;
 use super::words::{shortened, width};
 
-/// The most that names at a panel's left edge take, pixels.
+/// Maximum width of the names at a panel's left edge, pixels.
 const HEADS: f64 = 150.0;
-/// Room for a bold name's own tick at the right of it, pixels.
+/// Space for the tick label of a bold name, to its right, pixels.
 const OWN_TICK: f64 = 70.0;
-/// Between words and what they belong to, pixels.
+/// Distance between words and the object that they label, pixels.
 const NEAR: f64 = 6.0;
 
-/// What is drawn between the axes, in their units.
+/// An object that is drawn between the axes, in their units.
 #[derive(Clone, Debug)]
 pub enum Mark {
-    /// A line.
+    /// Line through points.
     Line(Vec<At>, Stroke),
-    /// A closed outline.
+    /// Closed outline.
     Outline(Vec<At>, Paint),
-    /// From x to x, then from y to y: a bar, a band, a cell; infinite ends reach the
-    /// panel's.
+    /// Box from x to x, then from y to y: a bar, a band or a cell; infinite ends reach the edges of
+    /// the panel.
     Area(At, At, Paint),
-    /// At a point, this many pixels in radius.
+    /// Mark at a point, with its radius in pixels.
     Dot(At, Shape, f64, Paint),
-    /// Words that find a free place near a point.
+    /// Words at a free position near a point.
     Label(At, String, Color),
     /// Words this many pixels to the right of a point.
     Beside(At, f64, String),
 }
 
-/// A plot between two axes.
+/// A plot between two axes, with its titles and marks.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// Over its left end, in bold.
+    /// Title over the left end, in bold.
     pub title: String,
-    /// Over its right end, in bold and blue.
+    /// Result over the right end, in bold and blue.
     pub result: String,
-    /// Across.
+    /// Horizontal axis.
     pub x: Axis,
-    /// Up; rows go down.
+    /// Vertical axis, upwards; rows are counted downwards.
     pub y: Axis,
-    /// Of the plot alone, pixels.
+    /// Height of the plot alone, pixels.
     pub height: f64,
-    /// Of its width beside its neighbours'.
+    /// Width relative to that of its neighbours.
     pub share: f64,
-    /// Under the grid.
+    /// Marks under the grid.
     pub ground: Vec<Mark>,
-    /// Over it, in order.
+    /// Marks over the grid, in order.
     pub marks: Vec<Mark>,
 }
 
-/// Pixels left, above, right of and below a plot.
+/// Margins to the left, above, to the right and below a plot, pixels.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Margins {
-    /// Names, ticks and the axis' name.
+    /// Space for names, tick labels and the axis name.
     pub left: f64,
-    /// Titles and far words.
+    /// Space for titles and words at the far side.
     pub top: f64,
-    /// Far words.
+    /// Space for words at the far side.
     pub right: f64,
-    /// Ticks and the axis' name.
+    /// Space for tick labels and the axis name.
     pub bottom: f64,
 }
 
-/// How large the letters are, as a part of the usual.
+/// Size of the letters relative to the usual size.
 #[derive(Clone, Copy, Debug)]
 pub struct Letters(pub f64);
 
@@ -83,14 +83,14 @@ impl Letters {
         Words::new(13.0 * self.0, INK).bold()
     }
 
-    /// Height of a line of ticks.
+    /// Returns the height of a line of tick labels.
     fn line(self) -> f64 {
         15.0 * self.0
     }
 }
 
 impl Panel {
-    /// An empty plot of this height.
+    /// Returns an empty plot of this height.
     #[must_use]
     pub fn new(title: &str, x: Axis, y: Axis, height: f64) -> Self {
         Self {
@@ -105,7 +105,7 @@ impl Panel {
         }
     }
 
-    /// Room for what stands around a plot `wide` pixels wide.
+    /// Returns the space for everything around a plot that is `wide` pixels wide.
     #[must_use]
     pub fn margins(&self, letters: Letters, wide: f64) -> Margins {
         let ticks = self.y.widest(letters.tick().size);
@@ -144,13 +144,13 @@ impl Panel {
             let more = width(letters.tick().size, &h.more, false);
             name.max(more) + if h.mark.is_some() { 20.0 } else { 0.0 } + 12.0
         };
-        // A bold name stands among the ticks, where its own is short.
+        // A bold name shares the space of the ticks, where its own tick label is short.
         let beside = self.y.heads.iter().filter(|head| !head.bold);
         let widest = beside.map(head).fold(0.0, f64::max);
         widest.min(HEADS * letters.0)
     }
 
-    /// Every how many columns are named, and in how many lines.
+    /// Returns the interval between columns that are labelled, and the number of lines of labels.
     fn crowd(&self, letters: Letters, wide: f64) -> (usize, f64) {
         let Scale::Rows(count) = self.x.scale else {
             return (1, 1.0);
@@ -163,8 +163,8 @@ impl Panel {
         }
     }
 
-    /// Draws it, the plot between its left top and its right bottom, its title
-    /// `above` pixels over it.
+    /// Draws the panel with its plot between the top left `from` and the bottom right `to`, and its
+    /// title `above` pixels over the plot.
     pub fn draw(&self, canvas: &mut Canvas, letters: Letters, above: f64, (from, to): (At, At)) {
         let drawn = Drawn {
             panel: self,
@@ -182,7 +182,7 @@ impl Panel {
     }
 }
 
-/// A panel at its place.
+/// A panel at its position on a canvas.
 struct Drawn<'a> {
     panel: &'a Panel,
     letters: Letters,
@@ -211,7 +211,7 @@ impl Drawn<'_> {
         points.iter().map(|point| self.at(*point)).collect()
     }
 
-    /// Faint lines at the ticks, lines that are named, and the axis that is cut.
+    /// Draws faint lines at the ticks, lines with names, and the marks of cuts on the axis.
     fn grid(&self, canvas: &mut Canvas) {
         let across = |x: f64| [(x, self.from.1), (x, self.to.1)];
         let up = |y: f64| [(self.from.0, y), (self.to.0, y)];
@@ -267,7 +267,7 @@ impl Drawn<'_> {
         }
     }
 
-    /// After everything else, so that they see what is taken.
+    /// Draws the labels, after everything else, so that they avoid the space in use.
     fn labels(&self, canvas: &mut Canvas, taken: &mut Taken) {
         let bounds = [self.from.0, self.from.1, self.to.0, self.to.1];
         for mark in &self.panel.marks {
@@ -278,7 +278,7 @@ impl Drawn<'_> {
             let size = (width(style.size, words, false), style.size * 1.2);
             let (x, y) = self.at(*at);
             let (left, middle) = taken.place((x, y), size, bounds);
-            // A lead where it stands further off.
+            // A label further away gets a lead to its point.
             let near = (x.clamp(left, left + size.0), middle);
             if (near.0 - x).hypot(near.1 - y) > 16.0 {
                 let end = (near.0, middle + (y - middle).signum() * size.1 / 2.0);
@@ -288,7 +288,7 @@ impl Drawn<'_> {
         }
     }
 
-    /// Titles, heads, ticks, names and far words.
+    /// Draws titles, heads, tick labels, names and words at the far side.
     fn words(&self, canvas: &mut Canvas) {
         let (panel, letters) = (self.panel, self.letters);
         let over = self.from.1 - self.above + 11.0 * letters.0;

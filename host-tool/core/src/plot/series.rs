@@ -1,16 +1,15 @@
-//! Long signals made short enough to draw, without losing a peak.
+//! Reduces long signals to a number of points that can be drawn, without losing a peak.
 
-/// Time and value.
+/// A time and a value.
 pub type Point = (f64, f64);
 
-/// Rows further apart than this are not joined: nothing was recorded there, s.
+/// Time without rows after which a signal is interrupted, because nothing was recorded, s.
 const GAP_S: f64 = 0.5;
 
-/// Splits a signal where nothing was recorded and keeps of each bucket the
-/// smallest and the largest value, in their order: at most two points a bucket.
-/// Values that are not finite are left out.
+/// Splits a signal where nothing was recorded, and keeps the smallest and the largest value of each
+/// bucket, in their order: at most two points per bucket. Values that are not finite are left out.
 ///
-/// The points are gone through twice, and no more than a bucket is held.
+/// The iterator runs over the points twice, and at most one bucket is in memory.
 pub fn shorten(points: impl Iterator<Item = Point> + Clone, buckets: usize) -> Vec<Vec<Point>> {
     let points = points.filter(|(t, value)| t.is_finite() && value.is_finite());
     let mut short = Shortened::of(points.clone().count(), buckets);
@@ -18,7 +17,7 @@ pub fn shorten(points: impl Iterator<Item = Point> + Clone, buckets: usize) -> V
     short.close()
 }
 
-/// A signal that is shortened as [`shorten`] does while its points come one by one.
+/// A signal that is reduced as by [`shorten`] while its points arrive one by one.
 #[derive(Clone, Debug)]
 pub struct Shortened {
     per_bucket: usize,
@@ -28,7 +27,7 @@ pub struct Shortened {
 }
 
 impl Shortened {
-    /// Of a signal of `points` points, for this many buckets.
+    /// Returns an empty signal that will receive `points` points, for this many buckets.
     #[must_use]
     pub fn of(points: usize, buckets: usize) -> Self {
         Self {
@@ -39,7 +38,7 @@ impl Shortened {
         }
     }
 
-    /// Takes the next point; none that is not finite.
+    /// Adds the next point, unless it is not finite.
     pub fn push(&mut self, point: Point) {
         if !(point.0.is_finite() && point.1.is_finite()) {
             return;
@@ -56,7 +55,7 @@ impl Shortened {
         self.bucket.push(point);
     }
 
-    /// The parts between which nothing was recorded.
+    /// Returns the parts of the signal between which nothing was recorded.
     #[must_use]
     pub fn close(mut self) -> Vec<Vec<Point>> {
         self.part.extend(extremes(&self.bucket));
@@ -66,7 +65,8 @@ impl Shortened {
     }
 }
 
-/// The smallest and the largest of some points, earlier first; one if they are the same.
+/// Returns the points with the smallest and the largest value, the earlier one first; only one if
+/// they are the same.
 fn extremes(points: &[Point]) -> impl Iterator<Item = Point> {
     let by_value = |a: &&Point, b: &&Point| a.1.total_cmp(&b.1);
     let low = points.iter().min_by(by_value).copied();
@@ -83,7 +83,7 @@ fn extremes(points: &[Point]) -> impl Iterator<Item = Point> {
     both.into_iter().flatten().flatten()
 }
 
-/// Smallest and largest of some values; `None` if none is finite.
+/// Returns the smallest and the largest value; `None` if none is finite.
 pub fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values
         .filter(|value| value.is_finite())
@@ -93,7 +93,7 @@ pub fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
         })
 }
 
-/// A round step (1, 2 or 5 times a power of ten) that divides `span` into at most `parts`.
+/// Returns a round step (1, 2 or 5 times a power of ten) that divides `span` into at most `parts`.
 pub fn round_step(span: f64, parts: f64) -> f64 {
     let rough = (span / parts).max(1e-9);
     let decade = 10f64.powf(rough.log10().floor());

@@ -1,17 +1,17 @@
-//! How much room text takes.
+//! Space that text takes.
 //!
-//! Our pictures name no font of their own: a viewer takes its system's. Room is
-//! left for DejaVu Sans, the widest of the usual sans-serif fonts: 14–16 % wider
-//! than Arial in regular and 19–25 % in bold. Text is anchored at the same place in
-//! every font, so that a narrower one lies within that room.
+//! The figures name no font of their own, so that a viewer uses the font of its system. Space is
+//! left for DejaVu Sans, the widest of the usual sans-serif fonts: it is 14–16 % wider than Arial
+//! in regular and 19–25 % in bold. Text is anchored at the same position in every font, so that a
+//! narrower one fits in that space.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
-/// Units of the table's widths.
+/// Units per em in the table of widths.
 const PER_EM: f64 = 2048.0;
 
-/// Regular and bold.
+/// Widths of letters in ems, regular and bold.
 static ADVANCES: LazyLock<HashMap<char, [f64; 2]>> = LazyLock::new(|| {
     let lines = include_str!("advances.txt").lines();
     let row = |line: &str| {
@@ -23,20 +23,21 @@ static ADVANCES: LazyLock<HashMap<char, [f64; 2]>> = LazyLock::new(|| {
     lines.filter_map(row).collect()
 });
 
-/// Width of one letter in ems; `None` if the table has no entry for it.
+/// Returns the width of one letter in ems; `None` if the table has no entry for it.
 #[must_use]
 pub fn advance(letter: char, bold: bool) -> Option<f64> {
     Some(ADVANCES.get(&letter)?[usize::from(bold)])
 }
 
-/// Width of a text `size` pixels high, pixels; a letter without an entry counts one em.
+/// Returns the width of a text that is `size` pixels high, pixels; a letter without an entry counts
+/// as one em.
 #[must_use]
 pub fn width(size: f64, text: &str, bold: bool) -> f64 {
     let each = text.chars().map(|c| advance(c, bold).unwrap_or(1.0));
     size * each.sum::<f64>()
 }
 
-/// The text, cut to `room` pixels with an ellipsis.
+/// Returns the text, cut to `room` pixels and with an ellipsis if it is too long.
 #[must_use]
 pub fn shortened(size: f64, text: &str, room: f64, bold: bool) -> String {
     if width(size, text, bold) <= room {
@@ -47,20 +48,20 @@ pub fn shortened(size: f64, text: &str, room: f64, bold: bool) -> String {
     short.trim_end().to_owned() + "…"
 }
 
-/// A paragraph in lines that fit `room` pixels.
+/// Splits a paragraph into lines that fit in `room` pixels.
 #[must_use]
 pub fn folded(size: f64, paragraph: &str, room: f64) -> Vec<String> {
     folded_by(|line| width(size, line, false), paragraph, room)
 }
 
-/// A paragraph in lines that fit the columns of a terminal.
+/// Splits a paragraph into lines that fit in the columns of a terminal.
 #[must_use]
 pub fn in_columns(paragraph: &str, columns: u16) -> String {
     let wide = |line: &str| line.chars().count() as f64;
     folded_by(wide, paragraph, columns.into()).join("\n")
 }
 
-/// In lines that `wide` finds no wider than `room`, but for a single word.
+/// Splits a paragraph into lines for which `wide` is at most `room`; a single word may be wider.
 fn folded_by(wide: impl Fn(&str) -> f64, paragraph: &str, room: f64) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in paragraph.split_whitespace() {
@@ -76,7 +77,7 @@ fn folded_by(wide: impl Fn(&str) -> f64, paragraph: &str, room: f64) -> Vec<Stri
     lines
 }
 
-/// Digits in groups of three, apart by thin spaces.
+/// Formats a number with its digits in groups of three, separated by thin spaces.
 #[must_use]
 pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
@@ -90,7 +91,7 @@ pub fn grouped(number: u64) -> String {
     out
 }
 
-/// A power of ten in figures.
+/// Formats a power of ten, for example "0.01", "1000" or "10⁶".
 #[must_use]
 pub fn power_of_ten(decade: i32) -> String {
     const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];

@@ -1,4 +1,4 @@
-//! What a record says of a channel.
+//! Description of a channel in a record.
 
 use crate::session::rung_name;
 use firmware::muscle::Rung;
@@ -7,41 +7,43 @@ use serde::{Deserialize, Deserializer, Serialize};
 /// A channel of a trial.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ChannelInfo {
-    /// 1-based.
+    /// Channel number, from 1.
     pub number: u8,
-    /// For people: "flexor A".
+    /// Name of the channel for people, for example "flexor A".
     pub name: String,
-    /// Of its amplitude: "V" or "mA".
+    /// Unit of the channel's amplitude: "V" or "mA".
     pub unit: String,
-    /// The wearer's limit, in that unit.
+    /// The wearer's limit for the channel, in `unit`.
     pub limit: f64,
-    /// Whether its pulse width may change: a place in `Sample::widths_us`.
+    /// Whether the pulse width may change; if so, the channel has an entry in `Sample::widths_us`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub live_width: bool,
-    /// Whether its muscle's force is predicted: a place in `Sample::forces_n`.
+    /// Whether the force of the channel's muscle is predicted; if so, the channel has an entry in
+    /// `Sample::forces_n`.
     #[serde(default)]
     pub muscle: bool,
-    /// The model that predicts it, at the start.
+    /// Name of the model level that predicts the force at the start.
     #[serde(
         default,
         deserialize_with = "known_model",
         skip_serializing_if = "Option::is_none"
     )]
     pub model: Option<String>,
-    /// Whether that force is controlled: a place in `Sample::wanted_n`.
+    /// Whether that force is controlled; if so, the channel has an entry in `Sample::wanted_n`.
     #[serde(default)]
     pub force: bool,
-    /// Whether its muscle is an arm's, whose hand a force is wanted of:
+    /// Whether the channel drives a muscle of an arm whose hand should exert a force, which is in
     /// `Sample::hand_n`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub line: bool,
-    /// Number of the joint whose angle it follows: a place in `Sample::joint_deg`.
+    /// Number of the joint whose angle the channel follows; the joint has an entry in
+    /// `Sample::joint_deg`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint: Option<u8>,
 }
 
-/// The name of a model that this program knows: played on another, a record would not
-/// be repeated.
+/// Reads the name of a model level and refuses a name that this program does not know, because a
+/// rerun with another model would not repeat the record.
 fn known_model<'de, D: Deserializer<'de>>(from: D) -> Result<Option<String>, D::Error> {
     let name = Option::<String>::deserialize(from)?;
     let is_known = |name: &&String| Rung::ALL.iter().any(|rung| rung_name(*rung) == **name);

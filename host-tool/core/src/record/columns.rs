@@ -1,44 +1,44 @@
-//! The columns of a record's tables: the one declaration that headers, the
-//! dictionary beside them and docs/record.md are made from.
+//! The columns of a record's tables, declared once for their headers, for the dictionary beside
+//! them and for docs/record.md.
 
 use super::ChannelInfo;
 use crate::session::joint_name;
 use std::collections::BTreeSet;
 use std::io;
 
-/// A column of a table, or one for each channel of a kind.
+/// A column of a table, or a group of columns with one for each channel of some kind.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Column {
-    /// Its name in the header; of a channel's column the part before the number.
+    /// Name in the header; for a column of each channel, the part before the channel number.
     pub name: &'static str,
-    /// Its unit; empty for none, and for a channel's own, V or mA.
+    /// Unit; empty if there is none, and if it is the channel's own (V or mA).
     pub unit: &'static str,
-    /// What it says, and when it is empty.
+    /// Meaning of a value, and when the field is empty.
     pub meaning: &'static str,
-    /// Who knows it.
+    /// Source of the value.
     pub source: &'static str,
-    /// Of which there is one.
+    /// Number of columns: one for the table, or one for each channel of some kind.
     pub each: Each,
 }
 
-/// How often a column stands in a table.
+/// Number of times that a column occurs in a table.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Each {
-    /// Once.
+    /// Once in every table.
     Table,
-    /// For each channel in use.
+    /// Once for each channel in use.
     Channel,
-    /// For each channel whose width may change.
+    /// Once for each channel whose pulse width may change.
     Width,
-    /// For each channel whose muscle's force is predicted.
+    /// Once for each channel whose muscle's force is predicted.
     Muscle,
-    /// For each channel under force control.
+    /// Once for each channel under force control.
     Force,
-    /// Once, where an arm is driven.
+    /// Once if the session drives an arm.
     Arm,
-    /// Once, where joints are modulated.
+    /// Once if the session has modulated joints.
     Lift,
-    /// For each joint that is modulated.
+    /// Once for each modulated joint.
     Joint,
 }
 
@@ -58,7 +58,7 @@ const fn column(
     }
 }
 
-/// The columns of `samples.csv`, in their order.
+/// Columns of `samples.csv`, in order.
 #[rustfmt::skip]
 pub const SAMPLES: [Column; 24] = [
     column(Each::Table, "t_s", "s", "time since the start of the trains, rising, with six decimals", "device clock, 1 µs"),
@@ -87,7 +87,7 @@ pub const SAMPLES: [Column; 24] = [
     column(Each::Joint, "phase", "1, -1", "1 since its elbow flexed last, -1 since it extended; empty before it moves", "device: sign of the elbow's velocity"),
 ];
 
-/// The columns of `edges.csv`, in their order.
+/// Columns of `edges.csv`, in order.
 #[rustfmt::skip]
 pub const EDGES: [Column; 4] = [
     column(Each::Table, "t_us", "µs", "time since the start of the period drawn", "simulated pins"),
@@ -96,7 +96,7 @@ pub const EDGES: [Column; 4] = [
     column(Each::Table, "dac_code", "0–65535", "amplitude code of the channel's DAC", "simulated pins"),
 ];
 
-/// The columns of `markers.csv`, in their order.
+/// Columns of `markers.csv`, in order.
 #[rustfmt::skip]
 pub const MARKERS: [Column; 7] = [
     column(Each::Table, "t_s", "s", "device time since the start of the trains, with six decimals", "device clock, 1 µs"),
@@ -109,7 +109,7 @@ pub const MARKERS: [Column; 7] = [
 ];
 
 impl Column {
-    /// The names and units that the column has with these channels.
+    /// Returns the names and units of this column for these channels.
     fn with(&self, channels: &[ChannelInfo]) -> Vec<(String, String)> {
         if self.each == Each::Table {
             return vec![(self.name.to_owned(), self.unit.to_owned())];
@@ -147,7 +147,7 @@ impl Column {
     }
 }
 
-/// The joints that channels follow, by rising number.
+/// Returns the numbers of the joints that the channels follow, in rising order.
 pub(super) fn joints(channels: &[ChannelInfo]) -> impl Iterator<Item = u8> {
     let numbers: BTreeSet<u8> = channels
         .iter()
@@ -156,19 +156,19 @@ pub(super) fn joints(channels: &[ChannelInfo]) -> impl Iterator<Item = u8> {
     numbers.into_iter()
 }
 
-/// A unit as it stands in a column's name.
+/// Returns a unit in the form that it has in a column name: in lower case, with "u" for "µ".
 fn in_name(unit: &str) -> String {
     unit.to_lowercase().replace('µ', "u")
 }
 
-/// The names of these columns with these channels, in the order of a row.
+/// Returns the header line for these columns and channels, in the order of the fields in a row.
 pub(super) fn header(columns: &[Column], channels: &[ChannelInfo]) -> String {
     let names = columns.iter().flat_map(|column| column.with(channels));
     let names: Vec<String> = names.map(|(name, _)| name).collect();
     names.join(",")
 }
 
-/// The dictionary of a trial: every column of its tables with unit, meaning and
+/// Returns the dictionary of a trial as CSV: every column of its tables with unit, meaning and
 /// source.
 pub(super) fn dictionary(channels: &[ChannelInfo]) -> io::Result<Vec<u8>> {
     let mut out = csv::Writer::from_writer(Vec::new());
@@ -190,7 +190,7 @@ pub(super) fn dictionary(channels: &[ChannelInfo]) -> io::Result<Vec<u8>> {
         .map_err(|why| io::Error::other(why.to_string()))
 }
 
-/// The columns as a table of docs/record.md.
+/// Returns the columns as a Markdown table for docs/record.md.
 pub(super) fn in_markdown(columns: &[Column]) -> String {
     let mut text = "| column | unit | meaning | source |\n|---|---|---|---|\n".to_owned();
     for column in columns {

@@ -1,5 +1,5 @@
-//! What a record has lost since it was closed: `summary.json` keeps how many
-//! trials and rows there were.
+//! Detects data that a record has lost since it was closed; `summary.json` keeps how many trials
+//! and rows there were.
 
 use super::disk::trial_folder;
 use super::{RecordError, Run, Trial, sha256};
@@ -8,19 +8,19 @@ use hal_sim::input;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// How much a trial held when its run was closed.
+/// Number of rows in a trial when its run was closed.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Held {
-    /// Rows of `samples.csv` without the header.
+    /// Number of rows in `samples.csv`, without the header.
     #[serde(rename = "sample_rows")]
     pub samples: usize,
-    /// Rows of `edges.csv` without the header.
+    /// Number of rows in `edges.csv`, without the header.
     #[serde(rename = "edge_rows")]
     pub edges: usize,
 }
 
 impl Held {
-    /// Of a trial in memory.
+    /// Returns the numbers of rows of a trial in memory.
     #[must_use]
     pub const fn by(trial: &Trial) -> Self {
         Self {
@@ -30,7 +30,7 @@ impl Held {
     }
 }
 
-/// What `summary.json` says of a trial; rows since there are counts of them.
+/// A trial as `summary.json` lists it. Older records lack the numbers of rows.
 #[derive(Deserialize)]
 pub(super) struct Counted {
     name: String,
@@ -39,15 +39,16 @@ pub(super) struct Counted {
 }
 
 impl Run {
-    /// That the record in `dir` is not what was closed; nothing for a whole one.
+    /// Returns the error for a record in `dir` that has changed since it was closed, or `None` if
+    /// the record is whole.
     #[must_use]
     pub fn damaged(&self, dir: &Path) -> Option<RecordError> {
         let what = self.damage.join("; ");
         (!what.is_empty()).then(|| RecordError::Damaged(dir.to_owned(), what))
     }
 
-    /// For the first line of a page: what is missing of it, and what cut it
-    /// short. Nothing for a complete and whole one.
+    /// Returns the text for the first line of a page: what the record has lost, and what ended the
+    /// run early. Returns `None` for a complete and whole record.
     #[must_use]
     pub fn caveat(&self) -> Option<String> {
         let lost =
@@ -57,8 +58,8 @@ impl Run {
     }
 }
 
-/// What is missing or more than it was: `counted` by `summary.json` against
-/// `found`, the trials' folders and what was read of them.
+/// Returns the differences between the trials that `summary.json` counted (`counted`) and the
+/// folders and rows that were read (`found`), one phrase per difference.
 pub(super) fn of(dir: &Path, counted: &[Counted], found: &[(PathBuf, Held)]) -> Vec<String> {
     let each = counted.iter().enumerate().flat_map(|(position, trial)| {
         let folder = trial_folder(dir, position, &trial.name);
@@ -79,8 +80,9 @@ pub(super) fn of(dir: &Path, counted: &[Counted], found: &[(PathBuf, Held)]) -> 
     each.chain(added).collect()
 }
 
-/// Files of a trial that are not those it was run with, by their SHA-256. A session file that
-/// is another is left out: its width or rate would make numbers that were never played.
+/// Returns the files of a trial that differ from those with which it was run, by their SHA-256. An
+/// altered session file is removed from the trial, because its pulse width or rate would give
+/// numbers for pulses that were never output.
 pub(super) fn altered(folder: &Path, trial: &mut Trial) -> Vec<String> {
     let mut altered = Vec::new();
     let mut tell = |name: &str, text: &str| {
@@ -104,7 +106,7 @@ pub(super) fn altered(folder: &Path, trial: &mut Trial) -> Vec<String> {
     altered
 }
 
-/// Of a trial whose folder is not that of a trial any more.
+/// Returns the phrase for a trial whose folder is missing or has no `trial.json`.
 fn absent(folder: &Path) -> String {
     match folder.is_dir() {
         false => format!("the folder {} is missing", last(folder)),
@@ -120,7 +122,7 @@ fn rows(folder: &Path, held: &Held, now: &Held) -> Vec<String> {
     let differing = both.into_iter().filter(|(_, held, now)| held != now);
     let told = differing.filter_map(|(file, held, now)| {
         let path = folder.join(file);
-        // A missing samples.csv is told where it was to be read.
+        // A missing samples.csv was already reported when it was read.
         let name = format!("{}/{file}", last(folder));
         match path.is_file() {
             true => Some(format!("{name} has {now} of {held} rows")),
@@ -131,10 +133,10 @@ fn rows(folder: &Path, held: &Held, now: &Held) -> Vec<String> {
     told.collect()
 }
 
-/// That a file which every trial has is missing; nothing if it is there.
+/// Returns the phrase for a missing file that every trial has, or `None` if the file exists.
 ///
 /// # Errors
-/// It is there, and cannot be opened.
+/// The file exists but cannot be opened.
 pub(super) fn missing(path: &Path) -> Result<Option<String>, RecordError> {
     match input::open(path) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
@@ -150,7 +152,8 @@ fn last(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Whether a file is missing or no text: lost or damaged, but harmless to look at.
+/// Returns whether a file is missing or is not text. The file is then lost or damaged, and the rest
+/// of the record can still be shown.
 pub(super) fn is_lost(why: &std::io::Error) -> bool {
     use std::io::ErrorKind::{InvalidData, NotFound};
     matches!(why.kind(), NotFound | InvalidData)

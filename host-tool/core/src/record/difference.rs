@@ -1,16 +1,16 @@
-//! Whether one run is another again: row by row.
+//! Compares two runs row by row, to check that one repeats the other.
 
 use super::{Run, Trial, table};
 use std::fmt;
 
-/// The first place where two runs differ.
+/// The first place at which two runs differ.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Difference {
-    /// The trial's name; nothing of a file beside the trials.
+    /// Name of the trial; `None` for a file that belongs to no trial.
     pub trial: Option<String>,
-    /// The file.
+    /// Name of the file that differs.
     pub file: &'static str,
-    /// The line, from 1; 0 for the whole file.
+    /// Line in the file, from 1; 0 for the whole file.
     pub line: usize,
 }
 
@@ -28,9 +28,10 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Holds the rows of `again` to those of `record`. Of a record that was cut
-/// short, what was cut is held as far as it goes, be it the last trial or some
-/// that ran side by side; what a session's end says, it cannot say.
+/// Compares the rows of `again` with those of `record` and returns the first difference. If
+/// `record` was cut short, its unfinished trials are compared as far as they go, whether that is
+/// the last trial or several that ran in parallel; the data from a session's end are then not
+/// compared.
 #[must_use]
 pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
     let is_cut = record.ending.is_incomplete();
@@ -46,7 +47,7 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
         let (rows, others) = (trial.samples.len() + 1, other.samples.len() + 1);
         let is_whole = rows == others && trial.events == other.events;
         let is_cut = is_cut && (is_last || !is_whole);
-        // What came after the stop was asked for is not the session's.
+        // Rows after the request to stop do not belong to the session.
         let kept = if is_cut {
             until_cut(trial)
         } else {
@@ -83,7 +84,8 @@ pub fn compare_rows(record: &Run, again: &Run) -> Option<Difference> {
     None
 }
 
-/// The lines of `samples.csv`, one by one: a long one is not held as text.
+/// Returns the lines of `samples.csv` one at a time, so that a long file is never in memory as
+/// text.
 fn lines(trial: &Trial) -> impl Iterator<Item = Vec<u8>> {
     let mut header = Vec::new();
     table::push_sample_header(&mut header, &trial.channels);
@@ -95,7 +97,8 @@ fn lines(trial: &Trial) -> impl Iterator<Item = Vec<u8>> {
     std::iter::once(header).chain(trial.samples.iter().map(row))
 }
 
-/// How many lines were written before the trial was cut short: its last event says when.
+/// Returns the number of lines that were written before the trial was cut short, which is the time
+/// of its last event.
 fn until_cut(trial: &Trial) -> usize {
     let times = trial.events.iter().map(|(t_s, _)| *t_s);
     let cut = times.fold(f64::NAN, f64::min);

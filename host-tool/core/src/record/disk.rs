@@ -1,4 +1,4 @@
-//! Where the files of a record go: their place, and how they are replaced.
+//! Names of the folders in a record, and replacement of its files.
 
 use super::RecordError;
 use crate::disk::{Disk, FileSystem};
@@ -8,17 +8,17 @@ use std::path::{Path, PathBuf};
 /// Replaces a file as a whole.
 ///
 /// # Errors
-/// It cannot be written; the old one stays.
+/// The file cannot be written; the old file stays.
 pub fn replace_file(path: &Path, contents: &[u8]) -> Result<(), RecordError> {
     replace(&FileSystem, path, contents)
 }
 
-/// The same on a disk that may not be what it seems.
+/// Replaces a file on `disk`, which may be a test disk that fails, as a whole.
 pub(super) fn replace(disk: &dyn Disk, path: &Path, contents: &[u8]) -> Result<(), RecordError> {
     crate::disk::replace(disk, path, contents).map_err(RecordError::write(path))
 }
 
-/// Replaces a file by this value.
+/// Replaces a file with `value` as JSON.
 pub(super) fn write_json(
     disk: &dyn Disk,
     path: &Path,
@@ -29,11 +29,11 @@ pub(super) fn write_json(
     replace(disk, path, (text + "\n").as_bytes())
 }
 
-/// The longest name that file systems have, bytes.
+/// Longest file name that file systems allow, bytes.
 const LONGEST_NAME: usize = 255;
 
-/// The folder of trial `position` (from 0) within the run's folder:
-/// `01-two-point` for the first if that is its name, cut where it is too long.
+/// Returns the folder of trial `position` (from 0) within the run's folder, for example
+/// `01-two-point` for the first trial if that is its name. A name that is too long is cut.
 pub fn trial_folder(dir: &Path, position: usize, name: &str) -> PathBuf {
     let words = name.split(|c: char| !c.is_alphanumeric());
     let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();

@@ -1,8 +1,8 @@
-//! docs/record.md, with its tables made from the columns themselves.
+//! The text of docs/record.md, whose tables are generated from the declared columns.
 
 use super::columns::{EDGES, MARKERS, SAMPLES, in_markdown};
 
-/// The text of docs/record.md.
+/// Returns the text of docs/record.md.
 #[must_use]
 pub fn document() -> String {
     include_str!("record.md")

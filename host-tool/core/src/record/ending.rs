@@ -1,4 +1,4 @@
-//! How a run ended: in `summary.json` from its first moment on.
+//! Ending of a run, which `summary.json` contains from the first moment of the run on.
 
 use super::damage::{Counted, is_lost};
 use super::disk::replace;
@@ -8,34 +8,34 @@ use hal_sim::input;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// How a run ended. Until somebody says otherwise it is incomplete, so that a
-/// run that was killed says so by itself.
+/// Ending of a run. A run is incomplete until its end is written, so a run that was killed is
+/// marked as incomplete without further action.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Ending {
-    /// Whether it came to its own end.
+    /// Whether the run reached its own end.
     pub status: Completeness,
-    /// What cut it short, with the error's number; of a complete run what was lost
-    /// of its results. `None` where nobody could write it any more, and where
-    /// nothing was lost.
+    /// Reason for which the run was cut short, with the number of the error; for a complete run,
+    /// the results that were lost. `None` if the program could not write a reason, and if nothing
+    /// was lost.
     pub reason: Option<String>,
-    /// What the program exited with: 0 for a complete run with all its results,
-    /// 130 for SIGINT, 143 for SIGTERM; `None` where nobody could write it any more.
+    /// Exit code of the program: 0 for a complete run with all its results, 130 for SIGINT, 143 for
+    /// SIGTERM. `None` if the program could not write it.
     pub exit_code: Option<u8>,
 }
 
-/// Whether a run came to its own end.
+/// Whether a run reached its own end.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Completeness {
-    /// It did.
+    /// The run reached its own end.
     Complete,
-    /// It was cut short, or still runs.
+    /// The run was cut short, or is still in progress.
     #[default]
     Incomplete,
 }
 
 impl Ending {
-    /// It came to its own end.
+    /// Returns the ending of a run that reached its own end.
     #[must_use]
     pub const fn complete() -> Self {
         Self {
@@ -45,8 +45,8 @@ impl Ending {
         }
     }
 
-    /// It came to its own end, but not all that was asked for could be written:
-    /// the page, or a file beside the record.
+    /// Returns the ending of a run that reached its own end, but whose page, or a file beside the
+    /// record, could not be written. `lost` names it.
     #[must_use]
     pub const fn complete_but(lost: String) -> Self {
         Self {
@@ -56,13 +56,14 @@ impl Ending {
         }
     }
 
-    /// What the record in `dir` says of itself.
+    /// Returns the ending that the record in `dir` contains; incomplete if it cannot be read.
     #[must_use]
     pub fn of(dir: &Path) -> Self {
         read(dir).map_or_else(|_| Self::default(), |pair| pair.0)
     }
 
-    /// `reason` cut it short, and the program exits with `exit_code`.
+    /// Returns the ending of a run that was cut short by `reason`, after which the program exits
+    /// with `exit_code`.
     #[must_use]
     pub const fn cut_short(reason: String, exit_code: u8) -> Self {
         Self {
@@ -72,13 +73,13 @@ impl Ending {
         }
     }
 
-    /// Whether it was cut short, or still runs.
+    /// Returns whether the run was cut short or is still in progress.
     #[must_use]
     pub fn is_incomplete(&self) -> bool {
         self.status == Completeness::Incomplete
     }
 
-    /// For the first line of a page: nothing for a complete run.
+    /// Returns the text for the first line of a page, or `None` for a complete run.
     #[must_use]
     pub fn headline(&self) -> Option<String> {
         let why = match &self.reason {
@@ -92,7 +93,7 @@ impl Ending {
     }
 }
 
-/// What `summary.json` says while a run is under way.
+/// The content of `summary.json` while a run is in progress.
 #[derive(Serialize)]
 struct Beginning<'a> {
     title: &'a str,
@@ -103,7 +104,7 @@ struct Beginning<'a> {
     ending: Ending,
 }
 
-/// Writes the `summary.json` of a run that has only begun.
+/// Writes the `summary.json` of a run that has just begun.
 pub(super) fn begin(dir: &Path, run: &Run) -> Result<(), RecordError> {
     let beginning = Beginning {
         title: &run.title,
@@ -118,7 +119,7 @@ pub(super) fn begin(dir: &Path, run: &Run) -> Result<(), RecordError> {
 /// Replaces `summary.json` as a whole.
 ///
 /// # Errors
-/// It cannot be written; the old one stays.
+/// The file cannot be written; the old file stays.
 pub fn write_summary(dir: &Path, summary: &impl Serialize) -> Result<(), RecordError> {
     let path = dir.join("summary.json");
     let text = serde_json::to_string_pretty(summary).map_err(std::io::Error::from);
@@ -126,11 +127,11 @@ pub fn write_summary(dir: &Path, summary: &impl Serialize) -> Result<(), RecordE
     replace(&FileSystem, &path, (text + "\n").as_bytes())
 }
 
-/// What `summary.json` says: how the run ended, and what its trials held. Without
-/// one, or where it does not say, nobody came as far as writing it.
+/// Reads from `summary.json` how the run ended, and what its trials contained. Without such a file,
+/// or where the file does not contain it, the run counts as incomplete.
 ///
 /// # Errors
-/// It is no regular file, or cannot be read.
+/// The path is not a regular file, or cannot be read.
 pub(super) fn read(dir: &Path) -> Result<(Ending, Vec<Counted>), RecordError> {
     #[derive(Default, Deserialize)]
     struct Counts {

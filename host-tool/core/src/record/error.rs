@@ -1,26 +1,27 @@
-//! What can go wrong with a record, and what to do about it.
+//! Errors of reading and writing records, each with a remedy.
 
 use super::FORMAT;
 use std::path::PathBuf;
 
-/// Why a run could not be written or read.
+/// Reason why a run could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The file system refused this file or folder.
+    /// The file system refused access to this file or folder.
     #[error("E583 {0} cannot be used: {1}; mend that, or give another folder")]
     Io(PathBuf, std::io::Error),
-    /// The disk is full, or the file system refused otherwise.
+    /// A file could not be written, because the disk is full or for another reason of the file
+    /// system.
     #[error(
         "E582 cannot write {path}: {why}; make room there or choose another --out; what was \
          recorded before is kept"
     )]
     Write {
-        /// The file or folder.
+        /// File or folder that could not be written.
         path: PathBuf,
-        /// What the system said.
+        /// Error from the operating system.
         why: std::io::Error,
     },
-    /// The folder for a new record holds something.
+    /// The folder for a new record is not empty; the text names an entry.
     #[error(
         "E590 {0} is not empty: it holds {1}; choose another --out; where a command has \
          --overwrite, that replaces a record"
@@ -29,33 +30,33 @@ pub enum RecordError {
     /// Another program writes the record in this folder.
     #[error("E591 another flexor writes in {0}: wait for its end, or choose another folder")]
     Busy(PathBuf),
-    /// A folder that is no record, but holds this, was to be replaced.
+    /// The folder to be replaced is not a record; the text names an entry.
     #[error(
         "E592 {0} is no record, so --overwrite leaves it alone: it holds {1} and no run.json \
          of flexor's; choose another --out"
     )]
     NotOurs(PathBuf, String),
-    /// A folder without a record.
+    /// The folder contains no record.
     #[error("E593 {0} is no record: it has no run.json; give a folder that flexor run wrote")]
     Absent(PathBuf),
-    /// A record of this later format, which this version of the program wrote.
+    /// The record has this later format, written by this version of the program.
     #[error(
         "E594 the record in {0} has format {1}, and this flexor knows formats up to \
          {FORMAT}: use the flexor that wrote it ({2}), or a later one"
     )]
     Newer(PathBuf, u64, String),
-    /// A closed record has lost this.
+    /// A closed record has lost the data that the text names.
     #[error("E585 the record in {0} is damaged: {1}; take it from where it was kept whole")]
     Damaged(PathBuf, String),
-    /// The place for something new, with its option where that needs naming, is this
-    /// of what is read or recorded.
+    /// The place for a new file, named with its option if that is needed, is a file that is read or
+    /// recorded, or is part of one.
     #[error("E586 {0} is {1}, which is to be read and not replaced: choose another place")]
     Source(String, String),
-    /// The file for something new is there.
+    /// The file to be written already exists.
     #[error("E587 {0} is there already: choose another name; --overwrite replaces it")]
     FileTaken(PathBuf),
-    /// A file is not what this program writes: its line, from 1 for the header, and
-    /// the column with the reason.
+    /// The file differs from what this program writes: its line, from 1 for the header, and the
+    /// column with the reason.
     #[error(
         "E584 {0}, line {1}: {2}; flexor does not write it so: take the record from where \
          it was kept unchanged"
@@ -64,7 +65,7 @@ pub enum RecordError {
 }
 
 impl RecordError {
-    /// What became of writing `path`.
+    /// Returns a function that turns an I/O error of writing `path` into a [`RecordError::Write`].
     pub fn write(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         move |why| RecordError::Write {
             path: path.to_owned(),
@@ -72,7 +73,7 @@ impl RecordError {
         }
     }
 
-    /// What became of reading `path`.
+    /// Returns a function that turns an I/O error of reading `path` into a [`RecordError::Io`].
     pub fn io(path: &std::path::Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         move |why| Self::Io(path.to_owned(), why)
     }

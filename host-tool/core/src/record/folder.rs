@@ -1,5 +1,5 @@
-//! A run as a folder: `run.json`, and per trial `NN-name/` with `trial.json`,
-//! `samples.csv`, `edges.csv` and `markers.csv`.
+//! A run as a folder: `run.json`, and for each trial `NN-name/` with `trial.json`, `samples.csv`,
+//! `edges.csv` and `markers.csv`.
 
 use super::damage::{self, Held, is_lost};
 use super::disk::write_json;
@@ -13,20 +13,19 @@ use hal_sim::input;
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::{Path, PathBuf};
 
-/// Writes `run.json`: everything of the run but its trials, and a `summary.json`
-/// that says that the run is incomplete, as long as nothing replaces it. Call it
-/// before the first [`Recorder`], so that an interrupted run can be loaded.
+/// Writes `run.json` with everything about the run except its trials, and a `summary.json` that
+/// marks the run as incomplete until it is replaced. Call this function before creating the first
+/// [`Recorder`], so that an interrupted run can be loaded.
 pub fn write_run(dir: &Path, run: &Run) -> Result<(), RecordError> {
     std::fs::create_dir_all(dir).map_err(RecordError::write(dir))?;
     ending::begin(dir, run)?;
     write_header(dir, run)
 }
 
-/// Replaces `run.json` alone: with what has been learnt of the device, once a
-/// trial knows it.
+/// Replaces `run.json` alone, with the facts about the device that became known during a trial.
 ///
 /// # Errors
-/// It cannot be written; the old one stays.
+/// The file cannot be written; the old file stays.
 pub fn write_header(dir: &Path, run: &Run) -> Result<(), RecordError> {
     #[derive(Serialize)]
     struct Header<'a> {
@@ -44,7 +43,7 @@ pub fn write_header(dir: &Path, run: &Run) -> Result<(), RecordError> {
     write_json(&FileSystem, &dir.join("run.json"), &header)
 }
 
-/// Writes a whole run that is in memory.
+/// Writes a complete run from memory.
 pub fn save(dir: &Path, run: &Run) -> Result<(), RecordError> {
     write_run(dir, run)?;
     for (position, trial) in run.trials.iter().enumerate() {
@@ -54,17 +53,16 @@ pub fn save(dir: &Path, run: &Run) -> Result<(), RecordError> {
     Ok(())
 }
 
-/// Reads a run back, also one that was interrupted. Trials are the folders
-/// with a `trial.json`, by name. What a closed one has lost is in
-/// [`Run::damage`].
+/// Reads a run, including one that was interrupted. Trials are the folders with a `trial.json`,
+/// sorted by name. [`Run::damage`] lists what a closed record has lost.
 pub fn load(dir: &Path) -> Result<Run, RecordError> {
     let mut trials = Vec::new();
     let run = load_each(dir, &mut |trial| trials.push(trial))?;
     Ok(Run { trials, ..run })
 }
 
-/// The same without holding more than one trial: `each` takes them in their order, and the
-/// run that is returned has none.
+/// Reads a run while holding only one trial in memory: `each` receives the trials in their order,
+/// and the returned run has no trials.
 pub fn load_each(dir: &Path, each: &mut dyn FnMut(Trial)) -> Result<Run, RecordError> {
     let mut run = read_header(dir)?;
     let (ending, counted) = ending::read(dir)?;
@@ -78,20 +76,20 @@ pub fn load_each(dir: &Path, each: &mut dyn FnMut(Trial)) -> Result<Run, RecordE
             None => trial.samples = read_samples(&samples)?,
         }
         let edges = folder.join("edges.csv");
-        // A trial stopped on its first steps has none.
+        // A trial that was stopped in its first steps has no edges.
         if edges.exists() {
             trial.edges = read_edges(&edges)?;
         }
         let markers = folder.join("markers.csv");
-        // Records of earlier versions have none.
+        // Records of earlier versions have no markers.
         if markers.exists() {
             trial.markers = read_markers(&markers)?;
         }
-        // One that nobody closed: it is as long as its rows.
+        // A trial that was never closed is as long as its rows.
         if run.ending.is_incomplete() && trial.counters.is_empty() {
             trial.duration_s = trial.samples.last().map_or(0.0, |sample| sample.t_s);
         }
-        // Records of the first format have no copy.
+        // Records of the first format have no copy of the session.
         trial.session_text = copied(&folder.join("session.toml"))?;
         if let Some(wearer) = &mut trial.wearer {
             wearer.text = copied(&folder.join(KEPT_AS))?;
@@ -100,7 +98,7 @@ pub fn load_each(dir: &Path, each: &mut dyn FnMut(Trial)) -> Result<Run, RecordE
         found.push((folder, Held::by(&trial)));
         each(trial);
     }
-    // Of one that was cut short, the disk may hold less than the program knew.
+    // If the run was cut short, the disk may hold fewer rows than the program counted.
     if !run.ending.is_incomplete() {
         run.damage.extend(damage::of(dir, &counted, &found));
     }
@@ -122,7 +120,7 @@ pub(super) fn read_header(dir: &Path) -> Result<Run, RecordError> {
     read_json(&path)
 }
 
-/// The folders of the trials, in their order.
+/// Returns the folders of the trials, in their order.
 pub(super) fn trial_folders(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
     let entries = std::fs::read_dir(dir).map_err(RecordError::io(dir))?;
     let mut folders: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
@@ -131,7 +129,8 @@ pub(super) fn trial_folders(dir: &Path) -> Result<Vec<PathBuf>, RecordError> {
     Ok(folders)
 }
 
-/// The copy of a file that a trial was made of; nothing where there is none, or no text.
+/// Returns the copy of a file from which a trial was made, or an empty text if the copy is missing
+/// or is not text.
 fn copied(path: &Path) -> Result<String, RecordError> {
     match input::read_text(path, input::LONGEST_TYPED) {
         Err(why) if is_lost(&why) => Ok(String::new()),

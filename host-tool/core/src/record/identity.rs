@@ -1,50 +1,50 @@
-//! Which device a trial ran on, as it told itself.
+//! Identity of the device on which a trial ran, as the device reported it.
 
 use serde::{Deserialize, Serialize};
 
-/// What a device said in its `Hello`, and whether it is a simulator.
+/// Content of a device's `Hello`, and whether the device is a simulator.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Identity {
-    /// What it is.
+    /// Kind of device: a board, or one of the simulators.
     pub kind: DeviceKind,
-    /// Whether a simulated wearer stood behind it: it is a simulator, or its
-    /// serving side is part of this program.
+    /// Whether a simulated wearer was attached: the device is a simulator, or the program that
+    /// serves it is this one.
     pub simulated: bool,
-    /// Whether that serving side is part of this program: then it runs in
-    /// virtual time, and again the same.
+    /// Whether this program serves the device. The device then runs in virtual time, and a rerun
+    /// gives the same result.
     pub in_process: bool,
-    /// The chip's 96-bit number, 24 hexadecimal digits in the order of its bytes;
-    /// `None` where there is no chip.
+    /// 96-bit unique number of the chip, as 24 hexadecimal digits in the order of its bytes; `None`
+    /// if there is no chip.
     pub unique_id: Option<String>,
-    /// Firmware version.
+    /// Version of the firmware.
     pub firmware: String,
-    /// The schema hash of its link, 16 hexadecimal digits.
+    /// Schema hash of the device's link, 16 hexadecimal digits.
     pub schema: String,
-    /// Why it last reset: "power on".
+    /// Cause of the last reset, for example "power on".
     pub reset: String,
-    /// Isolation between opposite drive, µs.
+    /// Time for which outputs are disconnected between opposite drive, µs.
     pub dead_time_us: u16,
-    /// The chip's option bytes that are not as docs/hil.md sets them.
+    /// Option bytes of the chip that differ from the settings in docs/hil.md.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub option_bytes: Vec<String>,
 }
 
-/// The kinds of device.
+/// Kind of device, by the backend that executes its code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DeviceKind {
-    /// A board: a person may be connected.
+    /// Board, to which a person may be connected.
     Board,
-    /// The flashed image on the chip simulator.
+    /// Chip simulator, which executes the flashed image.
     Chip,
-    /// The native simulator.
+    /// Native simulator.
     Native,
-    /// The device code under QEMU.
+    /// QEMU, which executes the device code.
     Qemu,
 }
 
 impl DeviceKind {
-    /// For people.
+    /// Returns the kind in words for people.
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
@@ -55,8 +55,8 @@ impl DeviceKind {
         }
     }
 
-    /// For people, with the name it was found by: "board at /dev/ttyACM0". A
-    /// simulator of this program has no other name than its kind.
+    /// Returns the kind in words, with the name by which the device was found, for example "board
+    /// at /dev/ttyACM0". A simulator of this program has only its kind as a name.
     #[must_use]
     pub fn at(self, name: &str) -> String {
         match self.words() {

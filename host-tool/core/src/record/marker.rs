@@ -1,24 +1,24 @@
-//! `markers.csv`: what a person did at the controls while a trial ran, and the edges of
-//! trigger input and sync output, each with device time and host time. An analysis aligns
-//! other instruments by it; a rerun repeats the keys from it.
+//! `markers.csv`: the actions of a person at the controls while a trial ran, and the edges of the
+//! trigger input and the sync output, each with device time and host time. An analysis uses them to
+//! align other instruments; a rerun repeats the keys.
 
 use super::table::Rows;
 use super::{RecordError, columns};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// What a marker marks.
+/// Kind of event that a marker records.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum MarkerKind {
-    /// All channels were stopped by hand, to be resumed.
+    /// All channels were stopped by hand, and can be resumed.
     Pause,
-    /// They were armed and started again.
+    /// The channels were armed and started again.
     Resume,
-    /// A channel's intensity was raised by a step.
+    /// The intensity of a channel was raised by a step.
     Raise,
-    /// It was lowered by a step.
+    /// The intensity of a channel was lowered by a step.
     Lower,
-    /// A text was typed.
+    /// A text was typed as a note.
     Mark,
     /// The session was ended by hand.
     Stop,
@@ -28,7 +28,7 @@ pub enum MarkerKind {
     Sync,
 }
 
-/// The words for kinds in `markers.csv`.
+/// Kinds of markers and their words in `markers.csv`.
 pub(super) const KINDS: [(MarkerKind, &str); 8] = [
     (MarkerKind::Pause, "pause"),
     (MarkerKind::Resume, "resume"),
@@ -41,14 +41,14 @@ pub(super) const KINDS: [(MarkerKind, &str); 8] = [
 ];
 
 impl MarkerKind {
-    /// The word in `markers.csv`.
+    /// Returns the word for this kind in `markers.csv`.
     #[must_use]
     pub fn word(self) -> &'static str {
         let found = KINDS.iter().find(|(kind, _)| *kind == self);
         found.map_or("", |(_, word)| word)
     }
 
-    /// Whether a person did it, so that a rerun repeats it.
+    /// Returns whether a person caused the marker, so that a rerun repeats it.
     #[must_use]
     pub const fn is_by_hand(self) -> bool {
         !matches!(self, Self::Trigger | Self::Sync)
@@ -60,18 +60,18 @@ impl MarkerKind {
 pub struct Marker {
     /// Device time since the start of the trains, s.
     pub t_s: f64,
-    /// Device time since its boot, µs, which does not wrap.
+    /// Device time since the device's boot, µs, which does not wrap.
     pub device_us: u64,
-    /// Host time since the start of the trains, µs: of a key when it took effect, of an edge
-    /// when the host heard of it.
+    /// Host time since the start of the trains, µs: for a key, when it took effect; for an edge,
+    /// when the host received it.
     pub host_us: u64,
-    /// What it marks.
+    /// Kind of event.
     pub kind: MarkerKind,
-    /// The channel whose intensity was meant, from 1.
+    /// Channel whose intensity was changed, from 1.
     pub channel: Option<u8>,
-    /// The channel's intensity from then on, percent of the session's own amplitudes.
+    /// Intensity of the channel from this time on, percent of the session's own amplitudes.
     pub intensity_percent: Option<u16>,
-    /// What was typed; or why a key had no effect.
+    /// Text that was typed, or the reason why a key had no effect.
     pub text: String,
 }
 
@@ -80,7 +80,7 @@ pub(super) fn write_header(out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "{}", columns::header(&columns::MARKERS, &[]))
 }
 
-/// Writes one row in one piece.
+/// Writes one row with a single call.
 pub(super) fn write_row(out: &mut impl Write, marker: &Marker) -> io::Result<()> {
     let optional = |value: Option<u64>| value.map(|value| value.to_string()).unwrap_or_default();
     let mut row = csv::Writer::from_writer(Vec::new());
@@ -99,11 +99,11 @@ pub(super) fn write_row(out: &mut impl Write, marker: &Marker) -> io::Result<()>
     out.write_all(&row)
 }
 
-/// Reads `markers.csv` without the edges of the sync output, which are many; errors as
-/// [`read_samples`](super::read_samples).
+/// Reads `markers.csv` without the edges of the sync output, which are numerous. Fails as
+/// [`read_samples`](super::read_samples) does.
 ///
 /// # Errors
-/// The file cannot be read, or a row is none of this table.
+/// The file cannot be read, or a row does not fit this table.
 pub fn read_markers(path: &Path) -> Result<Vec<Marker>, RecordError> {
     let rows = Rows::open(path)?;
     if rows.is_empty() {
@@ -127,7 +127,7 @@ pub fn read_markers(path: &Path) -> Result<Vec<Marker>, RecordError> {
     Ok(kept.0)
 }
 
-/// All but the edges of the sync output.
+/// Markers without the edges of the sync output.
 struct Kept(Vec<Marker>);
 
 impl FromIterator<Marker> for Kept {

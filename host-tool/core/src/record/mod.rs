@@ -1,9 +1,10 @@
-//! The data of a run: what was asked, what the device answered, what its pins did.
+//! Records: the data of a run, that is the session, the device's answers and the edges at its pins.
 //!
-//! Here: [`Run`] and its parts, CSV in and out, and the [`Recorder`] that keeps
-//! every row on disk while a trial is still running. Not here: numbers computed
-//! from the data (`analysis`), pictures (`report`).
-//! In: telemetry, edges, counters, events. Out: a folder that [`load`] reads back.
+//! This module has [`Run`] and its parts, reads and writes CSV, and has the [`Recorder`], which
+//! keeps every row on disk while a trial is running. Numbers computed from the data are in
+//! `analysis`, pictures in `report`.
+//!
+//! Input: telemetry, edges, counters, events. Output: a folder that [`load`] reads.
 
 mod channel;
 mod columns;
@@ -48,62 +49,62 @@ use crate::clock::Moment;
 use crate::session::Study;
 use serde::{Deserialize, Serialize};
 
-/// Several trials of one purpose on one device.
+/// One or more trials with a common purpose on one device.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Run {
-    /// Of the record: [`FORMAT`] in what this program writes, 1 before there was
-    /// a number.
+    /// Format of the record: [`FORMAT`] in records that this program writes, 1 in records without a
+    /// number.
     #[serde(default = "first_format")]
     pub format: u32,
-    /// What the run is about; the heading of its report.
+    /// Title of the run, and heading of its report.
     pub title: String,
-    /// How the device was named: "native simulator", a port's name, ….
+    /// Name under which the device was given: "native simulator", the name of a port, ….
     pub device: String,
-    /// Seed of all that was random; `None` where only who serves the device knows.
+    /// Seed of all random values; `None` if only the program that serves the device knows it.
     pub seed: Option<u64>,
-    /// The program that recorded.
+    /// Program that recorded the run.
     #[serde(default)]
     pub program: Program,
-    /// What was ordered; `None` in records of the first format.
+    /// Command that started the run; `None` in records of the first format.
     #[serde(default)]
     pub plan: Option<Plan>,
-    /// What only people know.
+    /// Facts about the study that only people know.
     #[serde(default)]
     pub study: Study,
-    /// The SHA-256 of the image that the device ran, where it was this program's.
+    /// SHA-256 of the image that the device ran, if this program provided the image.
     #[serde(default)]
     pub image_sha256: Option<String>,
-    /// In the order they were run; each has a folder of its own.
+    /// Trials in the order in which they were run; each has a folder of its own.
     #[serde(skip)]
     pub trials: Vec<Trial>,
-    /// What a paper printed for the same trials.
+    /// Values that a paper printed for the same trials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub paper: Vec<PaperRow>,
-    /// The comparison that it is about, in a sentence; the report begins with it.
+    /// Result of the comparison that the run is about, in a sentence with which the report begins.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finding: Option<String>,
-    /// What was put into a simulation and what came out.
+    /// Assumptions of a simulation, and its outcomes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub assumptions: Vec<Assumption>,
-    /// What the host knows: a rerun differs in this alone.
+    /// Facts that only the host knows; a rerun differs in these alone.
     #[serde(default)]
     pub host: HostFacts,
-    /// How it ended; kept in `summary.json`.
+    /// Ending of the run; stored in `summary.json`.
     #[serde(skip)]
     pub ending: Ending,
-    /// What it has lost since it was closed, a phrase each: found by [`load`].
+    /// Data that the record has lost since it was closed, one phrase each; [`load`] fills it in.
     #[serde(skip)]
     pub damage: Vec<String>,
 }
 
-/// The format of the records that this program writes.
+/// Format of the records that this program writes.
 pub const FORMAT: u32 = 2;
 
 const fn first_format() -> u32 {
     1
 }
 
-/// The SHA-256 of `bytes`, 64 hexadecimal digits.
+/// Returns the SHA-256 of `bytes` as 64 hexadecimal digits.
 #[must_use]
 pub fn sha256(bytes: &[u8]) -> String {
     use sha2::Digest;
@@ -112,7 +113,7 @@ pub fn sha256(bytes: &[u8]) -> String {
 }
 
 impl Run {
-    /// A run without trials that this program begins at `start`.
+    /// Returns a run without trials that this program begins at `start`.
     #[must_use]
     pub fn begin(title: &str, device: &str, seed: Option<u64>, plan: Plan, start: Moment) -> Self {
         Self {
@@ -127,8 +128,8 @@ impl Run {
         }
     }
 
-    /// What repeats it, typed in its folder: for a simulated run of this program
-    /// the same bytes, for any other the same session.
+    /// Returns the command that repeats the run when typed in its folder. For a simulated run of
+    /// this program it gives the same bytes, for any other run the same session.
     #[must_use]
     pub fn how_to_reproduce(&self) -> &'static str {
         match self.is_repeatable() {
@@ -137,7 +138,7 @@ impl Run {
         }
     }
 
-    /// Whether every device that answered ran in this program, in virtual time.
+    /// Returns whether every device that answered ran in this program, in virtual time.
     #[must_use]
     pub fn is_repeatable(&self) -> bool {
         let mut devices = self
@@ -147,29 +148,30 @@ impl Run {
         devices.all(|identity| identity.in_process)
     }
 
-    /// Whether a simulator stood in for the wearer: the device said so, or a
-    /// true angle is known, which only a simulated body can tell. A name, which
-    /// anybody can give, is no evidence.
+    /// Returns whether a simulator stood in for the wearer: the device reported it, or a true angle
+    /// is known, which only a simulated wearer can provide. The name of the device is no evidence,
+    /// because anyone can choose it.
     #[must_use]
     pub fn is_simulated(&self) -> bool {
         self.trials.iter().any(Trial::is_simulated)
     }
 
-    /// [`Run::is_simulated`]; `None` where no device has answered, so that nobody knows.
+    /// Returns [`Run::is_simulated`], or `None` if no device has answered, because the kind is then
+    /// unknown.
     #[must_use]
     pub fn simulated(&self) -> Option<bool> {
         let is_simulated = self.is_simulated();
         (is_simulated || self.kind().is_some()).then_some(is_simulated)
     }
 
-    /// The seed for people.
+    /// Returns the seed as text for people.
     #[must_use]
     pub fn seed_in_words(&self) -> String {
         self.seed
             .map_or_else(|| "unknown".to_owned(), |seed| seed.to_string())
     }
 
-    /// What stimulated; `None` until a device has answered.
+    /// Returns the kind of device that stimulated, or `None` until a device has answered.
     #[must_use]
     pub fn kind(&self) -> Option<DeviceKind> {
         let mut said = self
@@ -179,7 +181,7 @@ impl Run {
         said.next().map(|identity| identity.kind)
     }
 
-    /// What stimulated, for people: what it said it is, and where.
+    /// Returns the device that stimulated, as text for people: its kind as reported, and its name.
     #[must_use]
     pub fn device_in_words(&self) -> String {
         let said = self.trials.iter().find_map(|trial| trial.identity.as_ref());
@@ -190,86 +192,86 @@ impl Run {
     }
 }
 
-/// One uninterrupted stimulation.
+/// One uninterrupted stimulation, with all its data.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Trial {
-    /// For people: "two-point".
+    /// Name of the trial for people, for example "two-point".
     pub name: String,
-    /// The session file that described it.
+    /// Session file that describes the trial.
     pub session_file: String,
-    /// The device, as it told itself; `None` if it never answered.
+    /// Identity that the device reported; `None` if the device never answered.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identity: Option<Identity>,
-    /// The text of the session file, kept beside the rows as `session.toml`.
+    /// Text of the session file, stored beside the rows as `session.toml`.
     #[serde(skip)]
     pub session_text: String,
-    /// Its SHA-256, 64 hexadecimal digits.
+    /// SHA-256 of the session file, 64 hexadecimal digits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub session_sha256: Option<String>,
-    /// The wearer file that the session names, kept beside the rows as `wearer.toml`.
+    /// Wearer file that the session names, stored beside the rows as `wearer.toml`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wearer: Option<TrialWearer>,
-    /// What `[fidelity]` came to, where the session has it.
+    /// Result of `[fidelity]`, if the session has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fidelity: Option<FidelityFound>,
-    /// The device's clock against the host's.
+    /// Fit of the device's clock to the host's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock: Option<ClockFit>,
-    /// Length, s.
+    /// Duration of the trial, s.
     pub duration_s: f64,
-    /// The channels in use; `Sample::amplitudes` has this order.
+    /// Channels in use, in the order of `Sample::amplitudes`.
     pub channels: Vec<ChannelInfo>,
     /// Telemetry, oldest first.
     #[serde(default, skip_serializing_if = "Samples::is_empty")]
     pub samples: Samples,
-    /// Switch states of one period, oldest first. A channel is isolated until
+    /// Changes of the switch states in one period, oldest first. A channel is disconnected until
     /// its first edge.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub edges: Vec<Edge>,
-    /// Whether the device drove a joint after a target: only then is its angle judged.
+    /// Whether the device controlled the angle of a joint; the angle is assessed only then.
     #[serde(default)]
     pub joint: bool,
-    /// The virtual wall, if there was one.
+    /// Virtual wall, if the session has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall: Option<WallPlace>,
-    /// The part that metrics judge, from–to in s; all of it when `None`.
+    /// Part that metrics assess, from–to in s; the whole trial if `None`.
     pub measure: Option<(f64, f64)>,
-    /// Pulses of more than 0 that were played; `None` if nobody could tell.
+    /// Number of pulses with an amplitude above 0 that were output; `None` if it is unknown.
     #[serde(default)]
     pub pulses: Option<u64>,
-    /// Why there was none, most likely.
+    /// Most likely reason why there were no pulses.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub silent: Option<String>,
-    /// Named counts of this trial: frames, pulses, …. Of a device that was
-    /// running before, what it counted between the trial's begin and its end.
+    /// Named counts of the trial: frames, pulses, …. If the device was already running, the
+    /// difference between the counts at the trial's end and at its beginning.
     pub counters: Vec<(String, u64)>,
-    /// What happened when, s.
+    /// Events of the trial, each with its time in s.
     pub events: Vec<(f64, String)>,
-    /// What was done at the controls, and edges of the trigger input, oldest first; kept in
-    /// `markers.csv`, which has the edges of the sync output, too.
+    /// Actions at the controls, and edges of the trigger input, oldest first; stored in
+    /// `markers.csv`, which also has the edges of the sync output.
     #[serde(skip)]
     pub markers: Vec<Marker>,
-    /// What the electrode check of arming read, in the order it did.
+    /// Readings of the electrode check during arming, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub electrode_check: Vec<ElectrodeReading>,
 }
 
-/// What the electrode check of arming read of a channel.
+/// Reading of the electrode check of arming on one channel.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ElectrodeReading {
-    /// 1-based.
+    /// Channel number, from 1.
     pub channel: u8,
-    /// What was applied, in the channel's unit.
+    /// Amplitude that was applied, in the channel's unit.
     pub applied: f64,
-    /// The current that flowed, mA.
+    /// Current that flowed, mA.
     pub current_ma: f64,
-    /// Of a voltage stage: volts by current, Ω; `None` for a current stage, which
-    /// does not measure its voltage, and without any current.
+    /// Load at a voltage stage, voltage divided by current, Ω; `None` without current, and for a
+    /// current stage, which does not measure its voltage.
     pub load_ohm: Option<f64>,
 }
 
 impl Trial {
-    /// Whether a simulator stood in for the wearer, as [`Run::is_simulated`] says.
+    /// Returns whether a simulator stood in for the wearer, as [`Run::is_simulated`] defines it.
     #[must_use]
     pub fn is_simulated(&self) -> bool {
         let said = self
@@ -279,31 +281,31 @@ impl Trial {
         said || self.samples.iter().any(|s| s.true_deg.is_some())
     }
 
-    /// Whether anything was to be followed: an angle, a wall or a force. What
-    /// follows nothing is open loop.
+    /// Returns whether the trial has something to follow: an angle, a wall or a force. Any other
+    /// trial is open loop.
     #[must_use]
     pub fn follows(&self) -> bool {
         self.joint || self.wall.is_some() || self.channels.iter().any(|c| c.force)
     }
 
-    /// The predicted force of a channel, N; `None` without a muscle, and where none
-    /// was predicted.
+    /// Returns the predicted force of a channel, N; `None` without a muscle, and if no force was
+    /// predicted.
     #[must_use]
     pub fn force_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
         let place = self.place(channel, |c| c.muscle)?;
         sample.forces_n.get(place).copied().flatten()
     }
 
-    /// The wanted force of a channel, N; `None` without force control and before
-    /// its first setpoint.
+    /// Returns the wanted force of a channel, N; `None` without force control and before its first
+    /// setpoint.
     #[must_use]
     pub fn wanted_n(&self, sample: &Sample, channel: u8) -> Option<f64> {
         let place = self.place(channel, |c| c.force)?;
         sample.wanted_n.get(place).copied().flatten()
     }
 
-    /// The two forces that a channel's limits can give, N, if they could not give
-    /// the wanted one between them.
+    /// Returns the two forces closest to the wanted one that a channel's limits allow, N; `None` if
+    /// the limits allow the wanted force itself.
     #[must_use]
     pub fn gap_n(&self, sample: &Sample, channel: u8) -> Option<(f64, f64)> {
         let place = self.place(channel, |c| c.force)?;
@@ -311,32 +313,32 @@ impl Trial {
         side(&sample.below_n).zip(side(&sample.above_n))
     }
 
-    /// A channel's place among those that have something.
+    /// Returns the index of a channel among the channels for which `has` is true.
     pub(crate) fn place(&self, channel: u8, has: fn(&ChannelInfo) -> bool) -> Option<usize> {
         let mut such = self.channels.iter().filter(|c| has(c));
         such.position(|c| c.number == channel)
     }
 }
 
-/// Where a trial's virtual wall stands.
+/// Position of a trial's virtual wall.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct WallPlace {
-    /// The wall, degrees.
+    /// Angle of the wall, degrees.
     pub at_deg: f64,
-    /// Whether the limb is inside at larger angles, or at smaller ones.
+    /// Whether the limb is inside at larger angles; else at smaller ones.
     pub stops_flexion: bool,
-    /// How far in front of it its pre-wall begins, degrees; 0 for none.
+    /// Angle by which the pre-wall begins in front of the wall, degrees; 0 without a pre-wall.
     pub pre_wall_deg: f64,
 }
 
-/// What a session's `[fidelity]` came to.
+/// Result of a session's `[fidelity]`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct FidelityFound {
     /// Telemetry period, ms.
     pub telemetry_ms: u16,
-    /// The law's period, ms, if there is one.
+    /// Period of the control law, ms, if there is a control law.
     pub law_period_ms: Option<u8>,
-    /// The simulated finger's step, µs, if there is one.
+    /// Time step of the simulated finger, µs, if there is a simulated finger.
     pub finger_step_us: Option<u32>,
 }
 
@@ -345,62 +347,62 @@ pub struct FidelityFound {
 pub struct Edge {
     /// Device time, µs.
     pub t_us: u64,
-    /// 1-based.
+    /// Channel number, from 1.
     pub channel: u8,
-    /// From this moment on.
+    /// State from this time on.
     pub state: State,
     /// Amplitude code of the channel's DAC, 0–65535.
     pub dac_code: u16,
 }
 
-/// How a channel's output switches stand.
+/// State of a channel's output switches.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum State {
-    /// Both electrodes open.
+    /// Both electrodes are open.
     Isolated,
-    /// Current out of the active electrode.
+    /// Current flows out of the active electrode.
     Anodic,
-    /// Current into the active electrode.
+    /// Current flows into the active electrode.
     Cathodic,
-    /// Both electrodes shorted to the return.
+    /// Both electrodes are shorted to the return.
     Grounded,
 }
 
-/// What a paper printed for a trial of this kind. A trial may have several.
+/// Values that a paper printed for trials of this kind. A trial may have several.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct PaperRow {
-    /// [`Trial::name`] it is compared with.
+    /// [`Trial::name`] of the trial with which the values are compared.
     pub trial: String,
-    /// RMSE of the paper's own trials, degrees, in print order.
+    /// RMSE of the paper's own trials, degrees, in the printed order.
     pub values: Vec<f64>,
-    /// Where it is printed: "table 8, participant P".
+    /// Source of the values, for example "table 8, participant P".
     pub source: String,
 }
 
 impl PaperRow {
-    /// Arithmetic mean of the values, degrees; `None` without values.
+    /// Returns the arithmetic mean of the values, degrees; `None` without values.
     pub fn mean(&self) -> Option<f64> {
         (!self.values.is_empty())
             .then(|| self.values.iter().sum::<f64>() / self.values.len() as f64)
     }
 }
 
-/// One thing a reader must know to judge a simulated result.
+/// A statement that a reader needs to judge a simulated result.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Assumption {
-    /// Put in by us, or an outcome.
+    /// Whether the statement is an assumption or an outcome.
     pub role: Role,
-    /// One sentence.
+    /// The statement, in one sentence.
     pub text: String,
 }
 
-/// Which side of a simulation a statement describes.
+/// Side of a simulation that a statement describes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// Typed into the simulated body or the experiment.
+    /// Assumption that was put into the simulated wearer or the experiment.
     PutIn,
-    /// Computed by the run.
+    /// Outcome that the run computed.
     CameOut,
 }

@@ -1,4 +1,4 @@
-//! The folder of a new record: a run never destroys another.
+//! The folder of a new record: a run never destroys another run.
 
 use super::provenance::DECLARED;
 use super::{RecordError, folder};
@@ -9,27 +9,27 @@ use std::fs::{File, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Held by the program that writes a record. It stays, empty: without it two
-/// programs could each hold a lock of this name.
+/// Name of the lock file, which the program that writes a record holds. The empty file stays: if it
+/// were removed, two programs could each hold a lock of this name.
 const LOCK: &str = ".lock";
 
-/// What a record has beside its trials' folders.
+/// Files of a record beside its trials' folders.
 const RUN_FILES: &str = "run.json summary.json report.html picture.svg image.elf outputs.vcd compare.html \
      result.json result.html declaration.toml sweep.json draws.csv faults.csv faults.jsonl \
      units.jsonl mismatch.csv studies.jsonl deciding.json arms.html";
 
-/// What a study's folder has.
+/// File that marks the folder of a study.
 const SWEEP: &str = "sweep.json";
 
-/// What a comparison of records has alone in its folder.
+/// File that a comparison of records writes, alone in its folder.
 const COMPARE_PAGE: &str = "compare.html";
 
-/// What a trial's folder has.
+/// Files in a trial's folder.
 const TRIAL_FILES: &str =
     "trial.json samples.csv edges.csv columns.csv markers.csv session.toml wearer.toml";
 
-/// A folder that this program alone writes, until it is dropped or the program
-/// ends, however it ends.
+/// A folder that only this program writes, until the value is dropped or the program ends in any
+/// way.
 #[derive(Debug)]
 pub struct Place {
     dir: PathBuf,
@@ -37,14 +37,14 @@ pub struct Place {
 }
 
 impl Place {
-    /// The folder.
+    /// Returns the path of the folder.
     #[must_use]
     pub fn dir(&self) -> &Path {
         &self.dir
     }
 
-    /// A new folder in `base`: `name` and the local date and time of `start`, and a counter
-    /// from 2 if that is taken.
+    /// Creates a new folder in `base`. Its name consists of `name`, the local date and time of
+    /// `start`, and a counter from 2 on if the name is taken.
     ///
     /// # Errors
     /// The file system refuses.
@@ -52,8 +52,8 @@ impl Place {
         Self::counted(base, &format!("{}-{}", slug(name), start.local_stamp()))
     }
 
-    /// The first of `stem`, `stem-2`, `stem-3`, … that nobody has: making it is
-    /// what decides between two programs.
+    /// Creates the first of `stem`, `stem-2`, `stem-3`, … that does not exist. Of two programs, the
+    /// one that creates the folder gets it.
     fn counted(base: &Path, stem: &str) -> Result<Self, RecordError> {
         std::fs::create_dir_all(base).map_err(RecordError::io(base))?;
         let mut dir = base.join(stem);
@@ -68,11 +68,11 @@ impl Place {
         }
     }
 
-    /// The folder `dir` itself. It is absent or empty, or a record that
-    /// `overwrite` allows to replace: of that only what a record consists of goes.
+    /// Takes the folder `dir` itself, which must be absent or empty, or a record that `overwrite`
+    /// allows to replace. Only the files that belong to that record are removed.
     ///
     /// # Errors
-    /// E590: it holds something else; E591: another program writes it.
+    /// E590 if the folder holds anything else; E591 if another program writes it.
     pub fn given(dir: &Path, overwrite: bool) -> Result<Self, RecordError> {
         leads_somewhere(dir)?;
         std::fs::create_dir_all(dir).map_err(RecordError::io(dir))?;
@@ -96,10 +96,10 @@ impl Place {
         Ok(place)
     }
 
-    /// The folder of a record that is there, to write in it again.
+    /// Takes the folder of an existing record, to write in it again.
     ///
     /// # Errors
-    /// E591: another program writes it.
+    /// E591 if another program writes it.
     pub fn existing(dir: &Path) -> Result<Self, RecordError> {
         Self::lock(dir.to_owned())
     }
@@ -118,13 +118,13 @@ impl Place {
     }
 }
 
-/// That a command may write the file `path`, as far as can be told before it is
-/// needed: nothing is there, or `overwrite` allows to replace that, and it is
-/// neither a file that the command `reads` nor part of a record, also of the one
-/// that begins in `out`. A pipe or a device is nothing to lose.
+/// Checks that a command may write the file `path`, as far as that is known in advance: nothing is
+/// there, or `overwrite` allows to replace it, and it is neither a file that the command `reads`
+/// nor part of a record, including the record that begins in `out`. A pipe or a device may always
+/// be written, because nothing can be lost.
 ///
 /// # Errors
-/// E586: it is read or recorded; E587: it is there; E583: it cannot be.
+/// E586 if the file is read or recorded; E587 if it exists; E583 if it cannot be created.
 pub fn may_write(
     path: &Path,
     overwrite: bool,
@@ -175,7 +175,7 @@ pub fn may_write(
     Ok(())
 }
 
-/// That `path` is no link to nothing, which can be neither opened nor made.
+/// Checks that `path` is not a dangling link, which can be neither opened nor created.
 fn leads_somewhere(path: &Path) -> Result<(), RecordError> {
     match path.is_symlink() && !path.exists() {
         false => Ok(()),
@@ -185,13 +185,13 @@ fn leads_somewhere(path: &Path) -> Result<(), RecordError> {
     }
 }
 
-/// Something in `dir` that is no lock, if there is something.
+/// Returns the name of an entry in `dir` other than the lock, if there is any.
 fn foreign(dir: &Path) -> Result<Option<String>, RecordError> {
     let first = names(dir)?.into_iter().next();
     Ok(first.map(|name| name.to_string_lossy().into_owned()))
 }
 
-/// What `dir` holds but for the lock, sorted.
+/// Returns the names in `dir` except for the lock, sorted.
 fn names(dir: &Path) -> Result<Vec<OsString>, RecordError> {
     let entries = std::fs::read_dir(dir).map_err(RecordError::io(dir))?;
     let names = entries.flatten().map(|entry| entry.file_name());
@@ -200,30 +200,30 @@ fn names(dir: &Path) -> Result<Vec<OsString>, RecordError> {
     Ok(names)
 }
 
-/// Whether `dir` is what this program writes: a record, or a page alone.
+/// Returns whether this program wrote `dir`: a record, a study, or a comparison page alone.
 fn is_ours(dir: &Path) -> bool {
     folder::read_header(dir).is_ok()
         || dir.join(SWEEP).is_file()
         || names(dir).is_ok_and(|names| names == [COMPARE_PAGE])
 }
 
-/// Takes away what the record in `dir` consists of, and nothing else.
+/// Removes the files that belong to the record in `dir`, and nothing else.
 fn clear(dir: &Path) -> Result<(), RecordError> {
     for folder in folder::trial_folders(dir)? {
         if folder.is_symlink() {
-            // What it leads to is not this record's.
+            // The folder to which the link leads does not belong to this record.
             std::fs::remove_file(&folder).map_err(RecordError::io(&folder))?;
             continue;
         }
         remove(&folder, TRIAL_FILES)?;
-        // With somebody's own files in it, it stays.
+        // A folder that holds other files stays.
         let _ = std::fs::remove_dir(&folder);
     }
     clear_declared(dir)?;
     remove(dir, RUN_FILES)
 }
 
-/// Takes away the sessions that the record of an experiment keeps.
+/// Removes the sessions that the record of an experiment keeps.
 fn clear_declared(dir: &Path) -> Result<(), RecordError> {
     let header = folder::read_header(dir).ok();
     let plan = header.and_then(|run| run.plan);
@@ -239,7 +239,7 @@ fn remove(dir: &Path, names: &str) -> Result<(), RecordError> {
     paths.try_for_each(|path| remove_file(&path))
 }
 
-/// Also what was written of it only in part.
+/// Removes the file, and the partial file of an interrupted replacement.
 fn remove_file(path: &Path) -> Result<(), RecordError> {
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");
@@ -254,7 +254,7 @@ fn remove_file(path: &Path) -> Result<(), RecordError> {
     Ok(())
 }
 
-/// Lower-case words of `name`, joined by hyphens, 40 characters at most.
+/// Returns the words of `name` in lower case, joined by hyphens, at most 40 characters.
 fn slug(name: &str) -> String {
     let words = name.split(|c: char| !c.is_alphanumeric());
     let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();
@@ -298,7 +298,7 @@ mod tests {
         let second = Place::given(&dir, false).unwrap_err().to_string();
         assert!(second.starts_with("E591"), "{second}");
         drop(first);
-        // Nothing came of the first.
+        // The first program wrote nothing into the folder.
         Place::given(&dir, false).unwrap();
     }
 

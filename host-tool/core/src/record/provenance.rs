@@ -1,22 +1,22 @@
-//! Where a record comes from: program, plan and host.
+//! Origin of a record: program, plan and host.
 
 use crate::clock::Moment;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// The program that recorded.
+/// Program that recorded a run.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Program {
-    /// Its version.
+    /// Version number of the program.
     pub version: String,
-    /// The commit it was built from; `None` if that was no checkout.
+    /// Commit from which the program was built; `None` if it was not built in a checkout.
     pub git: Option<String>,
     /// Whether the checkout had changes beyond that commit.
     pub modified: Option<bool>,
 }
 
 impl Program {
-    /// This one.
+    /// Returns the description of the running program.
     #[must_use]
     pub fn this() -> Self {
         let known = |text: &'static str| (!text.is_empty()).then_some(text);
@@ -27,7 +27,7 @@ impl Program {
         }
     }
 
-    /// "0.1.0 (1a2b3c4d, modified)".
+    /// Formats the program for people, for example "0.1.0 (1a2b3c4d, modified)".
     #[must_use]
     pub fn words(&self) -> String {
         let git = self.git.as_ref().map(|git| {
@@ -43,44 +43,45 @@ impl Program {
     }
 }
 
-/// What was ordered: everything that decides a simulated run, but for the
-/// session files, which lie in the trials' folders.
+/// Everything that determines a simulated run, except for the session files, which are in the
+/// trials' folders.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Plan {
-    /// "run", "demo", "experiment harris-wall".
+    /// Command, for example "run", "demo" or "experiment harris-wall".
     pub command: String,
-    /// The device as `--device` named it, in words if it is of this program.
+    /// Device as given by `--device`; in words if it is part of this program.
     pub device: String,
-    /// The control law instead of the file's.
+    /// Control law that replaces the one of the session file.
     pub law: Option<String>,
     /// Whether a latched fault was acknowledged first.
     pub acknowledge: bool,
     /// Whether the outputs were written as VCD.
     pub vcd: bool,
-    /// Whether another image than the board's own was flashed: `image.elf`.
+    /// Whether an image other than the board's own was flashed; the record keeps it as `image.elf`.
     pub image: bool,
-    /// Wearers that an experiment drew; `arms` in older records.
+    /// Number of randomly generated wearers in an experiment; `arms` in older records.
     #[serde(alias = "arms")]
     pub draws: Option<u64>,
-    /// What an experiment was made of: its declaration, then each session that names.
+    /// Files from which an experiment was made: its declaration, then each session that it names.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub declared: Vec<Declared>,
 }
 
-/// A file that an experiment was made of; the record keeps it.
+/// A file from which an experiment was made; the record keeps a copy.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Declared {
-    /// Its name, for a session as the declaration gives it.
+    /// Name of the file; for a session, as the declaration gives it.
     pub file: String,
-    /// Its SHA-256, 64 hexadecimal digits.
+    /// SHA-256 of the file, 64 hexadecimal digits.
     pub sha256: String,
 }
 
-/// Where a record keeps the sessions of its declaration.
+/// Folder in which a record keeps the sessions of its declaration.
 pub(super) const DECLARED: &str = "declared";
 
 impl Declared {
-    /// Where the record keeps it, relative to its folder: `place` in the plan, from 0.
+    /// Returns the path of the copy relative to the record's folder; `place` is the index in the
+    /// plan, from 0.
     #[must_use]
     pub fn kept_as(&self, place: usize) -> String {
         let name = Path::new(&self.file).file_name().unwrap_or_default();
@@ -92,7 +93,7 @@ impl Declared {
 }
 
 impl Plan {
-    /// A command without options.
+    /// Returns the plan of a command without options.
     #[must_use]
     pub fn of(command: &str, device: &str) -> Self {
         Self {
@@ -108,23 +109,23 @@ impl Plan {
     }
 }
 
-/// What the host knows of a run; a rerun differs in this block alone.
+/// Facts about a run that only the host knows; a rerun differs in this block alone.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct HostFacts {
-    /// When the record was begun, by the host's clock: UTC, RFC 3339.
+    /// Time at which the record was begun, by the host's clock: UTC, RFC 3339.
     pub started_utc: String,
-    /// The command line as it was given.
+    /// Command line as it was given.
     pub arguments: Vec<String>,
-    /// "linux x86_64".
+    /// Operating system and processor architecture, for example "linux x86_64".
     pub system: String,
-    /// Simulated seconds per second of this computer, where that was measured.
+    /// Simulated seconds per second of this computer, if that was measured.
     pub speed_factor: Option<f64>,
-    /// Of which record this is a rerun.
+    /// Record of which this run is a rerun.
     pub rerun_of: Option<String>,
 }
 
 impl HostFacts {
-    /// Of this program and a record that is begun at `start`.
+    /// Returns the facts about this program and a record that is begun at `start`.
     #[must_use]
     pub fn at(start: Moment) -> Self {
         let arguments = std::env::args_os().map(|text| text.to_string_lossy().into_owned());
@@ -138,19 +139,19 @@ impl HostFacts {
     }
 }
 
-/// The device's clock against the host's, fitted to the answers of a trial.
+/// Fit of the device's clock to the host's, from the answers of a trial.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ClockFit {
-    /// Exchanges fitted.
+    /// Number of exchanges in the fit.
     pub exchanges: u64,
-    /// The shortest round trip, µs: half of it is how wrong the offset may be.
+    /// Shortest round trip, µs; the error of the offset is at most half of it.
     pub round_trip_us: u64,
-    /// Device time less host time at the first exchange, µs, modulo 2^32; host
-    /// time counts from the opening of the port.
+    /// Device time minus host time at the first exchange, µs, modulo 2^32; host time counts from
+    /// the opening of the port.
     pub offset_us: u32,
-    /// How much faster the device's clock runs, parts per million; `None` for
-    /// exchanges within less than a second.
+    /// Excess rate of the device's clock, parts per million; positive if it runs faster. `None` if
+    /// the exchanges span less than a second.
     pub drift_ppm: Option<f64>,
-    /// Root mean square of what the line leaves, µs.
+    /// Root mean square of the residuals, µs.
     pub residual_us: f64,
 }

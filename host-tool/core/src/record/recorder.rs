@@ -10,35 +10,36 @@ use crate::session::KEPT_AS;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// So many events of a trial are on the disk as soon as they are noted.
+/// Number of events of a trial that are written to disk as soon as they are noted.
 const AT_ONCE: usize = 64;
-/// Later ones, each of which would have all others written again, within this time of the
-/// trial, s: a device that reports events without end does not keep its host at the disk.
+/// Time within which later events are written, s of the trial. Each write repeats all others, so a
+/// device that reports events without end would otherwise keep its host busy with the disk.
 const LATER_S: f64 = 0.5;
 
-/// Appends the rows of one trial to its folder, each in one piece and at once.
-/// What was recorded survives an unplugged device, an error, a full disk and a
-/// killed program; not a power cut, since the disk is not forced.
+/// Appends the rows of one trial to its folder, each immediately and with a single write. The
+/// recorded rows survive an unplugged device, an error, a full disk and a killed program, but not a
+/// power cut, because the data are not flushed to the disk itself.
 pub struct Recorder {
     disk: Box<dyn Disk>,
     folder: PathBuf,
     trial: Trial,
     samples: Box<dyn Write>,
     markers: Box<dyn Write>,
-    /// A row on its way.
+    /// Buffer for the row that is being written.
     row: Vec<u8>,
-    /// The event with which `trial.json` was written last, s after the start.
+    /// Time of the event with which `trial.json` was last written, s after the start.
     described_s: f64,
 }
 
 impl Recorder {
-    /// Begins trial `position` (from 0) of the run in `dir`. Name, channels and
-    /// window of `trial` are written at once, rows that it already holds as well.
+    /// Begins trial `position` (from 0) of the run in `dir`. Name, channels and window of `trial`
+    /// are written at once, together with the rows that it already holds.
     pub fn create(dir: &Path, position: usize, trial: &Trial) -> Result<Self, RecordError> {
         Self::create_on(Box::new(FileSystem), dir, position, trial)
     }
 
-    /// The same, on a disk that may not be what it seems.
+    /// Begins a trial on `disk`, which may be a test disk that fails; otherwise as
+    /// [`Self::create`].
     pub fn create_on(
         disk: Box<dyn Disk>,
         dir: &Path,
@@ -47,7 +48,7 @@ impl Recorder {
     ) -> Result<Self, RecordError> {
         let folder = trial_folder(dir, position, &trial.name);
         if folder.is_symlink() {
-            // What it leads to is somebody else's.
+            // The folder to which the link leads does not belong to this record.
             std::fs::remove_file(&folder).map_err(RecordError::io(&folder))?;
         }
         std::fs::create_dir_all(&folder).map_err(RecordError::write(&folder))?;
@@ -86,40 +87,40 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Appends a sample.
+    /// Appends a sample to `samples.csv`.
     pub fn sample(&mut self, sample: &Sample) -> Result<(), RecordError> {
         table::push_sample(&mut self.row, sample, &self.trial.channels);
         self.append()
             .map_err(|source| RecordError::write(&self.folder.join("samples.csv"))(source))
     }
 
-    /// Hands the row to the system in one write, so that a program killed at any
-    /// moment leaves whole rows, but where the system itself is killed in a write that
-    /// crosses a page: a reader does not count a row without its end.
+    /// Hands the row to the system in one write, so that a program killed at any moment leaves
+    /// complete rows. Only if the system itself is killed during a write that crosses a page is a
+    /// row incomplete; a reader ignores a row without its end.
     fn append(&mut self) -> std::io::Result<()> {
         let written = self.samples.write_all(&self.row);
         self.row.clear();
         written
     }
 
-    /// Appends a marker.
+    /// Appends a marker to `markers.csv`.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The marker cannot be written.
     pub fn marker(&mut self, marker: &Marker) -> Result<(), RecordError> {
         let written = marker::write_row(&mut self.row, marker);
         let written = written.and_then(|()| self.append_marker());
         written.map_err(|source| RecordError::write(&self.folder.join("markers.csv"))(source))
     }
 
-    /// As [`Self::append`].
+    /// Hands a row of `markers.csv` to the system in one write, as [`Self::append`] does.
     fn append_marker(&mut self) -> std::io::Result<()> {
         let written = self.markers.write_all(&self.row);
         self.row.clear();
         written
     }
 
-    /// Replaces `edges.csv` by these edges of one period.
+    /// Replaces the content of `edges.csv` with these edges of one period.
     pub fn edges(&mut self, edges: &[Edge]) -> Result<(), RecordError> {
         let path = self.folder.join("edges.csv");
         let mut text = Vec::new();
@@ -127,7 +128,7 @@ impl Recorder {
         replace(&*self.disk, &path, &text)
     }
 
-    /// Notes which device answered.
+    /// Notes in `trial.json` which device answered.
     pub fn identity(&mut self, identity: &Identity) -> Result<(), RecordError> {
         self.trial.identity = Some(identity.clone());
         self.describe()
@@ -144,20 +145,20 @@ impl Recorder {
         self.describe()
     }
 
-    /// Notes what the electrode check read.
+    /// Notes a reading of the electrode check.
     pub fn electrode(&mut self, reading: ElectrodeReading) -> Result<(), RecordError> {
         self.trial.electrode_check.push(reading);
         self.describe()
     }
 
-    /// Keeps how many pulses were played and, if none, why; written with what
-    /// comes next.
+    /// Notes how many pulses were output and, if none, why; they are written to disk with the next
+    /// note.
     pub fn played(&mut self, pulses: Option<u64>, silent: Option<&str>) {
         self.trial.pulses = pulses;
         self.trial.silent = silent.map(str::to_owned);
     }
 
-    /// Ends the trial with its counters and its actual length, s.
+    /// Ends the trial with its counters and its actual duration, s.
     pub fn finish(
         mut self,
         counters: &[(String, u64)],
@@ -168,13 +169,13 @@ impl Recorder {
         self.describe()
     }
 
-    /// Notes how the device's clock ran.
+    /// Notes how the device's clock ran; the fit is written to disk with the next note.
     pub fn clock(&mut self, clock: Option<ClockFit>) {
         self.trial.clock = clock;
     }
 
-    /// Writes what explains the rows: the session file, the wearer file that it names
-    /// and the dictionary of columns.
+    /// Writes the files that explain the rows: the session file, the wearer file that the session
+    /// names, and the dictionary of columns.
     fn accompany(&self, trial: &Trial) -> Result<(), RecordError> {
         if !trial.session_text.is_empty() {
             let path = self.folder.join("session.toml");

@@ -1,89 +1,94 @@
-//! A row of a trial's samples, and the state that the device was in.
+//! A row of a trial's samples, and the state of the device.
 
 use serde::{Deserialize, Serialize};
 
 /// One telemetry sample.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Sample {
-    /// Since the trial's start, s.
+    /// Time since the trial's start, s.
     pub t_s: f64,
-    /// Wanted joint angle, or where a wall stands, degrees; `None` before the
-    /// first setpoint, and without joint or wall.
-    pub target_deg: Option<f64>,
-    /// Joint angle the sensor gave, degrees; `None` before the first measurement,
+    /// Wanted joint angle, or the position of a wall, degrees; `None` before the first setpoint,
     /// and without joint or wall.
+    pub target_deg: Option<f64>,
+    /// Joint angle that the sensor measured, degrees; `None` before the first measurement, and
+    /// without joint or wall.
     pub measured_deg: Option<f64>,
-    /// Joint angle of a simulated body, degrees; nobody knows a person's.
+    /// Joint angle of a simulated wearer, degrees; `None` for a person, whose true angle is
+    /// unknown.
     pub true_deg: Option<f64>,
-    /// What the control law asked for, in its own unit; with a wall, how far the
-    /// limb is inside, degrees. `None` while neither runs.
+    /// Output of the control law, in its own unit; for a wall, the penetration of the limb,
+    /// degrees. `None` while neither runs.
     pub effort: Option<f64>,
-    /// A computed amplitude was clamped to the wearer's limit.
+    /// Whether a computed amplitude was clamped to the wearer's limit.
     pub limiting: bool,
-    /// The device's state.
+    /// State that the device reported with this sample.
     pub state: DeviceState,
-    /// Amplitude of each channel, in the channel's unit; `None` while it plays
-    /// nothing.
+    /// Amplitude of each channel, in the channel's unit; `None` while the channel outputs nothing.
     pub amplitudes: Vec<Option<f64>>,
-    /// Pulse width of each channel whose width may change, µs, in channel order; `None`
-    /// while it plays nothing.
+    /// Pulse width of each channel whose width may change, µs, in channel order; `None` while the
+    /// channel outputs nothing.
     #[serde(default)]
     pub widths_us: Vec<Option<f64>>,
-    /// Predicted force of each channel that has a muscle, N, in channel order; `None`
-    /// where no model ran.
+    /// Predicted force of each channel that has a muscle, N, in channel order; `None` where no
+    /// model ran.
     pub forces_n: Vec<Option<f64>>,
-    /// Wanted force of each channel under force control, N, in channel order;
-    /// `None` before its first setpoint.
+    /// Wanted force of each channel under force control, N, in channel order; `None` before its
+    /// first setpoint.
     #[serde(default)]
     pub wanted_n: Vec<Option<f64>>,
-    /// Pulse rate that force control gives it, Hz; `None` while it plays nothing.
+    /// Pulse rate from force control, Hz, in the order of `wanted_n`; `None` while the channel
+    /// outputs nothing.
     #[serde(default)]
     pub rates_hz: Vec<Option<f64>>,
-    /// The force below the wanted one that its limits can give, N, where they
-    /// cannot give that itself; in the place of `wanted_n`.
+    /// Closest force below the wanted one that the limits allow, N, in the order of `wanted_n`;
+    /// `None` if they allow the wanted force itself.
     #[serde(default)]
     pub below_n: Vec<Option<f64>>,
-    /// The force above it that they can give, N, likewise.
+    /// Closest force above the wanted one that the limits allow, N, in the order of `wanted_n`;
+    /// `None` if they allow the wanted force itself.
     #[serde(default)]
     pub above_n: Vec<Option<f64>>,
-    /// Wanted force at the hand, N, backward, to the right, upward; empty before its
-    /// first setpoint and where no arm is driven.
+    /// Wanted force at the hand, N, backward, to the right, upward; empty before its first setpoint
+    /// and if no arm is driven.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hand_n: Vec<Option<f64>>,
-    /// What part of it can be made: 1 is all, and given; less is not given at all.
+    /// Share of the wanted force at the hand that the arm can exert: 1 is all of it, and is output;
+    /// anything less is not output at all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hand_made: Option<f64>,
-    /// True force at the hand of a simulated body that is held there, N, likewise; empty of
-    /// any other.
+    /// True force at the hand of a simulated wearer that is held there, N, backward, to the right,
+    /// upward; empty for any other wearer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hand_true_n: Vec<Option<f64>>,
-    /// Whether an object is held, 1; 0 if not, 2 if the device let go. None where no joint
-    /// is modulated.
+    /// Whether an object is held: 1 if it is, 0 if not, 2 if the device released it. `None` if no
+    /// joint is modulated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held: Option<f64>,
-    /// Angle of each modulated joint, °, by rising number; `None` without a fresh one.
+    /// Angle of each modulated joint, °, in the order of joint numbers; `None` without a fresh
+    /// angle.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joint_deg: Vec<Option<f64>>,
-    /// Its phase likewise: 1 the elbow flexes, −1 it extends; `None` before its first.
+    /// Phase of each modulated joint, in the same order: 1 if the elbow flexes, −1 if it extends;
+    /// `None` before the first movement.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub phase: Vec<Option<f64>>,
 }
 
-/// The state of a device, by its word in `samples.csv`.
+/// State of a device, which `samples.csv` gives by its word.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DeviceState {
-    /// Reset, nothing decided yet.
+    /// After a reset, before the device has decided anything.
     #[default]
     Boot,
-    /// Outputs isolated, supply down. Includes the electrode check.
+    /// Outputs disconnected and supply off. Includes the electrode check.
     Idle,
     /// Ready to start.
     Armed,
-    /// Trains play.
+    /// Trains are output.
     Stimulating,
-    /// Amplitudes fall.
+    /// Amplitudes fall to 0.
     Stopping,
-    /// Isolated until acknowledged.
+    /// Outputs disconnected until the fault is acknowledged.
     Fault,
 }

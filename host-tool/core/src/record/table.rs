@@ -1,4 +1,4 @@
-//! CSV of samples and edges. Numbers are written so that they read back exactly.
+//! CSV files of samples and edges. Numbers are written so that reading them gives the same values.
 
 use super::{ChannelInfo, DeviceState, Edge, RecordError, Sample, Samples, State, columns};
 use crate::number;
@@ -8,7 +8,7 @@ use std::io::{self, BufRead, BufReader, Read, Seek, Write};
 use std::path::Path;
 use std::str::FromStr;
 
-/// Columns every sample has, units in their names.
+/// Columns that every table of samples has; their names contain the units.
 const FIXED: [&str; 7] = [
     "t_s",
     "target_deg",
@@ -23,14 +23,14 @@ const FIXED: [&str; 7] = [
 const HAND: [&str; 3] = ["hand_x_n", "hand_y_n", "hand_z_n"];
 const HAND_TRUE: [&str; 3] = ["hand_fx_n", "hand_fy_n", "hand_fz_n"];
 
-/// Appends the header of `samples.csv`.
+/// Appends the header of `samples.csv` to `text`.
 pub(super) fn push_sample_header(text: &mut Vec<u8>, channels: &[ChannelInfo]) {
     text.extend_from_slice(columns::header(&columns::SAMPLES, channels).as_bytes());
     text.push(b'\n');
 }
 
-/// Appends one row. What is not known or not there becomes an empty field, never
-/// a zero; surplus amplitudes or forces have no column and are left out.
+/// Appends one row to `text`. A missing or unknown value becomes an empty field, never a zero;
+/// surplus amplitudes or forces have no column and are left out.
 pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[ChannelInfo]) {
     let predicted = channels.iter().filter(|c| c.muscle).count();
     let live = channels.iter().filter(|c| c.live_width).count();
@@ -82,7 +82,7 @@ pub(super) fn push_sample(text: &mut Vec<u8>, sample: &Sample, channels: &[Chann
     text.push(b'\n');
 }
 
-/// Appends a comma and the value, if there is one.
+/// Appends a comma and, if there is one, the value.
 fn push_field(text: &mut Vec<u8>, value: Option<f64>) {
     text.push(b',');
     if let Some(value) = value {
@@ -114,8 +114,8 @@ pub fn write_edges(out: &mut impl Write, edges: &[Edge]) -> io::Result<()> {
     Ok(())
 }
 
-/// Reads `samples.csv`. A last line without its end was cut by a crash and is
-/// dropped; anything else that does not fit is an error with its line.
+/// Reads `samples.csv`. A last line without its end was cut by a crash and is dropped; any other
+/// deviation is an error with its line.
 pub fn read_samples(path: &Path) -> Result<Samples, RecordError> {
     let rows = Rows::open(path)?;
     if rows.is_empty {
@@ -149,7 +149,7 @@ pub fn read_samples(path: &Path) -> Result<Samples, RecordError> {
         angles,
         phases,
     ] = lists;
-    // Where an arm is driven; true forces are younger than the rest.
+    // Columns for an arm; the true forces were added in a later version than the others.
     let column = |name: &str| rows.header.iter().position(|header| header == name);
     let [hand, truly] = [HAND, HAND_TRUE].map(|names| names.into_iter().filter_map(column));
     let (hand, truly): (Vec<_>, Vec<_>) = (hand.collect(), truly.collect());
@@ -159,7 +159,7 @@ pub fn read_samples(path: &Path) -> Result<Samples, RecordError> {
     let (t, target, measured) = (t?, target?, measured?);
     let (truth, effort, limiting, state) = (truth?, effort?, limiting?, state?);
     rows.map(|row| {
-        // An empty field keeps its place.
+        // An empty field keeps its position in the list.
         let list = |columns: &[usize]| -> Result<Vec<Option<f64>>, RecordError> {
             columns.iter().map(|&column| row.optional(column)).collect()
         };
@@ -188,7 +188,7 @@ pub fn read_samples(path: &Path) -> Result<Samples, RecordError> {
     })
 }
 
-/// A force, or nothing where none of it is known.
+/// Returns the components of a force, or an empty list if none of them is known.
 fn known(force: Vec<Option<f64>>) -> Vec<Option<f64>> {
     match force.iter().all(Option::is_none) {
         true => Vec::new(),
@@ -196,7 +196,7 @@ fn known(force: Vec<Option<f64>>) -> Vec<Option<f64>> {
     }
 }
 
-/// Reads `edges.csv`; errors as [`read_samples`].
+/// Reads `edges.csv`; fails as [`read_samples`] does.
 pub fn read_edges(path: &Path) -> Result<Vec<Edge>, RecordError> {
     let rows = Rows::open(path)?;
     let (t, channel) = (rows.column("t_us")?, rows.column("channel")?);
@@ -211,7 +211,7 @@ pub fn read_edges(path: &Path) -> Result<Vec<Edge>, RecordError> {
     })
 }
 
-/// The words for states in `edges.csv`.
+/// States of the output switches and their words in `edges.csv`.
 const STATES: [(State, &str); 4] = [
     (State::Isolated, "isolated"),
     (State::Anodic, "anodic"),
@@ -219,7 +219,7 @@ const STATES: [(State, &str); 4] = [
     (State::Grounded, "grounded"),
 ];
 
-/// The words for a device's states in `samples.csv`.
+/// States of a device and their words in `samples.csv`.
 const DEVICE_STATES: [(DeviceState, &str); 6] = [
     (DeviceState::Boot, "boot"),
     (DeviceState::Idle, "idle"),
@@ -229,20 +229,20 @@ const DEVICE_STATES: [(DeviceState, &str); 6] = [
     (DeviceState::Fault, "fault"),
 ];
 
-/// The word for `state`, which is among `words`.
+/// Returns the word for `state`, which must be among `words`.
 fn word<S: PartialEq>(words: &[(S, &'static str)], state: S) -> &'static str {
     let found = words.iter().find(|(it, _)| *it == state);
     found.map_or("", |(_, word)| word)
 }
 
-/// The complete lines of a CSV file, which is read row by row: it may be longer than
-/// what a computer holds.
+/// Reader of the complete lines of a CSV file. It reads row by row, because the file may be larger
+/// than the computer's memory.
 pub(super) struct Rows<'a> {
     path: &'a Path,
     header: Vec<String>,
     is_empty: bool,
     file: File,
-    /// How long its complete lines are, bytes.
+    /// Length of the complete lines, bytes.
     whole: u64,
 }
 
@@ -266,7 +266,7 @@ impl<'a> Rows<'a> {
         opened().map_err(RecordError::io(path))
     }
 
-    /// Whether not even the header was whole.
+    /// Returns whether not even the header is complete.
     pub(super) const fn is_empty(&self) -> bool {
         self.is_empty
     }
@@ -296,10 +296,10 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// How long the complete lines of `file` are, bytes; it is at its beginning again.
+/// Returns the length of the complete lines of `file`, bytes, and rewinds the file.
 ///
 /// # Errors
-/// It cannot be read, or is no text.
+/// The file cannot be read, or is not text.
 fn whole_lines(file: &mut File) -> io::Result<u64> {
     let (mut line, mut whole) = (Vec::new(), 0);
     let mut lines = BufReader::with_capacity(1 << 16, &mut *file);

@@ -1,28 +1,28 @@
-//! Who a trial was played on, by a wearer file.
+//! Wearer file of a trial: for whom the session was run.
 
 use super::Trial;
 use crate::session::{Session, SessionError, shipped_text};
 use serde::{Deserialize, Serialize};
 
-/// Whose thresholds and limits a trial kept, and where these are from.
+/// Wearer file whose thresholds and limits a trial kept, and the source of its numbers.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct TrialWearer {
-    /// The file, as the session names it.
+    /// Path of the file, as the session names it.
     pub file: String,
-    /// The pseudonym.
+    /// Pseudonym of the wearer.
     pub name: String,
-    /// "printed", "simulated", "measured" or "assumed": where its numbers are from. What
-    /// stimulated is another matter.
+    /// Source of the wearer's numbers: "printed", "simulated", "measured" or "assumed". It says
+    /// nothing about the device that stimulated.
     pub evidence: String,
-    /// The file's SHA-256, 64 hexadecimal digits.
+    /// SHA-256 of the file, 64 hexadecimal digits.
     pub sha256: String,
-    /// Its text.
+    /// Text of the wearer file.
     #[serde(skip)]
     pub text: String,
 }
 
 impl Trial {
-    /// The session that was played, on the wearer file that the record keeps.
+    /// Returns the session that was run, with the wearer file that the record keeps.
     ///
     /// # Errors
     /// The record keeps no session file, or one that this version of the program refuses.

@@ -1,4 +1,4 @@
-//! RMSE of this run beside what a paper printed.
+//! Bar chart of the RMSE of this run beside the values that a paper printed.
 
 use super::tables::degrees;
 use crate::analysis::metrics_but_lag;
@@ -8,18 +8,18 @@ use crate::plot::words::shortened;
 use crate::plot::{Axis, Figure, Key, Mark, Paint, Panel, Scale, Shape, Svg};
 use crate::record::{PaperRow, Trial};
 
-/// Pixels of a bar with its space; of a bar's name.
+/// Height of a bar with its space, and maximum width of its name, pixels.
 const PITCH: f64 = 24.0;
 const NAME: f64 = 300.0;
 
-/// One bar.
+/// One bar, with dots for the single values behind it.
 struct Bar<'a> {
     label: &'a str,
     value: f64,
     dots: &'a [f64],
 }
 
-/// Bars of every trial that has paper rows, or nothing.
+/// Returns the bars of every trial that has values from a paper; an empty figure if there are none.
 pub(super) fn figure(trials: &[Trial], paper: &[PaperRow]) -> Svg {
     let groups = trials
         .iter()
@@ -48,7 +48,7 @@ pub(super) fn figure(trials: &[Trial], paper: &[PaperRow]) -> Svg {
         heads,
         ..Axis::new("", Scale::Rows(at - 0.6)).ticks(ticks)
     };
-    // Room for the number beyond the longest bar.
+    // The axis leaves room for the number beyond the longest bar.
     let x = Axis::linear("RMSE (°)", (0.0, most * 1.15), 7.0);
     let legend = [
         (Key::Box(Paint::Full(PALETTE[0])), "this run"),
@@ -92,7 +92,7 @@ fn group<'a>(trial: &Trial, paper: &'a [PaperRow]) -> Option<Vec<Bar<'a>>> {
     (bars.len() > 1).then_some(bars)
 }
 
-/// Draws a bar with its dots and its number; how far it reaches.
+/// Draws a bar with its dots and its number; returns the value at its end.
 fn draw(marks: &mut Vec<Mark>, at: f64, bar: &Bar) -> f64 {
     let (color, words) = match bar.dots {
         [] => (PALETTE[0], degrees(bar.value)),
@@ -110,7 +110,7 @@ fn draw(marks: &mut Vec<Mark>, at: f64, bar: &Bar) -> f64 {
             ));
         }
     }
-    // Beyond the last dot, or the number would sit on one.
+    // The number is placed beyond the last dot, so that it does not cover a dot.
     let end = bar.dots.iter().copied().fold(bar.value, f64::max);
     marks.push(Mark::Beside((end, at), 8.0, words));
     end

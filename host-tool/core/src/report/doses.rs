@@ -1,4 +1,4 @@
-//! What channels put out, as a table: of a page, and the cells of any other.
+//! The output of channels in numbers, as a table of a page and as cells for other tables.
 
 use super::Html;
 use super::tables::{headed, number_range, three_digits};
@@ -6,7 +6,7 @@ use crate::analysis::{ChannelDose, doses};
 use crate::html;
 use crate::record::Trial;
 
-/// Heads of [`cells`], with units.
+/// Headings of [`cells`], with units.
 pub(super) const HEADS: [&str; 8] = [
     "peak",
     "µC/phase",
@@ -18,7 +18,7 @@ pub(super) const HEADS: [&str; 8] = [
     "rate Hz",
 ];
 
-/// What the columns mean, below a table.
+/// Explanation of the columns, shown below a table.
 pub(super) const NOTE: &str = "Computed from the record; nothing measures current while pulses \
      play. Charge is that of all pulses: − in cathodic phases, + in anodic ones, ± as much in \
      both. Rms is over the whole length. A channel is on while each burst follows within a \
@@ -27,7 +27,7 @@ pub(super) const NOTE: &str = "Computed from the record; nothing measures curren
 
 const UNKNOWN: &str = "–";
 
-/// What a channel put out, in the order of [`HEADS`].
+/// Returns the output of a channel, in the order of [`HEADS`].
 pub(super) fn cells(dose: &ChannelDose) -> [String; 8] {
     let known = |value: Option<f64>| value.map_or_else(|| UNKNOWN.to_owned(), three_digits);
     let range = |range: Option<(f64, f64)>| {
@@ -48,7 +48,7 @@ pub(super) fn cells(dose: &ChannelDose) -> [String; 8] {
     ]
 }
 
-/// Delivered charge with its sign.
+/// Formats the delivered charge with its sign.
 fn charge(dose: &ChannelDose) -> String {
     let (Some(cathodic), Some(anodic)) = (dose.cathodic_uc, dose.anodic_uc) else {
         return UNKNOWN.to_owned();
@@ -62,12 +62,13 @@ fn charge(dose: &ChannelDose) -> String {
     }
 }
 
-/// Which channel it is.
+/// Returns the number and name of a channel.
 pub(super) fn channel(dose: &ChannelDose) -> String {
     format!("{} {}", dose.channel, dose.name)
 }
 
-/// What each channel of each trial put out, a row each; nothing without channels.
+/// Returns a table with one row for the output of each channel of each trial; empty without
+/// channels.
 pub(super) fn dose_table(trials: &[Trial]) -> Html {
     let is_single = trials.len() == 1;
     let mut rows = Html::default();

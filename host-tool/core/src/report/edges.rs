@@ -1,5 +1,5 @@
-//! The switch states of one period, a row per channel. Long stretches in which
-//! nothing changes are cut out of the time axis.
+//! The switch states of one period, one row per channel. Long stretches in which nothing changes
+//! are cut out of the time axis.
 
 use crate::plot::axis::Head;
 use crate::plot::ink::{GRID, INK, channel_mark, stroke};
@@ -8,20 +8,20 @@ use crate::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Scale, Svg};
 use crate::record::{Edge, State, Trial};
 
 const ROW: f64 = 54.0;
-/// Half the height of a pulse, parts of a row.
+/// Half the height of a pulse, as a share of a row.
 const LEVEL: f64 = 0.35;
-/// A stretch without an edge longer than this is cut, µs; the shorter ones are
-/// tried when the narrowest phase would otherwise be too thin to see.
+/// Lengths above which a stretch without an edge is cut, µs. The smaller ones are tried if the
+/// narrowest phase would otherwise be too thin to see.
 const CUTS_US: [u64; 4] = [2500, 1000, 400, 100];
-/// Of a plot: too thin to see; about what a cut takes.
+/// Width that is too thin to see, and width of a cut, as shares of the plot.
 const THIN: f64 = 10.0 / 840.0;
 const CUT: f64 = 20.0 / 840.0;
 
-/// One channel's states: from, to (µs since the first edge), state.
+/// One state of a channel: start, end (µs since the first edge), state.
 type Stretch = (u64, u64, State);
 
-/// The edges of one trial, or nothing if none were recorded; `alike` are trials of
-/// the same edges and perhaps other amplitudes, of which the codes are told as well.
+/// Returns the edges of one trial; an empty figure if none were recorded. `alike` are trials with
+/// the same edges and possibly other amplitudes, whose DAC codes are shown as well.
 #[must_use]
 pub fn edges_figure(trial: &Trial, alike: &[&Trial]) -> Svg {
     let Some(start) = trial.edges.iter().map(|edge| edge.t_us).min() else {
@@ -77,7 +77,7 @@ pub fn edges_figure(trial: &Trial, alike: &[&Trial]) -> Svg {
     .svg()
 }
 
-/// Time with ticks in every part.
+/// Returns the time axis, with ticks in every part.
 fn time(parts: &[(u64, u64)]) -> Axis {
     let real = parts.iter().map(|(from, to)| (*from as f64, *to as f64));
     let scale = Scale::Parts(real.collect());
@@ -89,8 +89,8 @@ fn time(parts: &[(u64, u64)]) -> Axis {
     Axis::new("time since the first edge (µs)", scale).ticks(ticks.collect())
 }
 
-/// The stretches that are drawn, µs: the longest cuts that leave the narrowest
-/// phase to be seen.
+/// Returns the parts of the period that are drawn, µs: the ones with the longest cuts at which the
+/// narrowest phase is still visible.
 fn parts(edges: &[Edge]) -> Vec<(u64, u64)> {
     let narrowest = narrowest_phase(edges) as f64;
     let seen = |parts: &Vec<(u64, u64)>| {
@@ -104,7 +104,8 @@ fn parts(edges: &[Edge]) -> Vec<(u64, u64)> {
     best.cloned().unwrap_or_default()
 }
 
-/// Parts of the period with no stretch without an edge longer than `longest` µs.
+/// Returns the parts of the period that remain if every stretch without an edge longer than
+/// `longest` µs is cut out.
 fn cut(edges: &[Edge], longest: u64) -> Vec<(u64, u64)> {
     let groups: Vec<(u64, u64)> = edges
         .chunk_by(|a, b| b.t_us - a.t_us <= longest)
@@ -118,7 +119,7 @@ fn cut(edges: &[Edge], longest: u64) -> Vec<(u64, u64)> {
         .collect()
 }
 
-/// The shortest anodic or cathodic stretch, µs.
+/// Returns the length of the shortest anodic or cathodic phase, µs.
 fn narrowest_phase(edges: &[Edge]) -> u64 {
     let phases = edges.iter().enumerate().filter(|(_, e)| is_phase(e.state));
     let length = |(i, phase): (usize, &Edge)| {
@@ -132,7 +133,7 @@ fn is_phase(state: State) -> bool {
     matches!(state, State::Anodic | State::Cathodic)
 }
 
-/// A channel's states within one part.
+/// Returns the states of a channel within one part.
 fn stretches(edges: &[Edge], channel: u8, (from, to): (u64, u64)) -> Vec<Stretch> {
     let mut stretches: Vec<Stretch> = vec![(from, to, State::Isolated)];
     for edge in edges.iter().filter(|edge| edge.channel == channel) {
@@ -145,7 +146,7 @@ fn stretches(edges: &[Edge], channel: u8, (from, to): (u64, u64)) -> Vec<Stretch
     stretches
 }
 
-/// Channel name, and its least and greatest DAC code where a phase was emitted.
+/// Returns the name of a channel, with the smallest and the largest DAC code of its phases.
 fn head(trial: &Trial, codes: Option<(u16, u16)>, channel: u8, at: f64) -> Head {
     let info = trial.channels.iter().find(|info| info.number == channel);
     let name = info.map_or(String::new(), |info| info.name.clone());
@@ -173,7 +174,7 @@ fn draw(marks: &mut Vec<Mark>, stretches: &[Stretch], channel: u8, row: f64) {
             State::Isolated | State::Grounded => row,
         };
         if state == State::Grounded {
-            // Above and below the line, which would be pale on it.
+            // The bands lie above and below the line, which would be pale on top of them.
             for band in [(row - 0.13, row - 0.04), (row + 0.04, row + 0.13)] {
                 marks.push(Mark::Area(across, band, Paint::Full(GRID)));
             }

@@ -1,4 +1,5 @@
-//! A force at the hand over time: wanted, and what came of it where a simulated body tells.
+//! A force at the hand over time: the wanted force and, where a simulated wearer has it, the true
+//! one.
 
 use super::trajectory::end_s;
 use crate::plot::ink::{INK, PALETTE, stroke};
@@ -7,15 +8,15 @@ use crate::plot::{Axis, Figure, Key, Mark, Panel, Stroke, Svg};
 use crate::record::{Run, Sample, Trial};
 
 const HEIGHT: f64 = 90.0;
-/// More than a third of a screen shows.
+/// Number of points of a curve, more than a third of a screen can show.
 const BUCKETS: usize = 300;
 const CAME: Stroke = stroke(PALETTE[0], 1.8);
 const WANTED: Stroke = stroke(INK, 1.0);
 
-/// Directions, in the order of a sample's.
+/// Names of the directions, in the order of a sample's values.
 const AXES: [&str; 3] = ["backward (N)", "to the right (N)", "upward (N)"];
 
-/// A panel for each direction of each trial with an arm, or nothing.
+/// Returns a panel for each direction of each trial with an arm; an empty figure if there is none.
 pub(super) fn figure(trials: &[Trial]) -> Svg {
     let driven = trials
         .iter()
@@ -66,7 +67,7 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
     .svg()
 }
 
-/// What came of the forces wanted in the run, in a sentence; nothing without an arm.
+/// Returns the result of the forces wanted in a run, in a sentence; `None` without an arm.
 pub(super) fn result(run: &Run) -> Option<String> {
     let samples = || run.trials.iter().flat_map(|trial| &trial.samples);
     let wanted = samples().filter_map(|s| three(&s.hand_n)).map(length);

@@ -1,25 +1,25 @@
-//! Markup of a page, into which text gets escaped only.
+//! Markup of a page, into which text is only inserted after escaping.
 
 use crate::plot::canvas::{Svg, escape};
 use std::borrow::Cow;
 use std::fmt;
 use std::ops::{Add, AddAssign};
 
-/// Markup as it stands in a page.
+/// Markup that is inserted in a page unchanged.
 ///
-/// It is made of the program's own literals with [`html!`](crate::html), of figures, and
-/// of text, which is escaped on the way: no `String` becomes markup as it is.
+/// It consists of the program's own literals in [`html!`](crate::html), of figures, and of text,
+/// which is escaped on insertion: no `String` becomes markup without escaping.
 #[derive(Clone, PartialEq, Eq, Default, Debug)]
 pub struct Html(String);
 
-/// What fills a place of [`html!`](crate::html).
+/// A value for a placeholder of [`html!`](crate::html).
 pub trait Piece {
-    /// It as markup: text escaped, markup as it is.
+    /// Returns the value as markup: text is escaped, markup is unchanged.
     fn markup(&self) -> Cow<'_, str>;
 }
 
-/// Markup in which each `{}` is a [`Piece`]. Its literal captures no variables: each
-/// would stand there unescaped.
+/// Makes markup in which each `{}` is a [`Piece`]. The literal must not capture variables, which
+/// would be inserted without escaping.
 #[macro_export]
 macro_rules! html {
     ($form:literal $(, $piece:expr)* $(,)?) => {
@@ -31,32 +31,33 @@ macro_rules! html {
 }
 
 impl Html {
-    /// A literal of [`html!`](crate::html) with its pieces; not to be called otherwise.
+    /// Fills a literal of [`html!`](crate::html) with its pieces; must not be called in any other
+    /// way.
     #[doc(hidden)]
     #[must_use]
     pub fn filled(parts: fmt::Arguments<'_>) -> Self {
         Self(parts.to_string())
     }
 
-    /// Text as markup.
+    /// Returns text as escaped markup.
     #[must_use]
     pub fn text(text: &str) -> Self {
         Self(escape(text))
     }
 
-    /// Whether there is nothing.
+    /// Returns whether the markup is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// The markup.
+    /// Returns the markup as text.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
 
-    /// These with `separator`, a text, between them.
+    /// Joins pieces of markup, with the text `separator` between them.
     #[must_use]
     pub fn joined(parts: impl IntoIterator<Item = Self>, separator: &str) -> Self {
         let parts: Vec<String> = parts.into_iter().map(|part| part.0).collect();

@@ -1,5 +1,5 @@
-//! Amplitudes and predicted forces: a panel per trial with a row per channel, so
-//! that ten channels stay readable and units never mix.
+//! Amplitudes and predicted forces over time: a panel per trial with a row per channel, so that ten
+//! channels stay readable and units never mix.
 
 use super::trajectory::end_s;
 use crate::plot::axis::Head;
@@ -10,43 +10,43 @@ use crate::record::{ChannelInfo, Sample, Trial};
 
 /// Height of a row, pixels.
 const ROW: f64 = 58.0;
-/// Of it: where 0 lies below the row's middle, and how far its scale reaches up.
+/// Distance of 0 below the middle of a row, and height of the scale above 0, as shares of the row.
 const ZERO: f64 = 0.42;
 const REACH: f64 = 0.76;
-/// Columns side by side; more trials continue below.
+/// Maximum number of columns side by side; further trials continue below.
 const COLUMNS: usize = 3;
-/// As many as a third of a screen can show.
+/// Number of points of a curve, as many as a third of a screen can show.
 const BUCKETS: usize = 200;
 
-/// What a row shows of a channel.
+/// Quantity that a row shows of a channel.
 #[derive(Clone, Copy)]
 enum Value {
-    /// Amplitude; a channel that plays nothing puts out nothing.
+    /// Amplitude; 0 while the channel outputs nothing.
     Amplitude,
-    /// Predicted force.
+    /// Force that the muscle model predicts.
     Force,
-    /// Wanted force.
+    /// Force that the setpoint asks for.
     Wanted,
-    /// Pulse rate.
+    /// Pulse rate that force control gives.
     Rate,
 }
 
-/// A value of a channel, where a trial has it.
+/// A quantity of a channel, and its index in the samples of a trial that has it.
 struct Source {
     value: Value,
     place: Option<usize>,
 }
 
-/// A value of a channel over a trial.
+/// Summary of a quantity of a channel over a trial.
 #[derive(Clone, Copy, Default)]
 struct Survey {
-    /// Samples that have it.
+    /// Number of samples that have the quantity.
     count: usize,
     largest: Option<f64>,
 }
 
 impl Source {
-    /// `values` of each of these channels, channel by channel.
+    /// Returns the sources of `values` for each of these channels, channel by channel.
     fn all(trial: &Trial, channels: &[u8], values: &[Value]) -> Vec<Self> {
         let of = |value: Value, channel: u8| Self {
             value,
@@ -66,7 +66,7 @@ impl Source {
         channels.iter().flat_map(of_channel).collect()
     }
 
-    /// What a sample has of it.
+    /// Returns the value of the quantity in a sample.
     fn of(&self, sample: &Sample) -> Option<f64> {
         let known = |values: &[Option<f64>]| values.get(self.place?).copied();
         match self.value {
@@ -78,8 +78,8 @@ impl Source {
     }
 }
 
-/// `values` of each of these channels over each trial, in the order of [`Source::all`]. Samples
-/// are packed: each trial is gone through once.
+/// Returns the summaries of `values` of each of these channels over each trial, in the order of
+/// [`Source::all`]. Each trial is read only once, because its samples are packed.
 fn surveys(trials: &[Trial], channels: &[u8], values: &[Value]) -> Vec<Vec<Survey>> {
     let of_trial = |trial: &Trial| {
         let sources = Source::all(trial, channels, values);
@@ -98,18 +98,18 @@ fn surveys(trials: &[Trial], channels: &[u8], values: &[Value]) -> Vec<Vec<Surve
     trials.iter().map(of_trial).collect()
 }
 
-/// One row.
+/// One row of a panel.
 struct Lane {
     number: u8,
     name: String,
-    /// What the row shows, with its unit.
+    /// Quantity that the row shows, with its unit.
     unit: String,
-    /// Top of the scale, and what of it is named.
+    /// Top of the scale, and value with a tick.
     top: f64,
     scale: f64,
 }
 
-/// Amplitude of every channel over time, or nothing without channels.
+/// Returns the amplitude of every channel over time; an empty figure without channels.
 pub(super) fn amplitudes(trials: &[Trial]) -> Svg {
     let values = [Value::Amplitude];
     let channels = channels(trials);
@@ -130,15 +130,16 @@ pub(super) fn amplitudes(trials: &[Trial]) -> Svg {
     )
 }
 
-/// Predicted force of every channel with a muscle over time, and the wanted one
-/// where it is controlled; nothing without muscles.
+/// Returns the predicted force of every channel with a muscle over time, and the wanted force where
+/// it is controlled; an empty figure without muscles.
 pub(super) fn forces(trials: &[Trial]) -> Svg {
     let shown = |channel: &ChannelInfo| channel.muscle;
     let what = ("Predicted force over time", "force (N)");
     alike(trials, what, shown, &[Value::Force, Value::Wanted])
 }
 
-/// Pulse rate of every channel under force control over time, or nothing.
+/// Returns the pulse rate of every channel under force control over time; an empty figure if there
+/// is none.
 pub(super) fn rates(trials: &[Trial]) -> Svg {
     let shown = |channel: &ChannelInfo| channel.force;
     alike(
@@ -149,7 +150,8 @@ pub(super) fn rates(trials: &[Trial]) -> Svg {
     )
 }
 
-/// Rows of one scale, or small values would look as large as big ones.
+/// Returns rows with a common scale, because small values would otherwise look as large as big
+/// ones.
 fn alike(
     trials: &[Trial],
     (what, unit): (&str, &str),
@@ -172,7 +174,7 @@ fn alike(
     grid(trials, &lanes, what, (values, &surveys))
 }
 
-/// The channels of all trials, each once, lowest number first.
+/// Returns the channels of all trials, each once, sorted by number.
 fn channels(trials: &[Trial]) -> Vec<&ChannelInfo> {
     let all = trials.iter().flat_map(|trial| &trial.channels);
     let mut channels: Vec<&ChannelInfo> = all.collect();
@@ -192,12 +194,13 @@ impl Lane {
         }
     }
 
-    /// The height of a value in this row.
+    /// Returns the vertical position of a value in this row.
     fn height(&self, row: f64, value: f64) -> f64 {
         row + ZERO - REACH * value / self.top
     }
 
-    /// The first value's parts as filled lines, the second's, if any, over it.
+    /// Returns the marks of a row: the parts of the first value as filled lines, and over them
+    /// those of the second value, if there is one.
     fn marks(&self, row: f64, values: Vec<Vec<Vec<Point>>>) -> Vec<Mark> {
         let ChannelMark { color, .. } = channel_mark(self.number);
         let strokes = [stroke(color, 1.3), stroke(INK, 1.0)];
@@ -217,7 +220,7 @@ impl Lane {
     }
 }
 
-/// The rows of a trial, gone through once.
+/// Returns the marks of all rows of a trial, whose samples are read only once.
 fn rows(trial: &Trial, lanes: &[Lane], values: &[Value], surveys: &[Survey]) -> Vec<Mark> {
     let numbers: Vec<u8> = lanes.iter().map(|lane| lane.number).collect();
     let sources = Source::all(trial, &numbers, values);
@@ -287,7 +290,7 @@ fn grid(
     .svg()
 }
 
-/// The signal closed along zero, to be filled.
+/// Returns the outline between a signal and zero, to be filled.
 fn closed(points: &[Point], zero: f64) -> Vec<Point> {
     let ends = [points.last(), points.first()];
     let feet = ends.into_iter().flatten().map(|(t, _)| (*t, zero));

@@ -1,4 +1,4 @@
-//! A limb in outline, as every picture draws it.
+//! Outline of a limb, for all pictures.
 
 use crate::plot::ink::{Color, PAPER};
 use crate::plot::{At, Canvas, Paint, Shape};
@@ -6,7 +6,7 @@ use crate::plot::{At, Canvas, Paint, Shape};
 /// Width of the outline, pixels.
 const OUTLINE: f64 = 1.8;
 
-/// Bones in outline through these joints, `half` pixels from their middle line.
+/// Draws bones in outline through these joints, with edges `half` pixels from their centre line.
 pub fn draw_bones(canvas: &mut Canvas, joints: &[At], half: f64, color: Color) {
     for (color, half) in [(color, half), (PAPER, half - OUTLINE)] {
         for at in joints {

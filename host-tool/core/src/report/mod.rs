@@ -1,10 +1,11 @@
-//! What people look at: figures, tables and one self-contained HTML page.
+//! Reports for people: figures, tables and one self-contained HTML page.
 //!
-//! Here: SVG figures (declared for `plot`), [`page`] and [`picture`]. Not here: the
-//! numbers (`analysis`) and the data (`record`). The page needs no network,
-//! script or font file. Nothing in it is typed in: every number comes from the
-//! run, from a [`PaperRow`] with its source, or from an [`Assumption`].
-//! In: a [`Report`]. Out: `report.html` and `summary.json`.
+//! This module has SVG figures (declared with `plot`), [`page`] and [`picture`]. The numbers are
+//! computed in `analysis`, and the data are in `record`. The page needs no network, script or font
+//! file. Every number on it comes from the run, from a [`PaperRow`] with its source, or from an
+//! [`Assumption`].
+//!
+//! Input: a [`Report`]. Output: `report.html` and `summary.json`.
 
 mod bars;
 mod compare;
@@ -34,21 +35,21 @@ pub use tables::force_remarks;
 
 use crate::record::{Assumption, PaperRow, Run};
 
-/// Everything a page shows.
+/// The content of a page.
 #[derive(Clone, Copy, Debug)]
 pub struct Report<'a> {
-    /// The data.
+    /// Run with its data.
     pub run: &'a Run,
-    /// What a paper printed for the same trials; may be empty.
+    /// Values that a paper printed for the same trials; may be empty.
     pub paper: &'a [PaperRow],
-    /// What was put into a simulation and what came out; may be empty.
+    /// Assumptions of a simulation, and its outcomes; may be empty.
     pub assumptions: &'a [Assumption],
-    /// The command line that repeats the run, typed in its folder.
+    /// Command line that repeats the run when typed in its folder.
     pub command: &'a str,
 }
 
 impl<'a> Report<'a> {
-    /// Everything that a record shows.
+    /// Returns the report of a run with everything that its record contains.
     #[must_use]
     pub fn of(run: &'a Run) -> Self {
         Self {

@@ -1,6 +1,6 @@
-//! The README's picture: an arm with ten electrodes, the ten lanes of pulses of
-//! one period, and the finger's angle under the device's default and under the
-//! paper's law. Narrow and with large letters, so that a phone shows it too.
+//! The picture in the README: an arm with ten electrodes, the pulses of ten channels over one
+//! period, and the angle of a finger under the device's default control law and under the paper's.
+//! It is narrow and has large letters, so that a phone shows it too.
 
 use super::limb::draw_bones;
 use super::tables::degrees;
@@ -14,24 +14,24 @@ use crate::plot::series::range;
 use crate::plot::{At, Axis, Canvas, Key, Mark, Paint, Panel, Shape, Words};
 use crate::record::{Edge, Sample, State, Trial};
 
-/// CSS pixels. On a screen of 360 a README has 328: the smallest letters are then
-/// 9.7 pixels high.
+/// Size of the picture, CSS pixels. On a screen of 360 pixels a README has 328: the smallest
+/// letters are then 9.7 pixels high.
 const SIZE: At = (540.0, 690.0);
 const LETTERS: Letters = Letters(16.0 / 11.0);
 const WORDS: Words = Words::new(16.0, INK);
-/// Left top and right bottom of the two plots.
+/// Top left and bottom right corners of the two plots.
 const LANES: (At, At) = ((262.0, 92.0), (524.0, 332.0));
 const ANGLE: (At, At) = ((72.0, 470.0), (524.0, 630.0));
-/// The arm's middle, and the elbow's, the wrist's and the knuckles' heights.
+/// Horizontal centre of the arm, and heights of elbow, wrist and knuckles.
 const ARM: f64 = 96.0;
 const JOINTS: [f64; 3] = [380.0, 248.0, 196.0];
-/// The finger: its first bone, and what the angle turns.
+/// Lengths of the finger's bones: the first, and the one that the angle turns.
 const BONES: [f64; 2] = [46.0, 62.0];
-/// What of the trials is shown, s: two periods of the target.
+/// Part of the trials that is shown, s: two periods of the reference.
 const SHOWN_S: (f64, f64) = (10.0, 20.0);
 
-/// One picture of the same session under the device's default law, with the edges
-/// of one period, and under the paper's.
+/// Returns one picture of the same session under the device's default law, with the edges of one
+/// period, and under the paper's law.
 #[must_use]
 pub fn picture(default: &Trial, paper: &Trial) -> String {
     let mut canvas = Canvas::default();
@@ -51,8 +51,8 @@ pub fn picture(default: &Trial, paper: &Trial) -> String {
     standalone(&canvas.svg(SIZE, what))
 }
 
-/// The arm from the elbow up, its ten electrodes, and the finger at its
-/// straightest and at its most bent.
+/// Draws the arm from the elbow up with its ten electrodes, and the finger at its smallest and its
+/// largest angle.
 fn draw_arm(canvas: &mut Canvas, trial: &Trial) {
     canvas.text((6.0, 60.0), "ten electrodes, one finger", WORDS);
     let [elbow, wrist, knuckles] = JOINTS;
@@ -75,7 +75,7 @@ fn draw_arm(canvas: &mut Canvas, trial: &Trial) {
     ] {
         canvas.text((ARM + 100.0, knuckles - down), &words, WORDS);
     }
-    // In two columns down the forearm.
+    // The electrodes are in two columns along the forearm.
     for number in 1..=10u8 {
         let side = if number <= 5 { -1.0 } else { 1.0 };
         let y = wrist + 18.0 + 24.0 * f64::from((number - 1) % 5);
@@ -85,7 +85,7 @@ fn draw_arm(canvas: &mut Canvas, trial: &Trial) {
     }
 }
 
-/// Two bones in outline; the joint between them is bent by `angle_deg`.
+/// Draws two bones in outline; the joint between them is bent by `angle_deg`.
 fn draw_finger(canvas: &mut Canvas, angle_deg: f64, color: Color) {
     let start = (ARM + 12.0, JOINTS[2] + 4.0);
     let joint = (start.0, start.1 - BONES[0]);
@@ -94,7 +94,7 @@ fn draw_finger(canvas: &mut Canvas, angle_deg: f64, color: Color) {
     draw_bones(canvas, &[start, joint, tip], 13.0, color);
 }
 
-/// A row per channel: up while anodic, down while cathodic.
+/// Returns a row per channel: up while anodic, down while cathodic.
 fn lanes(edges: &[Edge]) -> Panel {
     let names = (1..=10).map(|number| number.to_string());
     let mut panel = Panel::new(
@@ -124,7 +124,7 @@ fn lanes(edges: &[Edge]) -> Panel {
     panel
 }
 
-/// Target and angle under both laws, each with its RMSE.
+/// Draws the reference and the angle under both laws, each with its RMSE.
 fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
     let error =
         |trial: &Trial| metrics_but_lag(trial).map_or(String::new(), |m| degrees(m.rmse_deg));
@@ -161,7 +161,7 @@ fn draw_angles(canvas: &mut Canvas, default: &Trial, paper: &Trial) {
     .draw(canvas, LETTERS, 0.0, ANGLE);
 }
 
-/// The samples in the part of a trial that is shown.
+/// Returns the samples in the part of a trial that is shown.
 fn shown(trial: &Trial) -> impl Iterator<Item = Sample> + Clone {
     let (from, to) = SHOWN_S;
     let samples = trial.samples.iter();

@@ -1,4 +1,4 @@
-//! The HTML page: result first, then the pictures, then what to know about them.
+//! The HTML page: the result first, then the figures, then background information.
 
 use super::doses::dose_table;
 use super::tables::{
@@ -11,7 +11,7 @@ use crate::html;
 use crate::plot::Svg;
 use crate::record::{Assumption, Role, Run, Trial};
 
-/// A self-contained HTML document, about 50 kB a trial. No script, no request.
+/// Returns a self-contained HTML document of about 50 kB per trial, without scripts or requests.
 pub fn page(report: &Report) -> String {
     let run = report.run;
     let mut out = html!("<p class=\"result\">{}</p>\n", headline(run));
@@ -46,12 +46,12 @@ pub fn page(report: &Report) -> String {
     document(&run.title, &out)
 }
 
-/// What a browser may do with a page: show it with its own style. It runs no script,
-/// whatever a record says, and asks nobody for anything.
+/// Content security policy of a page: a browser may show it with its own style, but runs no script
+/// and sends no request, whatever a record contains.
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
 
-/// A page of this title, a text, with the style of all.
+/// Returns a page with this title, which is plain text, and the style of all pages.
 #[must_use]
 pub fn document(title: &str, body: &Html) -> String {
     let (style, figures) = (include_str!("page.css"), crate::plot::ink::style());
@@ -67,8 +67,8 @@ pub fn document(title: &str, body: &Html) -> String {
     )
 }
 
-/// Whether the record is whole and the run complete, whether anything was played,
-/// and what it shows.
+/// Returns whether the record is whole and the run complete, whether any pulses were output, and
+/// the result.
 fn headline(run: &Run) -> String {
     let silent = |trial: &Trial| Some((capitalised(&trial.name), trial.silent.clone()?));
     let silent: Vec<_> = run.trials.iter().filter_map(silent).collect();
@@ -76,14 +76,14 @@ fn headline(run: &Run) -> String {
         .iter()
         .map(|(name, why)| format!("{name}: no pulse was played: {why}."));
     let mut all: Vec<String> = run.caveat().into_iter().chain(told).collect();
-    // Nothing followed anything where nothing was stimulated.
+    // Without stimulation there is nothing to assess.
     if silent.is_empty() || silent.len() < run.trials.len() {
         all.push(run.finding.clone().unwrap_or_else(|| result(run)));
     }
     all.join(" ")
 }
 
-/// The run in one sentence.
+/// Returns the result of the run in one sentence.
 fn result(run: &Run) -> String {
     let judged = run.trials.iter();
     let judged = judged.filter_map(|trial| Some((trial.name.as_str(), metrics_but_lag(trial)?)));
@@ -119,7 +119,7 @@ fn result(run: &Run) -> String {
     }
 }
 
-/// Why there is nothing to judge.
+/// Returns the reason why there is nothing to assess.
 fn nothing_judged(run: &Run) -> &'static str {
     if run.trials.iter().any(Trial::follows) {
         "Nothing was recorded of the time that is judged."
@@ -128,7 +128,7 @@ fn nothing_judged(run: &Run) -> &'static str {
     }
 }
 
-/// The same for trials under force control: the channel that followed worst.
+/// Returns the result of trials under force control: the channel with the largest RMSE.
 fn force_result(run: &Run) -> Option<String> {
     let all = run.trials.iter().flat_map(|trial| {
         let own = force_metrics(trial).into_iter();
@@ -154,7 +154,7 @@ fn force_result(run: &Run) -> Option<String> {
     ))
 }
 
-/// The same where no muscle model ran: the first such trial.
+/// Returns the result of the first trial for which no muscle model ran.
 fn unpredicted_result(run: &Run) -> Option<String> {
     let mut trials = run.trials.iter();
     let trial = trials.find(|trial| !unpredicted(trial).is_empty())?;
@@ -162,7 +162,7 @@ fn unpredicted_result(run: &Run) -> Option<String> {
     Some(format!("{}: {remarks}", capitalised(&trial.name)))
 }
 
-/// The same for trials at a virtual wall.
+/// Returns the result of trials at a virtual wall.
 fn wall_result(run: &Run) -> Option<String> {
     let depths = run.trials.iter().filter_map(|trial| {
         let deepest = hits(trial).into_iter().map(|hit| hit.deepest_deg);
@@ -201,7 +201,7 @@ fn capitalised(name: &str) -> String {
     first.unwrap_or_default() + letters.as_str()
 }
 
-/// Where the numbers come from, in one line under the main figure.
+/// Returns the origin of the numbers, in one line under the main figure.
 fn facts(run: &Run) -> Html {
     let mut facts = html!(
         "Device: {} · seed {}",
@@ -223,7 +223,7 @@ fn facts(run: &Run) -> Html {
     facts
 }
 
-/// A figure with a caption, a text; nothing for an empty one.
+/// Returns a figure with a caption, which is plain text; nothing for an empty figure.
 #[must_use]
 pub fn figure(svg: &Svg, caption: &str) -> Html {
     match (svg.is_empty(), caption) {
@@ -237,7 +237,7 @@ pub fn figure(svg: &Svg, caption: &str) -> Html {
     }
 }
 
-/// What the forces drawn are.
+/// Returns the caption of the figure of forces.
 fn forces_caption(run: &Run) -> &'static str {
     let mut samples = run.trials.iter().flat_map(|trial| &trial.samples);
     if samples.any(|sample| sample.forces_n.iter().any(Option::is_some)) {
@@ -249,7 +249,7 @@ fn forces_caption(run: &Run) -> &'static str {
     }
 }
 
-/// Whether nothing was followed in any trial: then stimulation is the result.
+/// Returns whether no trial had anything to follow; stimulation is then the result.
 fn is_open_loop(run: &Run) -> bool {
     !run.trials.iter().any(Trial::follows)
 }
@@ -288,7 +288,7 @@ fn periods(run: &Run) -> Html {
     if drawn.is_empty() {
         return drawn;
     }
-    // Many of them: printed smaller.
+    // There are many of these figures, so they are printed smaller.
     html!("<div class=\"edges\">\n{}</div>\n", drawn)
 }
 

@@ -44,18 +44,18 @@ struct TrialSummary<'a> {
     hits: Vec<Hit>,
     forces: Vec<ForceMetrics>,
     force_limiting_share: Option<f64>,
-    /// How often the device lowered its feedback for one.
+    /// Number of times that the device lowered its feedback because of a limit cycle.
     limit_cycles: usize,
     counters: &'a [(String, u64)],
     events: &'a [(f64, String)],
 }
 
-/// Writes `report.html` into `dir` and replaces its `summary.json`; returns the
-/// page's path. The summary comes first: the page can be made again from it. Of
-/// a damaged record it stays: it alone knows what there was.
+/// Writes `report.html` into `dir` and replaces its `summary.json`; returns the path of the page.
+/// The summary is written first, because the page can be made from it again. The summary of a
+/// damaged record is kept, because only it knows what the record contained.
 ///
 /// # Errors
-/// They cannot be written; the old summary stays.
+/// The files cannot be written; the old summary stays.
 pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, RecordError> {
     let failed = |why| RecordError::Write {
         path: dir.to_owned(),

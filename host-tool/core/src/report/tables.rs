@@ -7,22 +7,22 @@ use crate::analysis::{
 use crate::html;
 use crate::record::{PaperRow, Trial};
 
-/// "9.53°": three digits, as the papers print.
+/// Formats an angle with three digits, as the papers print it, for example "9.53°".
 pub(super) fn degrees(value: f64) -> String {
     format!("{}°", three_digits(value))
 }
 
-/// "0.0532 N": three digits.
+/// Formats a force with three digits, for example "0.0532 N".
 pub(super) fn newtons(value: f64) -> String {
     format!("{} N", three_digits(value))
 }
 
-/// "10" or "0.25": as many digits as a time needs.
+/// Formats a time with as many digits as it needs, to a millisecond, for example "10" or "0.25".
 pub(super) fn seconds(value: f64) -> String {
     format!("{}", (value * 1000.0).round() / 1000.0)
 }
 
-/// "20" or "20–50": each end to a tenth.
+/// Formats a range with each end to a tenth, for example "20" or "20–50".
 pub(super) fn number_range(low: f64, high: f64) -> String {
     let short = |value: f64| format!("{}", (value * 10.0).round() / 10.0);
     let (low, high) = (short(low), short(high));
@@ -32,7 +32,7 @@ pub(super) fn number_range(low: f64, high: f64) -> String {
     }
 }
 
-/// "9.53" or "104": three digits or more.
+/// Formats a number with three digits or more, for example "9.53" or "104".
 pub(super) fn three_digits(value: f64) -> String {
     let decimals = match value.abs() {
         v if v < 9.995 => 2,
@@ -42,10 +42,10 @@ pub(super) fn three_digits(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// Columns of text: set to the left.
+/// Headings of columns with text, which is aligned to the left.
 const WORDS: [&str; 3] = ["Source", "Event", "Channel name"];
 
-/// A table of these rows with a note below it; nothing without a row.
+/// Returns a table of these rows with a note below it; nothing without rows.
 fn table<'a>(heads: impl Iterator<Item = &'a str>, rows: &Html, note: &str) -> Html {
     match (rows.is_empty(), note) {
         (true, _) => Html::default(),
@@ -54,7 +54,7 @@ fn table<'a>(heads: impl Iterator<Item = &'a str>, rows: &Html, note: &str) -> H
     }
 }
 
-/// A table of these rows, if any.
+/// Returns a table of these rows, whether or not there are any.
 pub(super) fn headed<'a>(heads: impl Iterator<Item = &'a str>, rows: &Html) -> Html {
     let head = |name: &str| match WORDS.contains(&name) {
         true => html!("<th class=\"words\">{}</th>", name),
@@ -68,24 +68,24 @@ pub(super) fn headed<'a>(heads: impl Iterator<Item = &'a str>, rows: &Html) -> H
     )
 }
 
-/// A row of such a table.
+/// Returns a row of such a table, whose first cell is its heading.
 fn row(name: &str, cells: impl IntoIterator<Item = impl Into<Html>>) -> Html {
     let cells = cells.into_iter().map(Into::<Html>::into);
     let cells: Html = cells.map(|cell| html!("<td>{}</td>", cell)).collect();
     html!("<tr><th scope=\"row\">{}</th>{}</tr>\n", name, cells)
 }
 
-/// Text in bold.
+/// Returns text as bold markup.
 fn bold(text: &str) -> Html {
     html!("<b>{}</b>", text)
 }
 
-/// A stretch of time.
+/// Formats a range of time in s.
 fn span(from_s: f64, to_s: f64) -> String {
     format!("{}–{} s", seconds(from_s), seconds(to_s))
 }
 
-/// How each trial at a virtual wall went; nothing without one.
+/// Returns the hits of each trial at a virtual wall; nothing without any.
 pub(super) fn hits_table(trials: &[Trial]) -> Html {
     let all = trials
         .iter()
@@ -109,7 +109,7 @@ pub(super) fn hits_table(trials: &[Trial]) -> Html {
     )
 }
 
-/// How each trial that followed a target went; nothing if none did.
+/// Returns the metrics of each trial that followed a reference; nothing without any.
 pub(super) fn metrics_table(trials: &[Trial]) -> Html {
     let rows = trials
         .iter()
@@ -129,7 +129,7 @@ pub(super) fn metrics_table(trials: &[Trial]) -> Html {
     )
 }
 
-/// How the predicted forces followed the wanted ones; nothing without any.
+/// Returns how the predicted forces followed the wanted ones; nothing without any.
 pub(super) fn force_table(trials: &[Trial]) -> Html {
     let all = trials
         .iter()
@@ -157,8 +157,8 @@ pub(super) fn force_table(trials: &[Trial]) -> Html {
     )
 }
 
-/// The model that each muscle of a trial began with, as in "calcium-force (channels 1, 3),
-/// none (channel 2)"; `None` without muscles or in a record that does not say.
+/// Returns the model level with which each muscle of a trial began, for example "calcium-force
+/// (channels 1, 3), none (channel 2)"; `None` without muscles, or in a record without model levels.
 pub(super) fn models_in_words(trial: &Trial) -> Option<String> {
     let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
     for channel in &trial.channels {
@@ -178,7 +178,8 @@ pub(super) fn models_in_words(trial: &Trial) -> Option<String> {
     (!words.is_empty()).then(|| words.join(", "))
 }
 
-/// What a trial under force control did not get of what it wanted, a sentence each.
+/// Returns what a trial under force control did not achieve of the wanted forces, one sentence
+/// each.
 #[must_use]
 pub fn force_remarks(trial: &Trial) -> Vec<String> {
     let mut all = Vec::new();
@@ -202,7 +203,7 @@ pub fn force_remarks(trial: &Trial) -> Vec<String> {
     all
 }
 
-/// The same of all trials, below their table.
+/// Returns the remarks of [`force_remarks`] on all trials, to be shown below their table.
 pub(super) fn force_notes(trials: &[Trial]) -> Html {
     let all = trials.iter().flat_map(|trial| {
         force_remarks(trial)
@@ -227,7 +228,8 @@ fn metric_cells(m: &Metrics) -> [Html; 8] {
     ]
 }
 
-/// This run beside the paper, a line per paper row; nothing without one.
+/// Returns a comparison of this run with the paper, one row per row of the paper; nothing without
+/// any.
 pub(super) fn paper_table(trials: &[Trial], paper: &[PaperRow]) -> Html {
     let mut rows = Html::default();
     for trial in trials {
@@ -258,7 +260,7 @@ pub(super) fn paper_table(trials: &[Trial], paper: &[PaperRow]) -> Html {
     )
 }
 
-/// Counters of all trials side by side; nothing without any.
+/// Returns the counters of all trials side by side; nothing without any.
 pub(super) fn counter_table(trials: &[Trial]) -> Html {
     let mut names: Vec<&str> = Vec::new();
     for (name, _) in trials.iter().flat_map(|trial| &trial.counters) {
@@ -288,7 +290,7 @@ pub(super) fn counter_table(trials: &[Trial]) -> Html {
     )
 }
 
-/// What the electrode check read; nothing without one.
+/// Returns the readings of the electrode check; nothing without any.
 pub(super) fn electrode_table(trials: &[Trial]) -> Html {
     let mut rows = Html::default();
     for trial in trials {
@@ -312,7 +314,7 @@ pub(super) fn electrode_table(trials: &[Trial]) -> Html {
     )
 }
 
-/// What happened when; nothing without events.
+/// Returns the events of all trials with their times; nothing without any.
 pub(super) fn event_table(trials: &[Trial]) -> Html {
     let mut rows = Html::default();
     for trial in trials {

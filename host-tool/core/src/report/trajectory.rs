@@ -1,4 +1,4 @@
-//! Target and measured angle over time, one panel a trial.
+//! Reference and measured angle over time, one panel per trial.
 
 use super::tables::{degrees, seconds};
 use crate::analysis::{hits, metrics_but_lag};
@@ -8,17 +8,17 @@ use crate::plot::{At, Axis, Figure, Key, Mark, Paint, Panel, Stroke, Svg, ink::s
 use crate::record::{Sample, Trial, WallPlace};
 
 const HEIGHT: f64 = 130.0;
-/// More than a screen shows, few enough for a small page.
+/// Number of points of a curve: more than a screen can show, and few enough for a small page.
 const BUCKETS: usize = 600;
-/// Panels beyond this number are set in two columns, or the first screen would not hold them.
+/// Number of panels above which they are in two columns, so that they fit on the first screen.
 const ONE_COLUMN: usize = 3;
 const MEASURED: Stroke = stroke(PALETTE[0], 1.8);
 const TARGET: Stroke = stroke(INK, 1.0);
 
-/// Picks an angle of a sample, degrees, if it is known.
+/// Function that returns an angle of a sample, degrees, if it is known.
 pub(super) type Angle = fn(&Sample) -> Option<f64>;
 
-/// The last recorded or planned moment of any trial, s; never zero.
+/// Returns the time of the last recorded or planned event of any trial, s; never zero.
 pub(super) fn end_s(trials: &[Trial]) -> f64 {
     let last = |trial: &Trial| trial.samples.last().map_or(0.0, |sample| sample.t_s);
     let ends = trials.iter().map(|trial| last(trial).max(trial.duration_s));
@@ -27,7 +27,7 @@ pub(super) fn end_s(trials: &[Trial]) -> f64 {
         .max(0.01)
 }
 
-/// An angle's course as lines.
+/// Returns the course of an angle as lines.
 pub(super) fn course(
     samples: impl Iterator<Item = Sample> + Clone,
     angle: Angle,
@@ -39,31 +39,31 @@ pub(super) fn course(
     parts.map(move |part| Mark::Line(part, stroke))
 }
 
-/// What the figure shows of a trial, without its samples.
+/// The data of a trial that the figure shows, without its samples.
 #[derive(Clone, Debug)]
 pub(super) struct Traced {
-    /// Over its panel.
+    /// Name of the trial, above its panel.
     pub name: String,
     result: String,
     joint: bool,
     wall: Option<WallPlace>,
     measure: Option<(f64, f64)>,
-    /// The last recorded or planned moment, s.
+    /// Time of the last recorded or planned event, s.
     end_s: f64,
-    /// Least and greatest angle, degrees.
+    /// Smallest and largest angle, degrees.
     angles: Option<(f64, f64)>,
     curves: Vec<Mark>,
 }
 
 impl Traced {
-    /// Of this trial.
+    /// Returns the data of this trial for the figure.
     pub(super) fn of(trial: &Trial) -> Self {
         let curves = [
             (MEASURED, (|s: &Sample| s.measured_deg) as Angle),
-            // On top, or a joint that follows well would hide its target.
+            // The reference is on top, because a joint that follows well would otherwise hide it.
             (TARGET, |s| s.target_deg),
         ];
-        // Without joint or wall no row has an angle: a day's are not gone through for nothing.
+        // Without joint or wall no row has an angle, so that the samples need not be read.
         let count = match trial.joint || trial.wall.is_some() {
             true => trial.samples.len(),
             false => 0,
@@ -84,7 +84,7 @@ impl Traced {
         }
     }
 
-    /// The same called `name`.
+    /// Returns the same data under another name.
     pub(super) fn called(&self, name: String) -> Self {
         Self {
             name,
@@ -92,13 +92,13 @@ impl Traced {
         }
     }
 
-    /// Whether an angle matters.
+    /// Returns whether the trial has an angle to show, that of a joint or at a wall.
     pub(super) const fn has_angle(&self) -> bool {
         self.joint || self.wall.is_some()
     }
 }
 
-/// The main figure; nothing where no angle matters.
+/// Returns the main figure; empty if no trial has an angle to show.
 pub(super) fn figure(trials: &[Trial]) -> Svg {
     let has_angle = |trial: &Trial| trial.joint || trial.wall.is_some();
     if !trials.is_empty() && !trials.iter().any(has_angle) {
@@ -107,9 +107,9 @@ pub(super) fn figure(trials: &[Trial]) -> Svg {
     figure_of(&trials.iter().map(Traced::of).collect::<Vec<_>>())
 }
 
-/// The same of what is left of trials.
+/// Returns the main figure of trials whose samples are no longer in memory.
 pub(super) fn figure_of(trials: &[Traced]) -> Svg {
-    // Scales shared by all panels, so that they compare at a glance.
+    // All panels share their scales, so that they can be compared at a glance.
     let angles = trials.iter().filter_map(|trial| trial.angles);
     let (low, high) = range(angles.flat_map(|(low, high)| [low, high])).unwrap_or((0.0, 90.0));
     let step = round_step((high - low).max(1.0), 4.0);
@@ -125,7 +125,7 @@ pub(super) fn figure_of(trials: &[Traced]) -> Svg {
         };
         panel(&trials[n], x, Axis::linear("angle (°)", ends, 5.0))
     };
-    // Down the first column, then down the second.
+    // Panels fill the first column from top to bottom, then the second.
     let columns = if trials.len() > ONE_COLUMN { 2 } else { 1 };
     let rows = trials.len().div_ceil(columns);
     let row = |r: usize| {
@@ -185,7 +185,7 @@ fn panel(trial: &Traced, x: Axis, y: Axis) -> Panel {
     }
 }
 
-/// How the trial went, in a few words.
+/// Returns the result of the trial in a few words.
 fn result(trial: &Trial) -> String {
     match (trial.wall, metrics_but_lag(trial)) {
         (Some(_), _) => deepest(trial),
@@ -199,7 +199,7 @@ fn result(trial: &Trial) -> String {
     }
 }
 
-/// The deepest penetration of each hit of a wall.
+/// Returns the deepest penetration of each hit of a wall.
 fn deepest(trial: &Trial) -> String {
     let depths = hits(trial).into_iter().map(|hit| degrees(hit.deepest_deg));
     let depths: Vec<String> = depths.collect();

@@ -6,13 +6,13 @@ use crate::fields::field::Need::{OrTold, OrWord};
 use crate::fields::field::{Field, Kind, Number, f, one_of};
 use crate::fields::table::Table;
 
-/// What holds it, by name.
+/// Ways in which the forearm is held, and their names in session files.
 const HELD: [(&str, Held); 2] = [("cuff", Held::InCuff), ("freely", Held::Freely)];
 
-/// What decides the arms that sessions name by their number.
+/// Seed of the randomly generated arms, which sessions choose by index.
 const ARMS: u64 = 2023;
 
-/// Its fields.
+/// Returns the fields that only `kind = "arm"` has.
 #[rustfmt::skip]
 pub(super) fn arm_fields() -> [Field; 6] {
     let d = Posture::STUDY;
@@ -30,7 +30,8 @@ pub(super) fn arm_fields() -> [Field; 6] {
     all.map(|field| field.when("kind", &["arm"]))
 }
 
-/// The arm in its posture, and what holds it; numbers left out keep [`Posture::STUDY`].
+/// Reads the arm with its posture, and how its forearm is held; angles that the file leaves out are
+/// those of [`Posture::STUDY`].
 pub(super) fn read_arm(t: &Table<'_>) -> (ArmSpec, Held) {
     let real = |name, default| t.real(name).unwrap_or(default);
     let d = Posture::STUDY;

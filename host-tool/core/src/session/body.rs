@@ -1,4 +1,4 @@
-//! `[body]`: the simulated wearer. A board has a real one and ignores it.
+//! `[body]`: the simulated wearer. A board is attached to a real wearer and ignores it.
 
 use hal_sim::body::arm::{ArmSpec, Held};
 use hal_sim::body::elbow::{Approach, Sight, TORQUE_FREQUENCY_HZ, Yields};
@@ -16,30 +16,30 @@ use super::worn::Person;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// The simulated wearer of a session.
+/// Simulated wearer of a session.
 #[derive(Clone, PartialEq, Debug)]
 pub enum BodySpec {
-    /// An index finger.
+    /// Index finger with two flexor points and an extensor point.
     Finger(Box<FingerSpec>),
-    /// A forearm and the person who moves it.
+    /// Forearm that flexes at the elbow, and the person who moves it.
     Elbow(Box<ElbowSpec>),
-    /// A forearm and hand under its electrodes.
+    /// Forearm and hand under the session's electrodes.
     Hand(Box<FittedHand>),
-    /// A right arm under nine electrodes, channels 1 to 9.
+    /// Right arm under nine electrodes, channels 1 to 9.
     Arm {
-        /// What it is made of, and its posture.
+        /// Anatomy of the arm, and its posture.
         spec: Box<ArmSpec>,
-        /// What holds it.
+        /// Support of the forearm: the cuff of a force sensor, or the person alone.
         held: Held,
     },
-    /// A dummy load on every channel.
+    /// Dummy load on every channel.
     Still {
-        /// Ω.
+        /// Resistance of each load, Ω.
         load_ohm: u32,
     },
 }
 
-/// Reads `[body]` of a file with these channels, played on this person.
+/// Reads the `[body]` of a file that has these channels and this wearer.
 pub(super) fn read_body(t: &Table<'_>, channels: &[Channel], person: &Person) -> Option<BodySpec> {
     if !t.is_sound() {
         return None;
@@ -59,7 +59,8 @@ pub(super) fn read_body(t: &Table<'_>, channels: &[Channel], person: &Person) ->
     })
 }
 
-/// A participant's finger: the wearer's, if nobody is named.
+/// Reads a participant's finger. If the file names no participant, the participant is the wearer of
+/// the wearer file.
 fn read_finger(t: &Table<'_>, person: &Person) -> Option<FingerSpec> {
     let participant = if t.has("participant") {
         t.named("participant", &PARTICIPANTS)?
@@ -98,7 +99,7 @@ fn read_finger(t: &Table<'_>, person: &Person) -> Option<FingerSpec> {
     Some(spec)
 }
 
-/// An elbow; numbers left out keep [`ElbowSpec::default`].
+/// Reads an elbow; numbers that the file leaves out are those of [`ElbowSpec::default`].
 fn read_elbow(t: &Table<'_>) -> Option<ElbowSpec> {
     let mut spec = ElbowSpec::default();
     let [triceps, biceps] = read_sites(t, ["triceps", "biceps"])?;

@@ -1,4 +1,4 @@
-//! A channel of a session, and what its amplitudes are.
+//! A channel of a session, and the unit of its amplitudes.
 
 use firmware::control::{ForceControl, ForceSpec};
 use firmware::muscle::Recruitment;
@@ -11,29 +11,30 @@ use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use crate::wearer::Unit;
 
-/// One channel of a session.
+/// One output channel of a session, with its optional muscle model and force control.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Channel {
-    /// Its number in files and on the board, 1–10; the link counts from 0.
+    /// Number in files and on the board, 1–10; the link counts from 0.
     pub number: u8,
-    /// What the wearer calls it.
+    /// Name that the wearer gives the channel.
     pub name: String,
-    /// Its train, stage and limit, as the device gets them.
+    /// Train, output stage and limit, as the device receives them.
     pub spec: ChannelSpec,
-    /// The muscle under it, if its force is to be predicted.
+    /// Muscle under the electrodes, if its force is to be predicted.
     pub muscle: Option<Muscle>,
-    /// How the device controls that muscle's force, if the host asks for forces.
+    /// Force control of the muscle on the device, if the host asks for forces.
     pub force: Option<ForceSpec>,
 }
 
 impl Channel {
-    /// Its number on the link, 0–9.
+    /// Returns the channel's index on the link, 0–9.
     #[must_use]
     pub const fn index(&self) -> u8 {
         self.number - 1 // 1–10
     }
 
-    /// Its force control as the device will run it.
+    /// Returns the force control as the device runs it, or `None` without a valid muscle and
+    /// `force`.
     pub(super) fn force_control(&self) -> Option<ForceControl> {
         let muscle = self.muscle.as_ref()?;
         let recruitment = Recruitment::new(muscle.recruitment).ok()?;
@@ -48,13 +49,13 @@ impl Channel {
         .ok()
     }
 
-    /// Whether a setpoint may ask for another width than the train's own.
+    /// Returns whether a setpoint may ask for a larger pulse width than the train's own.
     #[must_use]
     pub const fn has_live_width(&self) -> bool {
         self.spec.train.max_width_us > self.spec.train.width_us
     }
 
-    /// What its amplitudes are.
+    /// Returns the unit of the amplitudes, mA or V by the output stage.
     #[must_use]
     pub const fn unit(&self) -> Unit {
         match self.spec.stage {
@@ -63,13 +64,13 @@ impl Channel {
         }
     }
 
-    /// Tells that a field asks for more than its limit.
+    /// Reports that the field `name` asks for more than the channel's limit.
     pub(super) fn tell_above_limit(&self, t: &Table<'_>, name: &str) {
         let (channel, limit) = (self.number, self.display(self.spec.limit));
         t.say(name, Problem::AboveChannelLimit { channel, limit });
     }
 
-    /// An amplitude of this channel for people: "28 V".
+    /// Formats an amplitude of this channel for people, for example "28 V".
     #[must_use]
     pub fn display(&self, amplitude: Amplitude) -> String {
         let value = in_units(amplitude.get().into(), 3);

@@ -1,4 +1,4 @@
-//! `[[channel]]`: output stages, trains, muscles.
+//! `[[channel]]`: the output stages, trains and muscles of a session.
 
 use firmware::control::ForceSpec;
 use firmware::device::Draft;
@@ -16,26 +16,27 @@ use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use crate::wearer::Electrode;
 
-/// The channels of a file: those that can be read, and which others it has.
+/// The channels of a file: those that could be read, and which others the file has.
 #[derive(Default)]
 pub(super) struct Channels {
-    /// By rising number.
+    /// Channels without errors, sorted by number.
     pub(super) list: Vec<Channel>,
-    /// Those that could be read and are beyond a limit of their own.
+    /// Channels that could be read but are beyond one of their own limits.
     pub(super) beyond: Vec<Channel>,
-    /// What the wearer file has of them, at their widths.
+    /// Electrodes of the wearer file for the channels in `list`, converted to their pulse widths.
     pub(super) fitted: Vec<Electrode>,
-    /// Bit i: channel i on the link is in the file, right or wrong.
+    /// Numbers in use: bit i is set if the file has channel i of the link, with or without errors.
     named: u16,
-    /// Whether any is wrong.
+    /// Whether any channel has an error.
     wrong: bool,
-    /// Whether one is, and nobody knows which.
+    /// Whether a channel cannot be identified, because its number is missing, invalid or used
+    /// twice.
     unknown: bool,
 }
 
 impl Channels {
-    /// Reads every `[[channel]]` of a session of `duration_us` into `draft`. What had
-    /// to be rounded goes to `notes`.
+    /// Reads every `[[channel]]` of a session of `duration_us` into `draft`, and adds to `notes`
+    /// the values that had to be rounded.
     pub(super) fn read(
         root: &Table<'_>,
         person: &Person,
@@ -76,20 +77,21 @@ impl Channels {
         all
     }
 
-    /// Whether every channel of the file could be read.
+    /// Returns whether every channel of the file could be read.
     pub(super) const fn are_whole(&self) -> bool {
         !self.wrong && !self.unknown
     }
 
-    /// What the wearer file has of a channel, at its width.
+    /// Returns the electrode of the wearer file under this channel, at the channel's pulse width.
     pub(super) fn electrode(&self, channel: u8) -> Option<&Electrode> {
         self.fitted
             .iter()
             .find(|electrode| electrode.channel == channel)
     }
 
-    /// The least and the most that the wearer file lets be used of a channel: what an
-    /// operator set, or motor threshold and limit; none above the channel's own.
+    /// Returns the smallest and the largest amplitude that the wearer file allows on a channel: the
+    /// operator's minimum and maximum, or else motor threshold and limit. The largest does not
+    /// exceed the channel's own limit.
     pub(super) fn used(&self, channel: &Channel) -> Option<[Amplitude; 2]> {
         let electrode = self.electrode(channel.number)?;
         let least = electrode.minimum.unwrap_or(electrode.motor_threshold);
@@ -97,14 +99,15 @@ impl Channels {
         Some([least, most.min(channel.spec.limit)])
     }
 
-    /// The channel that a field names. Tells if the file has none of this number; of
-    /// one that is wrong itself, everything is told.
+    /// Returns the channel that the field `name` refers to. Reports an error if the file has no
+    /// channel of this number; for a channel that has errors of its own, these are enough.
     pub(super) fn find(&self, t: &Table<'_>, name: &str) -> Option<&Channel> {
         let number = t.whole(name);
         self.numbered(t, name, number)
     }
 
-    /// The channel of this number, which a field names.
+    /// Returns the channel of this number, to which the field `name` refers; reports errors as
+    /// [`Self::find`] does.
     pub(super) fn numbered(&self, t: &Table<'_>, name: &str, number: u8) -> Option<&Channel> {
         let found = self.list.iter().find(|c| c.number == number);
         let index = number.checked_sub(1)?;
@@ -117,8 +120,8 @@ impl Channels {
     }
 }
 
-/// The amplitude of this field, or what the wearer file knows instead; tells that it is
-/// missing if neither is there.
+/// Returns the amplitude of this field or, if the field is missing, the `known` one of the wearer
+/// file; reports a missing field if there is neither.
 pub(super) fn amplitude_or(
     t: &Table<'_>,
     name: &str,
@@ -133,8 +136,8 @@ pub(super) fn amplitude_or(
     known
 }
 
-/// Reads one `[[channel]]` into `draft`, and tells what that says of it. Of one that the
-/// draft refuses its spec is left.
+/// Reads one `[[channel]]` into `draft` and reports its errors. If the draft refuses the channel,
+/// the error holds the channel without muscle and force.
 fn read_channel(
     t: &Table<'_>,
     person: &Person,
@@ -226,7 +229,8 @@ fn read_train(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> TrainSpec {
     }
 }
 
-/// What the trigger input does: by `trigger`, or by `triggered`, which is a start.
+/// Reads the behaviour of the trigger input: from `trigger`, or from `triggered`, which means a
+/// start.
 fn read_trigger_mode(t: &Table<'_>) -> Option<Trigger> {
     match t.has("trigger") {
         true => t.named("trigger", &TRIGGERS),
@@ -234,7 +238,8 @@ fn read_trigger_mode(t: &Table<'_>) -> Option<Trigger> {
     }
 }
 
-/// The period in µs, from `period_us` or, to the nearest µs, `frequency_hz`.
+/// Reads the period in µs, from `period_us` or from `frequency_hz`, rounded to the nearest µs. A
+/// rounded frequency adds a note.
 fn read_period(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> u32 {
     let Some(hz) = t.real("frequency_hz") else {
         return t.whole("period_us");
@@ -251,15 +256,16 @@ fn read_period(t: &Table<'_>, number: u8, notes: &mut Vec<String>) -> u32 {
     period_us
 }
 
-/// Reads a `force` table. The highest and the lowest rate are the train's own if
-/// it says none.
+/// Reads a `force` table. The highest and the lowest rate default to the train's own.
 fn read_force(t: &Table<'_>, train: &TrainSpec) -> ForceSpec {
     let min_period_us = match t.real("max_frequency_hz") {
-        // Never faster than asked for; saturates, and 0 Hz is refused as the rest.
+        // Rounded up, so that the rate is never above `max_frequency_hz`; the conversion saturates,
+        // and 0 Hz is refused with the other values out of range.
         Some(hz) => (1e6 / hz).ceil() as u32,
         None => train.period_us,
     };
-    // Never slower than asked for; saturates, and 0 Hz is refused as the rest.
+    // Rounded down, so that the rate is never below `min_frequency_hz`; the conversion saturates,
+    // and 0 Hz is refused with the other values out of range.
     let slowest_hz = t.real("min_frequency_hz");
     ForceSpec {
         min_period_us,

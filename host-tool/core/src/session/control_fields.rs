@@ -1,5 +1,5 @@
-//! The fields of a file's `[joint]`, `[wall]` and of what both share, as `fields`
-//! declares the others.
+//! The fields of `[joint]`, of `[wall]` and of tables that both share, declared in the same way as
+//! the others in `fields`.
 
 use firmware::control::differentiator::Differentiator;
 use firmware::control::pid::Pid;
@@ -13,27 +13,26 @@ use crate::fields::decimal::in_units;
 use crate::fields::field::Need::{Optional, Or, OrFile, OrTold, OrWord, Required};
 use crate::fields::field::{Kind, Need, Section, UNIT, channel, f, list, n, nb, one_of};
 
-/// What a wall stops, by name.
+/// Directions of motion that a wall stops, and their names in session files.
 pub(super) const SIDES: [(&str, Side); 2] =
     [("flexion", Side::Flexion), ("extension", Side::Extension)];
-/// Longest extrapolation of a lost setpoint unless the file says otherwise, ms:
-/// nine setpoints of a 90 Hz stream.
+/// Default of the longest extrapolation after a lost setpoint, ms: nine setpoints of a 90 Hz
+/// stream.
 const MAX_EXTRAPOLATION_MS: i64 = 100;
-/// Age of a stale measurement unless the file says otherwise, ms: ten readings
-/// of the board's converter, or four and a half of a 90 Hz glove.
+/// Default ages at which a measurement is stale, ms: of the board's converter, ten readings, and of
+/// the host, four and a half readings of a 90 Hz glove.
 pub(super) const STALE_AFTER_MS: (u16, u16) = (10, 50);
-/// Calibration of the board's angle sensor unless the file says otherwise: 25
-/// codes a degree, and a broken or shorted wire reads −32° or +132°, outside
-/// what the device believes of a joint of 0–100°.
+/// Default calibration of the board's angle sensor, as codes at 0° and 100°: 25 codes per degree,
+/// so that a broken or shorted wire reads −32° or +132°, outside the range that the device accepts
+/// for a joint of 0–100°.
 const FINGER_CODES: (i64, i64) = (800, 3300);
-/// The same for a wall: 20 codes a degree, so that an elbow's 0–150° and 20° on
-/// either side can be told.
+/// Default calibration of the angle sensor of a wall, as codes at 0° and 100°: 20 codes per degree,
+/// so that an elbow's 0–150° and 20° on either side are measurable.
 const ELBOW_CODES: (i64, i64) = (500, 2500);
-/// Curvature of recruitment unless the file says otherwise, thousandths: mean of
-/// ln(Fmax/Fmin) over Lee 2020, table 2.
+/// Default curvature of recruitment, thousandths: the mean of ln(Fmax/Fmin) over Lee 2020, table 2.
 const LEE_CURVATURE_MILLI: i64 = 1_200;
 
-/// A channel's amplitude.
+/// Returns the kind of a channel's amplitude, in thousandths of its unit.
 pub(super) fn amplitude() -> Kind {
     nb(UNIT, 3, PointSpec::MAX, "to the channel's `limit`")
 }
@@ -104,8 +103,8 @@ pub(super) fn joint() -> Section {
     all
 }
 
-/// A gain that is left out is the law's own; without a wearer and, if it is another,
-/// with one.
+/// Returns the default of a gain: the value `alone` of the control law and, if a law with a model
+/// of the wearer has another, also that value.
 fn own(alone: u32, with_wearer: u32) -> Need {
     let [alone, other] = [alone, with_wearer].map(|milli| in_units(milli.into(), 3));
     OrTold(match alone == other {
@@ -116,7 +115,7 @@ fn own(alone: u32, with_wearer: u32) -> Need {
 
 #[rustfmt::skip]
 fn recommended_gains() -> Section {
-    // The least b and the shortest period leave the most to k1 and k3.
+    // The smallest b and the shortest period give the largest ranges of k1 and k3.
     let [a, w] = [LawSpec::ALONE, LawSpec::RECOMMENDED].map(|law| match law {
         LawSpec::Recommended { lambda_milli, k1_milli, k2_milli, b_milli, k3_milli, ki_milli } => [lambda_milli, k1_milli, k2_milli, b_milli, k3_milli, ki_milli],
         _ => [0; 6],

@@ -1,4 +1,4 @@
-//! `[fidelity]`: what a session tolerates.
+//! `[fidelity]`: the error that a session tolerates in its simulation and models.
 
 use super::Session;
 use crate::fields::error::Problem;
@@ -6,16 +6,16 @@ use crate::fields::table::Table;
 use firmware::control::LawSpec;
 use std::fmt;
 
-/// Where a session's tolerance stands.
+/// Field that gives the tolerance of a session.
 const FIELD: &str = "tolerance_percent";
 
-/// A part of the largest force of a session, in hundredths of a percent; larger
-/// ones saturate at 655.35 %.
+/// Share of the largest force of a session, in hundredths of a percent; larger shares saturate at
+/// 655.35 %.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Share(pub u16);
 
 impl Share {
-    /// The just-noticeable difference of force, 10 %: the default tolerance.
+    /// Just-noticeable difference of force, 10 %: the default tolerance.
     pub const JUST_NOTICEABLE: Self = Self(1_000);
 }
 
@@ -25,7 +25,7 @@ impl fmt::Display for Share {
     }
 }
 
-/// Reads the tolerance; tells of `[fidelity]` without a muscle.
+/// Reads the tolerance and the time to try; reports a `[fidelity]` in a session without muscles.
 pub(super) fn read(root: &Table<'_>, session: &mut Session) {
     let Some(table) = root.table("fidelity") else {
         return;

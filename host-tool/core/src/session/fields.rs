@@ -1,6 +1,6 @@
-//! The fields of a session file, each declared once: name, what it is with unit
-//! and range, what stands in for it, and what it means. A range is the firmware's,
-//! which stands beside the field that it bounds, or the host's own.
+//! The fields of a session file, each declared once: name, kind with unit and range, default, and
+//! meaning. A range comes from the firmware, where it is declared beside the field that it bounds,
+//! or is the host's own.
 
 use std::sync::LazyLock;
 
@@ -24,34 +24,34 @@ use crate::fields::field::{CHANNEL, Kind, Number, Section, UNIT, channel, f, lis
 use crate::fields::field::{LONGEST, LONGEST_NOTES};
 use crate::wearer::{fatigue, limits};
 
-/// The whole file.
+/// Section of all top-level fields of a session file.
 pub(super) static FILE: LazyLock<Section> = LazyLock::new(file);
 
-/// Waveforms by name.
+/// Waveforms and their names in session files.
 pub(super) const SHAPES: [(&str, Shape); 4] = [
     ("biphasic-cathodic-first", Shape::BiphasicCathodicFirst),
     ("biphasic-anodic-first", Shape::BiphasicAnodicFirst),
     ("monophasic-cathodic", Shape::MonophasicCathodic),
     ("monophasic-anodic", Shape::MonophasicAnodic),
 ];
-/// What the trigger input does, by name.
+/// Behaviours of the trigger input and their names in session files.
 pub(super) const TRIGGERS: [(&str, Trigger); 3] = [
     ("start", Trigger::Start),
     ("toggle", Trigger::Toggle),
     ("gated", Trigger::Gated),
 ];
-/// Rungs of the muscle's ladder by name.
+/// Model levels of the muscle and their names in session files.
 pub(super) const RUNGS: [(&str, Rung); 3] = [
     ("none", Rung::None),
     ("calcium-force", Rung::CalciumForce),
     ("calcium-force-fatigue", Rung::CalciumForceFatigue),
 ];
-/// What a silent member of a group is, by name.
+/// States of a silent member of a group and their names in session files.
 pub(super) const PARTNERS: [(&str, Partner); 2] = [
     ("conducted", Partner::Conducted),
     ("isolated", Partner::Isolated),
 ];
-/// The participants of Hamana 2022 by name.
+/// Participants of Hamana 2022 and their names in session files.
 pub(super) const PARTICIPANTS: [(&str, Participant); 3] = [
     ("P", Participant::P),
     ("Q", Participant::Q),
@@ -60,23 +60,22 @@ pub(super) const PARTICIPANTS: [(&str, Participant); 3] = [
 
 /// Longest session, µs: a day.
 pub(super) const DAY_US: i64 = 86_400_000_000;
-/// Edges of a trigger are at least this far apart, µs: a train starts 1000 µs after
-/// its edge.
+/// Shortest time between two edges of a trigger, µs: a train starts 1000 µs after its edge.
 pub(super) const TRIGGER_LEAST_US: i64 = 1_000;
-/// No edge comes sooner after the start, µs: until its acknowledgement is here,
-/// nobody knows when that was.
+/// Earliest time of a trigger edge after the start, µs. Until the acknowledgement of `Start`
+/// arrives, the host does not know when the start was.
 pub(super) const TRIGGER_FIRST_US: i64 = 10_000;
-/// A time of the session, µs.
+/// Returns the kind of a time of the session, µs, of at least `least_us`.
 fn time(least_us: i64) -> Kind {
     Kind::Whole(Number::within("s", 6, least_us, DAY_US).bound("to `duration_s`"))
 }
 
-/// A time of a list, µs.
+/// Returns the kind of the times of a list, µs, which begin at 0 and rise.
 fn rising() -> Kind {
     Kind::Whole(Number::within("s", 6, 0, DAY_US).bound("the first 0, then rising"))
 }
 
-/// What may also be 0, where there is none of it.
+/// Returns `range` extended to 0, which means that the feature is absent.
 const fn or_none(range: Range) -> Range {
     Range::new(range.field, 0, range.max)
 }
@@ -219,7 +218,7 @@ fn group() -> Section {
     ]
 }
 
-/// What a force over time is told by: its points, or a sine.
+/// Returns the fields of one point of a force over time.
 #[rustfmt::skip]
 fn force_points() -> Section {
     vec![
@@ -233,7 +232,8 @@ fn sine_of_force() -> [Kind; 3] {
     [force(), force(), Kind::Real(SINE)]
 }
 
-/// A sine's frequency, mHz. 180° at 10 Hz is 11 300 °/s, which the link's rates hold.
+/// Range of a sine's frequency, mHz. A sine of 180° at 10 Hz reaches 11 300 °/s, which the rates on
+/// the link can hold.
 const SINE: Number = Number::within("Hz", 3, 0, 10_000);
 
 #[rustfmt::skip]
@@ -245,15 +245,16 @@ fn values() -> Section {
     ]
 }
 
-/// Widths that a point of a course may have: below the shortest is none.
+/// Range of the widths that a point of a course may have, µs; a width below the shortest pulse
+/// width outputs no pulse.
 const POINT_WIDTH: Range = or_none(TrainSpec::WIDTH_US);
 
-/// A width of a setpoint.
+/// Returns the kind of a setpoint's pulse width, µs, within `range`.
 fn width(range: Range) -> Kind {
     nb("µs", 0, range, "to the train's `max_width_us`")
 }
 
-/// What an amplitude and a width over time are told by.
+/// Returns the fields of one point of an amplitude and a width over time.
 #[rustfmt::skip]
 fn stimulus_points() -> Section {
     vec![
@@ -263,7 +264,8 @@ fn stimulus_points() -> Section {
     ]
 }
 
-/// A list of pulses.
+/// Returns the fields of one list of pulses, which is output once in place of the channel's own
+/// pulses.
 #[rustfmt::skip]
 fn list_of_pulses() -> Section {
     let value = Kind::Whole(Number::within(UNIT, 3, 1, 200_000).bound("to the channel's `limit`"));
@@ -279,7 +281,7 @@ fn list_of_pulses() -> Section {
     ]
 }
 
-/// What a force at the hand over time is told by.
+/// Returns the fields of one point of a force at the hand over time.
 #[rustfmt::skip]
 fn wrench_points() -> Section {
     let force = Number { device: "", ..Number::of("N", 3, Endpoint::FORCE_MN) };
@@ -289,7 +291,7 @@ fn wrench_points() -> Section {
     ]
 }
 
-/// The nine angles of an arm.
+/// Returns the fields of an arm's posture: nine angles in 0.01°, each 0 if left out.
 fn posture() -> Section {
     let angle = |name| {
         let number = Number::within("°", 2, -18_000, 18_000).bound("within the wearer's range");
@@ -298,7 +300,7 @@ fn posture() -> Section {
     AXIS_NAMES.map(angle).into()
 }
 
-/// An amplitude or a force.
+/// Returns the kind of a bound that is an amplitude or a force, in thousandths.
 fn either() -> Kind {
     Kind::Whole(Number::within("unit or N", 3, 0, 10_000_000))
 }

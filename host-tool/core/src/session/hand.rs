@@ -1,4 +1,5 @@
-//! `[body] kind = "hand"`: read from a file, and written as one.
+//! `[body] kind = "hand"`: reads a simulated hand from a session file, and writes one as a session
+//! file.
 
 use hal_sim::body::hand::FittedHand;
 use hal_sim::body::hand::field::{Pad, Shape};
@@ -12,10 +13,11 @@ use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use crate::wearer::Unit;
 
-/// Pads are said in mm.
+/// Power of ten of the positions of pads, which session files give in mm.
 const MILLI: i32 = -3;
 
-/// A forearm and hand; numbers left out are the nominal ones. `channels` are the file's.
+/// Reads a forearm and hand; numbers that the file leaves out are nominal. `channels` are the
+/// channels of the file.
 pub(super) fn read_hand(t: &Table<'_>, channels: &[Channel]) -> Option<FittedHand> {
     let mut hand = nominal();
     let sites = read_sites(t, CHANNELS);
@@ -48,7 +50,8 @@ pub(super) fn read_hand(t: &Table<'_>, channels: &[Channel]) -> Option<FittedHan
     (is_seed && wrong.is_empty() && driven).then_some(hand)
 }
 
-/// Tells points whose stages drive currents, which no hand has; whether there are none.
+/// Reports the points whose output stages drive currents, which the simulated hand does not
+/// support. Returns whether there are none.
 fn tell_currents(t: &Table<'_>, hand: &FittedHand, channels: &[Channel]) -> bool {
     let mut are_volts = true;
     for (name, site) in CHANNELS.into_iter().zip(hand.channels) {
@@ -76,17 +79,17 @@ const fn shape(electrodes: Electrodes) -> Shape {
     }
 }
 
-/// A hand that no session file can name: the field.
+/// Error for a hand that no session file can describe, with the field that cannot be written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("E568 no session file names this hand: its `{0}`")]
 pub struct UnnamedHand(pub &'static str);
 
-/// `hand` as the `[body]` of a session file, every number said: read again it is `hand`
-/// to the bit, if its numbers are in the ranges of the file.
+/// Returns `hand` as the `[body]` of a session file with every number written out. If its numbers
+/// are in the ranges of the file, reading the text gives `hand` again, bit for bit.
 ///
 /// # Errors
-/// Electrodes of other shapes than the two there are, a number that is infinite (an
-/// ablation), or a seed at an end of its range.
+/// The electrodes have a shape other than the two that files know, a number is infinite (an
+/// ablation), or the seed is at an end of its range.
 pub fn hand_body(hand: &FittedHand) -> Result<String, UnnamedHand> {
     let mut text = "[body]\nkind = \"hand\"\n".to_owned();
     let mut say = |name: &str, value: &str| text += &format!("{name} = {value}\n");

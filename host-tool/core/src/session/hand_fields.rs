@@ -1,5 +1,5 @@
-//! The fields of `[body] kind = "hand"`: every number of a [`FittedHand`] once, with
-//! which power of ten of it the file says, so that reader and writer agree to the bit.
+//! The fields of `[body] kind = "hand"`: every number of a [`FittedHand`] once, with the power of
+//! ten by which the file scales it, so that reader and writer agree to the bit.
 
 use hal_sim::body::hand::spec::{A, B, E, HandSpec, RETURN};
 use hal_sim::body::hand::{FittedHand, Rule};
@@ -8,14 +8,14 @@ use crate::fields::decimal::written;
 use crate::fields::field::Need::{Or, OrTold, OrWord, Required};
 use crate::fields::field::{Field, Kind, Need, Number, channel, f, one_of};
 
-/// What of the field charges a nerve, by name.
+/// Quantities of the electric field that charge a nerve, and their names in session files.
 pub(super) const RULES: [(&str, Rule); 3] = [
     ("potential", Rule::Potential),
     ("curvature", Rule::Curvature),
     ("field", Rule::Field),
 ];
 
-/// Electrodes by name.
+/// Shapes and sizes of electrodes that session files name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Electrodes {
     Round,
@@ -25,27 +25,28 @@ pub(super) enum Electrodes {
 pub(super) const ELECTRODES: [(&str, Electrodes); 2] =
     [("round", Electrodes::Round), ("small", Electrodes::Small)];
 
-/// Channels of A, B and the extensor's point.
+/// Fields that name the channels of electrode A, electrode B and the extensor's electrode.
 pub(super) const CHANNELS: [&str; RETURN] = ["flexor_a", "flexor_b", "extensor"];
 
-/// Numbers of units that a pool may have: each has 4096 places in the seed's stream.
+/// Smallest and largest number of motor units of a pool: each unit has 4096 places in the stream of
+/// the seed.
 pub(super) const UNITS: (i64, i64) = (1, 256);
 
-/// A number of a hand.
+/// One number of a simulated hand that a session file can set.
 pub(super) struct Quantity {
     pub(super) name: &'static str,
     unit: &'static str,
-    /// Least and most, in 10^−`places` of the unit.
+    /// Smallest and largest value, in 10^−`places` of the unit.
     range: (i64, i64),
     places: i32,
-    /// The hand has 10^`power` times what the file says.
+    /// Power of ten: the value in the hand is 10^`power` times the value in the file.
     pub(super) power: i32,
-    /// Of the hand.
+    /// Accessor of the number in a hand.
     pub(super) of: fn(&mut FittedHand) -> &mut f64,
     meaning: &'static str,
 }
 
-/// Numbers that every file says.
+/// Numbers that every file must give.
 const REQUIRED: [&str; 3] = ["forearm_m", "around_m", "threshold_factor"];
 
 #[rustfmt::skip]
@@ -82,7 +83,7 @@ pub(super) const QUANTITIES: [Quantity; 32] = [
     q("delay_ms", "ms", 0, (5, 1_000), -3, |h| &mut h.spec.motion.delay_s, "from a spike to its effect on the muscle"),
     q("fatigue_floor", "", 0, (0, 1), 0, |h| &mut h.spec.motion.fatigue_floor, "what 50 Hz without end leaves of a motor unit's force; 1 never tires"),
     q("fatigue_time_s", "s", 2, (1, 8_640_000), 0, |h| &mut h.spec.motion.fatigue_time_s, "time constant of tiring and of recovery"),
-    // Places of A, B and the extensor's electrode are pairs: see `pads`.
+    // The positions of A, B and the extensor's electrode are pairs: see `pads_mm`.
 ];
 
 const fn q(
@@ -106,7 +107,7 @@ const fn q(
 }
 
 impl Quantity {
-    /// As a file says it.
+    /// Formats the number of `hand` as a session file writes it.
     pub(super) fn written(&self, hand: &FittedHand) -> String {
         written(*(self.of)(&mut hand.clone()), -self.power)
     }
@@ -122,7 +123,8 @@ impl Quantity {
     }
 }
 
-/// What stands where a file says nothing; sizes and the factor it must say.
+/// Returns the default hand. Its dimensions and its threshold factor are placeholders, because the
+/// file must give them.
 pub(super) fn nominal() -> FittedHand {
     let pad = HandSpec::round(0.0, 0.0);
     FittedHand {
@@ -134,7 +136,7 @@ pub(super) fn nominal() -> FittedHand {
     }
 }
 
-/// All fields that only a hand has.
+/// Returns all fields that only a hand has.
 pub(super) fn hand_fields() -> Vec<Field> {
     let nominal = nominal();
     let millimetres = Number::within("mm", 0, -300, 600);
@@ -182,7 +184,7 @@ pub(super) fn hand_fields() -> Vec<Field> {
     all
 }
 
-/// The channels of a finger's or a hand's points.
+/// Returns the fields for the channels of a finger's or a hand's points.
 pub(super) fn point_channels() -> [Field; RETURN] {
     let meaning = "where this point is, used or not; each another";
     CHANNELS.map(|point| f(point, channel(), Required, meaning).when("kind", &["finger", "hand"]))

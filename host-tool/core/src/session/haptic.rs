@@ -1,5 +1,5 @@
-//! `[wearer] haptic_range`: which amplitudes of a session leave I_MT to 1.5 · I_MT
-//! (Lee 2020, section 2.4), the range in which the force model was found.
+//! `[wearer] haptic_range`: checks which amplitudes of a session leave the range of I_MT to 1.5 ·
+//! I_MT (Lee 2020, section 2.4), in which the force model was identified.
 
 use firmware::units::Amplitude;
 
@@ -8,9 +8,8 @@ use super::worn::Person;
 use crate::fields::table::Table;
 use crate::wearer::Electrode;
 
-/// Tells every amplitude of the file `root` that is neither 0 nor in the haptic range of
-/// its channel. A wall's amplitude rises from 0 with penetration: there the most alone
-/// counts.
+/// Reports every amplitude of the file `root` that is neither 0 nor in the haptic range of its
+/// channel. The amplitude of a wall rises from 0 with penetration, so only its maximum is checked.
 pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
     let tell = |t: &Table<'_>, named: &Table<'_>, field: &str| {
         let electrode = channels.electrode(named.whole("channel"));
@@ -92,8 +91,8 @@ pub(super) fn tell(root: &Table<'_>, person: &Person, channels: &Channels) {
     }
 }
 
-/// Tells of amplitudes of a program outside their channel's range, and of ramps that leave it
-/// on the way: only the wearer's own rise may.
+/// Reports the amplitudes of a program that are outside their channel's range, and the ramps that
+/// leave it on the way: only the wearer's own rise may.
 fn tell_program(program: &Table<'_>, person: &Person, channels: &Channels) {
     let numbers = program.wholes("channels").iter().map(|pair| pair.0);
     let listed: Vec<_> = numbers
@@ -111,7 +110,7 @@ fn tell_program(program: &Table<'_>, person: &Person, channels: &Channels) {
             tell(point, "value", electrode, of(point));
         }
         if program.word("kind") == "ramp" {
-            // Just above nothing.
+            // The smallest amplitude above 0 stands for the values between 0 and the range.
             tell(program, "points", electrode, Amplitude::new(1));
         }
     }
@@ -132,17 +131,18 @@ fn tell_program(program: &Table<'_>, person: &Person, channels: &Channels) {
     }
 }
 
-/// Tells of a muscle whose share makes of its intensity anything from 0 on.
+/// Reports a muscle of the form "scaled", whose intensity takes any value from 0 on and so leaves
+/// the range.
 fn tell_scaled(muscle: &Table<'_>, person: &Person, channels: &Channels) {
     let electrode = channels.electrode(muscle.whole("channel"));
     if let Some(electrode) = electrode.filter(|_| muscle.word("form") == "scaled") {
-        // Just above nothing.
+        // The smallest amplitude above 0 stands for the values between 0 and the range.
         person.tell_outside(muscle, "form", electrode, Amplitude::new(1));
     }
 }
 
-/// Tells of the point `nth` of a ramp to which, or from which, it goes to or from 0: on the
-/// way it leaves the range.
+/// Reports the point after point `nth` if the ramp between them begins or ends at 0, because the
+/// ramp then leaves the range on the way.
 fn tell_way(setpoints: &Table<'_>, nth: usize, person: &Person, channels: &Channels) {
     let points = setpoints.tables("points");
     let value = |t: &Table<'_>| t.has("value").then(|| t.whole::<u32>("value"));
@@ -156,7 +156,7 @@ fn tell_way(setpoints: &Table<'_>, nth: usize, person: &Person, channels: &Chann
     if let Some(electrode) = channels.electrode(setpoints.whole("channel"))
         && is_way
     {
-        // Just above nothing.
+        // The smallest amplitude above 0 stands for the values between 0 and the range.
         person.tell_outside(to, "value", electrode, Amplitude::new(1));
     }
 }

@@ -1,12 +1,12 @@
-//! What a joint shares with a wall or a force: what to do between setpoints, and
-//! where an angle is measured.
+//! Fields that a joint shares with a wall or a force: the behaviour between setpoints, and where an
+//! angle is measured.
 
 use firmware::control::{HoldPolicy, SensorSource};
 
 use super::control_fields::STALE_AFTER_MS;
 use crate::fields::table::Table;
 
-/// Reads what to do between and after setpoints.
+/// Reads how the device continues between and after setpoints.
 pub(super) fn read_hold(t: &Table<'_>) -> HoldPolicy {
     match t.word("hold") {
         "hold" => HoldPolicy::Hold,
@@ -16,7 +16,7 @@ pub(super) fn read_hold(t: &Table<'_>) -> HoldPolicy {
     }
 }
 
-/// Reads where an angle is measured.
+/// Reads where an angle is measured; codes are those of the converter at 0° and 100°.
 pub(super) fn read_sensor(t: &Table<'_>) -> SensorSource {
     match t.word("sensor") {
         "host" => SensorSource::Host,
@@ -27,7 +27,7 @@ pub(super) fn read_sensor(t: &Table<'_>) -> SensorSource {
     }
 }
 
-/// Reads how old its measurement may be, ms.
+/// Reads the age at which a measurement is stale, ms; the default depends on `sensor`.
 pub(super) fn read_stale(t: &Table<'_>, sensor: SensorSource) -> u16 {
     let (adc, host) = STALE_AFTER_MS;
     t.whole_or(

@@ -1,4 +1,4 @@
-//! `[joint]`: a closed loop on the device.
+//! `[joint]`: the closed loop on the device that controls the angle of a finger joint.
 
 use firmware::control::{JointSpec, LawSpec, PointSpec, ResponseSpec, WearerModel};
 
@@ -7,7 +7,7 @@ use super::hold::{read_hold, read_sensor, read_stale};
 use super::law::{LAWS, LawName};
 use crate::fields::table::Table;
 
-/// Reads `[joint]`; its points name channels of the file.
+/// Reads `[joint]`, whose points must name channels of the file.
 pub(super) fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<JointSpec> {
     let name = t.named("law", &LAWS).unwrap_or(LawName::Recommended);
     let law = name.spec(t.has("wearer"));
@@ -17,7 +17,7 @@ pub(super) fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<JointSpec
         .part("gains", |g| Some(read_gains(g, law)))?
         .unwrap_or(law);
     let response = t.part("response", |r| Some(read_response(r, wearer)))?;
-    // Every one is read, so that every mistake is told.
+    // All points are read before the first failure returns, so that every error is reported.
     let points = t.tables("flexors").iter().chain(t.table("extensor"));
     let points: Vec<_> = points.map(|p| read_point(p, channels)).collect();
     let points: Vec<PointSpec> = points.into_iter().collect::<Option<_>>()?;
@@ -42,7 +42,7 @@ pub(super) fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<JointSpec
     })
 }
 
-/// `law` with the gains that the file states.
+/// Returns `law` with the gains that the file gives.
 fn read_gains(g: &Table<'_>, law: LawSpec) -> LawSpec {
     match law {
         LawSpec::Paper {
@@ -93,8 +93,8 @@ fn read_wearer_model(w: &Table<'_>, law: LawSpec) -> Option<WearerModel> {
     })
 }
 
-/// Reads `[joint.response]`, a nominal wearer in time; a field left out keeps
-/// [`ResponseSpec::RECOMMENDED`], for this wearer's strength.
+/// Reads `[joint.response]`, how the nominal wearer answers in time; a field that is left out keeps
+/// [`ResponseSpec::RECOMMENDED`], adapted to the strength of this wearer.
 fn read_response(r: &Table<'_>, wearer: Option<WearerModel>) -> ResponseSpec {
     let default = ResponseSpec::RECOMMENDED;
     let default = wearer.map_or(default, |wearer| default.for_wearer(&wearer));
@@ -108,8 +108,8 @@ fn read_response(r: &Table<'_>, wearer: Option<WearerModel>) -> ResponseSpec {
     }
 }
 
-/// Reads a point; what it does not say is the wearer file's: from the least to the most
-/// that an operator set, or from the motor threshold to the limit.
+/// Reads a point. Amplitudes that the file leaves out come from the wearer file: from the
+/// operator's minimum to the maximum, or from the motor threshold to the limit.
 fn read_point(t: &Table<'_>, channels: &Channels) -> Option<PointSpec> {
     let channel = channels.find(t, "channel")?;
     if !t.is_sound() {

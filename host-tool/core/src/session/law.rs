@@ -1,4 +1,4 @@
-//! The control laws by name.
+//! Control laws of a joint, and their names in session files.
 
 use firmware::control::{Joint, JointSpec, LawSpec, SpecError, WearerModel};
 use firmware::range::OutOfRange;
@@ -12,26 +12,26 @@ pub(super) const LAWS: [(&str, LawName); 3] = [
     ("pid", LawName::Pid),
 ];
 
-/// The control laws by name.
+/// Control law of a joint.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LawName {
     /// Super-twisting with the wearer's model, or alone where the file has none.
     Recommended,
     /// Super-twisting as Hamana 2022 prints it, its sign corrected.
     Paper,
-    /// Proportional, integral, derivative.
+    /// Proportional, integral and derivative control.
     Pid,
 }
 
 impl LawName {
-    /// Its name in session files.
+    /// Returns the name of the control law in session files.
     #[must_use]
     pub fn name(self) -> &'static str {
         let found = LAWS.iter().find(|(_, law)| *law == self);
         found.map_or("", |(name, _)| name)
     }
 
-    /// What it is, in a few words.
+    /// Returns a description of the control law in a few words.
     #[must_use]
     pub const fn meaning(self) -> &'static str {
         match self {
@@ -43,17 +43,18 @@ impl LawName {
         }
     }
 
-    /// All of them.
+    /// All control laws, the recommended one first.
     pub const ALL: [Self; 3] = [Self::Recommended, Self::Paper, Self::Pid];
 
-    /// The law of this name.
+    /// Returns the control law of this name, if there is one.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let found = LAWS.iter().find(|(known, _)| *known == name);
         found.map(|(_, law)| *law)
     }
 
-    /// The law with its default gains.
+    /// Returns the control law with its default gains, which may depend on whether the file has a
+    /// model of the wearer.
     #[must_use]
     pub const fn spec(self, has_wearer: bool) -> LawSpec {
         match self {
@@ -65,8 +66,8 @@ impl LawName {
     }
 }
 
-/// `spec` under another law, with that law's default gains, period and cutoff, if the
-/// device takes it.
+/// Returns `spec` under another control law, with the default gains, period and cutoff of that law;
+/// fails if the device refuses the combination.
 pub(super) fn with_law(spec: JointSpec, law: LawName) -> Result<JointSpec, SessionError> {
     let law = law.spec(spec.wearer.is_some());
     let law = spec.wearer.map_or(law, |wearer| law.for_wearer(&wearer));
@@ -84,7 +85,8 @@ pub(super) fn with_law(spec: JointSpec, law: LawName) -> Result<JointSpec, Sessi
     refused.map_or(Ok(spec), |problem| Err(SessionError::nowhere(problem)))
 }
 
-/// What is wrong with a stiffness that is allowed by itself, but not with this torque.
+/// Returns the problem of a stiffness that is allowed by itself, but not together with this flexion
+/// torque; `None` for any other value out of range.
 pub(super) fn never_tried(e: OutOfRange, flexion_unm: u32) -> Option<Problem> {
     let own = WearerModel::STIFFNESS_UNM_PER_RAD;
     let is_its = e.field == own.field && (e.min, e.max) != (own.min, own.max);

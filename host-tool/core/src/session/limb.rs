@@ -1,5 +1,4 @@
-//! `[setpoints] kind = "endpoint-force"`: the arm that the device drives, and how it is
-//! held.
+//! `[setpoints] kind = "endpoint-force"`: the arm that the device drives, and its posture.
 
 use firmware::control::{EndpointSpec, PostureSpec};
 use firmware::limb::{AXES, AXIS_NAMES, LINES, Lines};
@@ -10,27 +9,27 @@ use crate::fields::decimal::between;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// The arm of a session.
+/// Arm of a session whose hand exerts the wanted force.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SessionLimb {
-    /// Its bones, how often the device recruits, and how it is held.
+    /// Bones of the arm, period of recruitment, and posture.
     pub spec: EndpointSpec,
-    /// Lines of the session's channels, by rising channel.
+    /// Lines of action of the session's channels, sorted by channel.
     pub lines: Lines,
 }
 
 impl SessionLimb {
-    /// Whether the host measures how it is held.
+    /// Returns whether the host measures the posture.
     #[must_use]
     pub const fn is_measured(&self) -> bool {
         matches!(self.spec.posture, PostureSpec::Measured { .. })
     }
 }
 
-/// Setpoints and recruitments per second that may be asked for.
+/// Setpoint rates that a file may ask for, Hz; the device recruits at the same rate.
 const RATES_HZ: [f64; 2] = [200.0, 20.0];
 
-/// Reads the arm, if forces at the hand are streamed; tells all that is wrong with it.
+/// Reads the arm if forces at the hand are streamed, and reports all errors in it.
 pub(super) fn read_limb(
     root: &Table<'_>,
     person: &Person,
@@ -97,7 +96,7 @@ pub(super) fn read_limb(
     Some(SessionLimb { spec, lines })
 }
 
-/// Nine angles, 0.01°; those that are not said are 0.
+/// Reads the nine angles of a posture, 0.01°; angles that are left out are 0.
 fn read_posture(p: &Table<'_>, ranges: &[(i32, i32); AXES]) -> Option<[i16; AXES]> {
     if !p.is_sound() {
         return None;

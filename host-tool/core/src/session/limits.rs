@@ -1,5 +1,5 @@
-//! What channels at their limits come to, alone and all together, told with what is
-//! allowed.
+//! Checks the charge, current and duration of channels at their limits, each alone and all
+//! together, and reports them with the values that are allowed.
 
 use firmware::device::channel_of;
 use firmware::pulse::{CHANNELS, WINDOW_US};
@@ -11,7 +11,7 @@ use crate::fields::error::{Problem, SumBound};
 use crate::fields::table::Table;
 use crate::wearer;
 
-/// A wearer who allows whatever any may.
+/// Returns a wearer with the loosest limits that any wearer may have.
 pub(super) fn anyone() -> WearerSpec {
     WearerSpec {
         fall_ms: WearerSpec::FALL_MS.max as u16, // 100 ms
@@ -20,9 +20,9 @@ pub(super) fn anyone() -> WearerSpec {
     }
 }
 
-/// The channel as it would be on anyone, under the largest electrode, but that the
-/// wearer's charge limits how long it lasts, if it keeps that; nothing of one that no
-/// wearer allows.
+/// Returns the channel as checked for the loosest wearer, under the largest electrode, but with
+/// this wearer's charge limit if the channel keeps it, because that limits how long a pulse lasts.
+/// Returns `None` for a channel that no wearer allows.
 fn played(channel: &Channel, wearer: &WearerSpec) -> Option<safety::Channel> {
     let spec = ChannelSpec {
         area_mm2: ChannelSpec::AREA_MM2.max.cast_unsigned(),
@@ -39,9 +39,9 @@ fn played(channel: &Channel, wearer: &WearerSpec) -> Option<safety::Channel> {
     on(same_charge).or_else(|| on(anyone()))
 }
 
-/// Which of its own limits a channel is beyond, and by how much.
+/// Returns which of its own limits a channel exceeds, and by how much.
 pub(super) fn beyond(channel: &Channel, e: SetupError) -> Option<Problem> {
-    // Whatever the wearer and the electrode allow.
+    // The loosest wearer and the largest electrode, so that the rms can be computed.
     let milli = |value: u32| in_units(value.into(), 3);
     let ma = || {
         played(channel, &anyone()).map_or_else(
@@ -52,9 +52,9 @@ pub(super) fn beyond(channel: &Channel, e: SetupError) -> Option<Problem> {
     wearer::beyond(&channel.spec, channel.unit(), ma, e)
 }
 
-/// Tells what channels together put through the common return, at the last one of the
-/// file: of those within their own limits and of those `beyond` them, all that anyone
-/// allows.
+/// Reports the sum of the currents through the common return, at the last channel of the file. The
+/// sum includes the channels within their own limits and, of those `beyond` them, all that the
+/// loosest wearer allows.
 pub(super) fn tell_sum(
     root: &Table<'_>,
     wearer: &WearerSpec,
@@ -105,13 +105,13 @@ pub(super) fn tell_sum(
     }
 }
 
-/// From the device's own end of a session until its outputs are isolated, µs.
+/// Returns the time from the device's own end of a session until its outputs are disconnected, µs.
 fn fall_us(wearer: &WearerSpec) -> u64 {
     u64::from(wearer.fall_ms) * 1_000 + u64::from(WINDOW_US)
 }
 
-/// Tells that the session lasts longer than its wearer's may, and notes what its
-/// wearer's limits may make of it: that it ends before, or that it is all a rise.
+/// Reports a session that lasts longer than its wearer allows. Adds a note where the wearer's
+/// limits end the session early, or where the amplitude rise takes all of it.
 pub(super) fn tell_times(
     root: &Table<'_>,
     wearer: &WearerSpec,
@@ -124,7 +124,7 @@ pub(super) fn tell_times(
         let most_s = wearer.max_session_s;
         root.say("duration_s", Problem::SessionTooLong { most_s });
     } else {
-        // The fall and a window of the pulser's belong to the time.
+        // The fall and one window of the pulser count towards the session time.
         let ends_us = u64::from(wearer.max_session_s) * 1_000_000 - fall_us(wearer);
         if duration_us > ends_us {
             notes.push(format!(
@@ -153,7 +153,7 @@ pub(super) fn tell_times(
         let pulses = u64::from(train.width_us) * u64::from(train.burst_count);
         let burst_pc = u64::from(ua) * pulses; // at most 1e5 · 8 · 500
         let most_pc = u64::from(wearer.max_dose_mc) * 1_000_000_000;
-        // Channels have a width, a limit and a period.
+        // Checked channels have a width, a limit and a period.
         let bursts = most_pc / burst_pc.max(1);
         let ends_us = bursts * period_us;
         let has_more = train.repeats == 0 || u64::from(train.repeats) > bursts;
@@ -168,7 +168,7 @@ pub(super) fn tell_times(
     }
 }
 
-/// "1, 2 and 4".
+/// Lists channel numbers in words, for example "1, 2 and 4".
 fn listed(numbers: &[u8]) -> String {
     let words: Vec<String> = numbers.iter().map(u8::to_string).collect();
     match words.split_last() {

@@ -1,11 +1,11 @@
-//! The tables of docs/sessions.md.
+//! Tables of session fields in docs/sessions.md.
 
 use super::fields::FILE;
 use crate::fields::manual_of;
 
-/// The fields of the table at `path`, as a table of Markdown; nothing if there is no
-/// such table. A part of a path is a field's name, with `=` and a word where several
-/// are declared.
+/// Returns the fields of the table at `path` as a Markdown table, or `None` if there is no such
+/// table. Each part of a path is the name of a field, followed by `=` and a word if the field is
+/// declared several times.
 #[must_use]
 pub fn manual(path: &str) -> Option<String> {
     manual_of(&FILE, path)

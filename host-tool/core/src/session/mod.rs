@@ -1,11 +1,12 @@
-//! Session files: what is stimulated, how, and what the host streams.
+//! Session files: the channels, pulses, controllers and setpoints of one run of the device.
 //!
-//! Lives here: reading a TOML file in people's units, converting it exactly to
-//! the device's integers, checking it with the firmware's own validators, and
-//! naming the line of whatever is wrong (numbers E4xx in [`Problem`]).
-//! Not here: the link, running a session, the simulated body's behaviour.
-//! In: a file. Out: a checked [`Session`] and the requests that configure a
-//! device for it. The files in `host-tool/sessions/` show the format.
+//! This module reads a TOML file in everyday units, converts its numbers exactly to the device's
+//! integers, checks them with the firmware's own validators, and reports each error with its line
+//! (numbers E4xx in [`Problem`]). The link, the running of a session and the behaviour of the
+//! simulated wearer are elsewhere.
+//!
+//! Input: a session file. Output: a checked [`Session`] and the requests that configure a device
+//! for it. The files in `host-tool/sessions/` show the format.
 
 mod arm;
 mod body;
@@ -80,66 +81,67 @@ pub use trigger::{Edges, SimulatedTrigger};
 use worn::Person;
 pub use worn::{KEPT_AS, WearerTexts, Worn, no_wearer, shipped_text};
 
-/// A session that the firmware will arm: everything a run needs.
+/// A checked session, which the firmware accepts and can arm: everything that a run needs.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Session {
-    /// What the session is called in reports.
+    /// Title of the session in reports.
     pub title: String,
-    /// How long it stimulates, µs; 1 ms to a day.
+    /// Duration of the stimulation, µs; 1 ms to a day.
     pub duration_us: u64,
-    /// The wearer's limits.
+    /// Limits of the wearer, which hold for all channels.
     pub wearer: WearerSpec,
-    /// Its channels, by rising number.
+    /// Channels of the session, sorted by number.
     pub channels: Vec<Channel>,
-    /// Channels that share a muscle.
+    /// Groups of channels that share a muscle.
     pub groups: Vec<GroupSpec>,
-    /// The channel on the link (0–9) that drives sync out.
+    /// Channel index on the link (0–9) whose first phases drive the sync output.
     pub sync: Option<u8>,
-    /// The joint that the device controls.
+    /// Joint whose angle the device controls; `None` if the session has no `[joint]`.
     pub joint: Option<JointSpec>,
-    /// The virtual wall that the device makes felt; not beside a joint.
+    /// Virtual wall that the device makes tangible; never together with a joint.
     pub wall: Option<WallSpec>,
-    /// The arm whose hand exerts the wanted force; not beside a joint or a wall.
+    /// Arm whose hand exerts the wanted force; never together with a joint or a wall.
     pub limb: Option<SessionLimb>,
-    /// The joints whose stimulation follows their angles while an object is held; not
-    /// beside any of these.
+    /// Joints whose stimulation follows their angles while an object is held; never together with a
+    /// joint, a wall or a limb.
     pub modulations: Vec<SessionJoint>,
-    /// What the host streams.
+    /// Setpoints that the host streams.
     pub setpoints: Setpoints,
-    /// The window in which errors are scored, µs from the start.
+    /// Window in which errors are scored, as start and end in µs from the start of the session.
     pub measure: Option<(u64, u64)>,
-    /// The simulated wearer; no matter to a board.
+    /// Simulated wearer; a board ignores it.
     pub body: Option<BodySpec>,
-    /// Edges of a simulated trigger input; no matter to a board.
+    /// Edges of a simulated trigger input; a board ignores them.
     pub trigger: Option<SimulatedTrigger>,
-    /// How far what the session uses may be off: what `"auto"` models are chosen for.
+    /// Accepted error of the quantities that the session uses; `"auto"` models are chosen for it.
     pub tolerance: Share,
-    /// Whether the file says so: then a tolerance that no model meets is refused.
+    /// Whether the file sets the tolerance itself; a tolerance that no model meets is then refused.
     pub has_fidelity: bool,
-    /// Whether `[fidelity]` may choose the law's period: the file leaves it out, and the
-    /// law knows nothing of its wearer.
+    /// Whether `[fidelity]` may choose the period of the control law: true if the file leaves the
+    /// period out and the control law has no model of its wearer.
     pub law_is_free: bool,
-    /// How much of it is tried, µs from the start.
+    /// Duration of the part that is tried to choose models, µs from the start.
     pub try_us: u64,
     /// Telemetry period, ms.
     pub telemetry_ms: u16,
-    /// What is played differently from what the file says, for people: a frequency whose
-    /// period is no whole number of microseconds, a channel that nothing drives.
+    /// Notes for the user on what is output differently from what the file says, for example a
+    /// frequency whose period is not a whole number of microseconds, or a channel that nothing
+    /// drives.
     pub notes: Vec<String>,
-    /// What only people know of the study, for its record.
+    /// Facts about the study that only people know, kept for the record.
     pub study: Study,
-    /// Whose file its wearer's numbers are from, if it names one.
+    /// Wearer file from which the wearer's numbers come, if the session names a file.
     pub worn: Option<Worn>,
 }
 
-/// How much of a longer session is tried, unless the file says so, µs.
+/// Default duration of the part of a longer session that is tried to choose models, µs.
 const TRY_US: u64 = 60_000_000;
 
-/// Telemetry period, ms.
+/// Telemetry period of every session, ms.
 const TELEMETRY_MS: u16 = 10;
 
 impl Session {
-    /// Reads and checks a session file.
+    /// Reads and checks the session file at `path`, or the built-in session of that name.
     ///
     /// # Errors
     /// [`SessionError`], which `miette` renders with every line concerned.
@@ -151,11 +153,11 @@ impl Session {
         })
     }
 
-    /// The text of the wearer file that the session at `path` names; of a record's session
-    /// of the one kept beside it.
+    /// Returns the text of the wearer file `file` that the session at `path` names. For the session
+    /// of a record this is the copy of the wearer file that the record keeps.
     ///
     /// # Errors
-    /// E650.
+    /// E650 if the wearer file cannot be read.
     pub fn wearer_text(path: &Path, file: &str) -> Result<String, SessionError> {
         match shipped::shipped(path) {
             Some(_) => shipped_text(file),
@@ -163,11 +165,11 @@ impl Session {
         }
     }
 
-    /// Reads the text of a session file, or of a session of the program where there is no
-    /// such file and `path` is its name ([`SHIPPED`]).
+    /// Reads the text of a session file. If there is no such file and `path` is the name of a
+    /// built-in session ([`SHIPPED`]), returns the text of that session.
     ///
     /// # Errors
-    /// It cannot be read, or is no session for its length.
+    /// The file cannot be read, or is too long for a session.
     pub fn text(path: &Path) -> Result<String, SessionError> {
         if let Some(text) = shipped::shipped(path) {
             return Ok(text.to_owned());
@@ -182,8 +184,8 @@ impl Session {
         })
     }
 
-    /// Reads and checks the text of a session file called `name`, of no folder: its wearer
-    /// is one of the program's.
+    /// Reads and checks the text of a session file called `name` that is in no folder; the wearer
+    /// file that it names must be a built-in one.
     ///
     /// # Errors
     /// As [`Session::load`].
@@ -191,7 +193,8 @@ impl Session {
         Self::parse_beside(name, text, &shipped_text)
     }
 
-    /// The same where `texts` knows the wearer file that it names.
+    /// Reads and checks the text of a session file called `name`; `texts` returns the text of the
+    /// wearer file that the session names.
     ///
     /// # Errors
     /// As [`Session::load`].
@@ -203,7 +206,8 @@ impl Session {
         parse(name, text, &FILE, |doc, t| Self::read(doc, t, texts))
     }
 
-    /// Reads what can be read; nothing, or not a true session, if anything is told.
+    /// Reads everything that can be read. If an error is reported, the result is `None` or an
+    /// incomplete session, which must not be used.
     fn read(doc: &Document, t: &Table<'_>, texts: WearerTexts<'_>) -> Option<Self> {
         let duration_us = t.whole_or("duration_s", DAY_US as u64); // not negative
         let mut notes = Vec::new();
@@ -261,16 +265,16 @@ impl Session {
         Some(session)
     }
 
-    /// What the wearer's rise makes of the amplitudes, a line each: how long the longest
-    /// step of a course takes, and by how much a control law's amplitudes may rise from
-    /// burst to burst.
+    /// Returns what the wearer's amplitude rise does to the session's amplitudes, one line per
+    /// effect: how long the longest step of a course takes, and by how much the amplitudes of a
+    /// control law may rise from burst to burst.
     #[must_use]
     pub fn rise_notes(&self) -> Vec<String> {
         slopes::notes(self)
     }
 
-    /// The requests that configure a device, in an order in which each can be
-    /// checked as it comes.
+    /// Returns the requests that configure a device, in an order in which the device can check each
+    /// request on arrival.
     #[must_use]
     pub fn requests(&self) -> Vec<Request> {
         let mut all = vec![Request::Clear, Request::Wearer(self.wearer)];
@@ -279,7 +283,7 @@ impl Session {
             spec: c.spec,
         }));
         if !self.groups.is_empty() {
-            // As many as the link holds: checked.
+            // The checks allow no more groups than the link holds.
             all.push(Request::Groups(self.groups.iter().copied().collect()));
         }
         if let Some(channel) = self.sync {
@@ -305,21 +309,23 @@ impl Session {
         all
     }
 
-    /// Where the angle of its joint or of its wall is measured.
+    /// Returns where the angle of the joint or of the wall is measured; `None` if the session has
+    /// neither.
     #[must_use]
     pub fn sensor(&self) -> Option<SensorSource> {
         let joint = self.joint.as_ref().map(|joint| joint.sensor);
         joint.or(self.wall.map(|wall| wall.sensor))
     }
 
-    /// Whether a channel has a train of a fixed number of pulses.
+    /// Returns whether any channel has a train of a fixed number of pulses.
     #[must_use]
     pub fn is_counted(&self) -> bool {
         let mut channels = self.channels.iter();
         channels.any(|channel| channel.spec.train.repeats > 0)
     }
 
-    /// The limit of a channel, from 1; none where it is not in use.
+    /// Returns the amplitude limit of the channel with this number (from 1), or `None` if the
+    /// session does not use the channel.
     #[must_use]
     pub fn limit_of(&self, number: u8) -> Option<Amplitude> {
         let mut channels = self.channels.iter();
@@ -327,16 +333,16 @@ impl Session {
         Some(channel.spec.limit)
     }
 
-    /// Amplitudes that a device needs before `Start`: a train of a fixed number of pulses
-    /// counts from its first slot on. Nothing where no channel has one.
+    /// Returns the amplitudes that a device needs before `Start`, because a train of a fixed number
+    /// of pulses counts from its first slot on. Returns nothing if no channel has such a train.
     pub fn counted_from_start(&self) -> impl Iterator<Item = Setpoint> + '_ {
         let is_counted = self.is_counted();
         let beside = self.setpoints.with(0);
         beside.filter(move |setpoint| is_counted && matches!(setpoint, Setpoint::Amplitudes(_)))
     }
 
-    /// The changes of rung due after `from_us` and until `to_us` from the
-    /// start, both in µs.
+    /// Returns the changes of model level that are due after `from_us` and until `to_us`, both in
+    /// µs from the start.
     pub fn rungs(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> + '_ {
         let due = move |at: u64| from_us < at && at <= to_us;
         self.channels.iter().flat_map(move |c| {
@@ -348,12 +354,12 @@ impl Session {
         })
     }
 
-    /// The same session under another control law, with that law's default
-    /// gains, period and cutoff.
+    /// Returns the session under another control law, with the default gains, period and cutoff of
+    /// that law.
     ///
     /// # Errors
-    /// [`Problem::NoJoint`] if the session has none; [`Problem::NeverTried`] if this law
-    /// was not on such a wearer.
+    /// [`Problem::NoJoint`] if the session has no joint; [`Problem::NeverTried`] if this law was
+    /// never tried on a wearer of such stiffness and torque.
     pub fn with_law(mut self, law: LawName) -> Result<Self, SessionError> {
         let wanted = "another control law";
         let none = || SessionError::nowhere(Problem::NoJoint { wanted });
@@ -362,7 +368,7 @@ impl Session {
         Ok(self)
     }
 
-    /// Its simulated finger, if it has one.
+    /// Returns the simulated finger, if the simulated wearer is a finger.
     #[must_use]
     pub fn finger(&self) -> Option<&FingerSpec> {
         match &self.body {
@@ -371,14 +377,14 @@ impl Session {
         }
     }
 
-    /// The channel with this number on the link, 0–9.
+    /// Returns the channel with this index on the link, 0–9.
     #[must_use]
     pub fn channel(&self, index: u8) -> Option<&Channel> {
         self.channels.iter().find(|c| c.index() == index)
     }
 }
 
-/// Reads `[measure]`.
+/// Reads `[measure]` as start and end in µs; the end defaults to the session's duration.
 fn read_measure(t: &Table<'_>, duration_us: u64) -> Option<(u64, u64)> {
     let from = t.time("from_s", 0, duration_us);
     let to = match t.has("to_s") {

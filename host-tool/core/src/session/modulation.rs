@@ -1,5 +1,4 @@
-//! `[[modulation]]`: joints whose muscles are stimulated by their angles while an object
-//! is held.
+//! `[[modulation]]`: joints whose muscles are stimulated by their angles while an object is held.
 
 use firmware::device::{Mistake, Part, Rule};
 use firmware::haptics::{
@@ -15,18 +14,18 @@ use crate::fields::decimal::in_units;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// A joint of a session.
+/// Joint whose stimulation follows its angle, with the angles to simulate.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SessionJoint {
-    /// What the device gets.
+    /// Modulation as the device receives it.
     pub spec: ModulationSpec,
-    /// Its angles, 0.01° at µs, the first at 0, straight between them; the last one stays.
-    /// What the host sends as measured.
+    /// Angles of the joint, as (time in µs, angle in 0.01°), which the host sends as measured. The
+    /// first is at 0; the angle changes linearly between them, and the last one stays.
     pub angles: Vec<(u64, i16)>,
 }
 
 impl SessionJoint {
-    /// Its angle `t_us` after the start, 0.01°.
+    /// Returns the angle `t_us` after the start, 0.01°.
     #[must_use]
     pub fn angle_at(&self, t_us: u64) -> i16 {
         let next = self.angles.partition_point(|&(at_us, _)| at_us <= t_us);
@@ -42,8 +41,8 @@ impl SessionJoint {
     }
 }
 
-/// The one quartic through five values in millionths, at equal distances over a range and
-/// at its ends: its Bernstein coefficients, to the nearest millionth.
+/// Returns the unique quartic through five values in millionths, which lie at equal distances over
+/// a range including its ends, as its Bernstein coefficients to the nearest millionth.
 #[must_use]
 pub fn quartic_through(values: [i64; 5]) -> QuarticSpec {
     let [a, b, c, d, e] = values;
@@ -57,7 +56,7 @@ pub fn quartic_through(values: [i64; 5]) -> QuarticSpec {
     ])
 }
 
-/// Reads every `[[modulation]]`; they name channels of the file.
+/// Reads every `[[modulation]]`; they must name channels of the file.
 pub(super) fn read_modulations(root: &Table<'_>, channels: &Channels) -> Vec<SessionJoint> {
     let tables = root.tables("modulation");
     let mut all: Vec<SessionJoint> = Vec::new();
@@ -79,7 +78,8 @@ pub(super) fn read_modulations(root: &Table<'_>, channels: &Channels) -> Vec<Ses
     all
 }
 
-/// Tells what cannot run beside them, and what they need.
+/// Reports tables and setpoints that cannot be used together with modulated joints, and setpoints
+/// that never say that an object is held.
 fn tell_beside(root: &Table<'_>, first: &Table<'_>) {
     let setpoints = root.table("setpoints");
     let kind = setpoints.map(|t| t.word("kind"));
@@ -102,7 +102,7 @@ fn tell_beside(root: &Table<'_>, first: &Table<'_>) {
     }
 }
 
-/// What else the device would say of a joint that it refuses for its shares alone: peaks
+/// Returns the further mistakes of a joint that the device refuses for its shares alone: peaks
 /// above the limits of their channels.
 pub(super) fn behind_shares<'a>(
     spec: &'a ModulationSpec,
@@ -141,7 +141,7 @@ fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<SessionJoint> {
     let (lift, drop) = (lift?, drop?);
     match t.named("mode", &MODES)? {
         Mode::Assist => (flexor.lift, extensor.drop) = (lift, drop),
-        // The antagonist, by the muscle's own share.
+        // To resist a movement, the antagonist is stimulated by the muscle's share.
         Mode::Resist => (extensor.lift, flexor.drop) = (lift, drop),
     }
     let spec = ModulationSpec {
@@ -161,14 +161,14 @@ fn read_joint(t: &Table<'_>, channels: &Channels) -> Option<SessionJoint> {
     Some(SessionJoint { spec, angles })
 }
 
-/// A joint's name in files: "left-elbow".
+/// Returns the name of a joint in session files, for example "left-elbow".
 #[must_use]
 pub fn joint_name(joint: u8) -> &'static str {
     let found = JOINTS.iter().find(|(_, number)| *number == joint);
     found.map_or("joint", |(name, _)| name)
 }
 
-/// The elbow of a joint's arm.
+/// Returns the number of the elbow of a joint's arm.
 const fn elbow_of(joint: u8) -> u8 {
     joint & !1
 }
@@ -195,7 +195,8 @@ fn read_muscle(t: &Table<'_>, channels: &Channels) -> Option<ModulatedSpec> {
     })
 }
 
-/// Reads five values; nothing inside if they are left out.
+/// Reads the five values of a share. Returns `Some(None)` if they are left out, and `None` if they
+/// are wrong.
 fn read_share(t: &Table<'_>, name: &str) -> Option<Option<QuarticSpec>> {
     if !t.has(name) {
         return Some(None);
@@ -212,7 +213,7 @@ fn read_share(t: &Table<'_>, name: &str) -> Option<Option<QuarticSpec>> {
 
 fn read_angles(t: &Table<'_>) -> Option<Vec<(u64, i16)>> {
     let mut all: Vec<(u64, i16)> = Vec::new();
-    // Of what comes behind a wrong one nothing can be said.
+    // The angles after one with an error cannot be judged.
     for item in t
         .tables("angles")
         .iter()
@@ -224,7 +225,7 @@ fn read_angles(t: &Table<'_>) -> Option<Vec<(u64, i16)>> {
     Some(all)
 }
 
-/// Tells of angles outside the joint's range.
+/// Reports angles outside the range of the joint.
 fn tell_outside(t: &Table<'_>, spec: &ModulationSpec) {
     let (low, high) = (spec.angle_min_mdeg, spec.angle_max_mdeg);
     for item in t.tables("angles").iter().filter(|table| table.is_sound()) {
@@ -240,7 +241,8 @@ fn tell_outside(t: &Table<'_>, spec: &ModulationSpec) {
     }
 }
 
-/// Tells what the device says of the joints `all` of the file `root`.
+/// Reports a mistake that the device finds in the joint numbered `joint`, one of the joints `all`
+/// of the file `root`.
 pub(super) fn tell_modulation(
     root: &Table<'_>,
     channels: &Channels,
@@ -263,7 +265,7 @@ pub(super) fn tell_modulation(
         both.filter(move |m| m.whole::<u8>("channel") == index + 1) // at most 10
     };
     match mistake.rule {
-        // Of one that is wrong itself, everything is told.
+        // An elbow that is in the file but has errors was already reported.
         Rule::NoPhaseJoint { joint: elbow } if names_joint(root, elbow) => {}
         Rule::NoPhaseJoint { .. } => {
             let elbow = joint_name(elbow_of(joint));
@@ -304,7 +306,7 @@ pub(super) fn tell_modulation(
                 m.say("base", problem);
             }
         }
-        // Ranges of amplitudes are of a muscle's table; both may have them.
+        // A range of amplitudes belongs to a muscle's table, and both muscles may have the field.
         Rule::Modulation(ModulationError::Range(e)) if matches!(e.field, "base" | "threshold") => {
             let of =
                 |m: &&Table<'_>| m.has(e.field) && i64::from(m.whole::<u32>(e.field)) == e.value;
@@ -313,36 +315,38 @@ pub(super) fn tell_modulation(
                 .filter_map(|text| t.table(text));
             both.into_iter().find(of).unwrap_or(t).refuse(e);
         }
-        // Coefficients beyond what any share within 0 and 1 has.
+        // The coefficients exceed those of any share between 0 and 1.
         Rule::Modulation(ModulationError::Range(e)) if matches!(e.field, "lift" | "drop") => {
             let allowed = "five values that one quartic between 0 and 1 goes through";
             t.out_of_range(e.field, allowed.into());
         }
-        // Told where channels are named, and of all joints at once.
+        // Reported where the channels are named, and for all joints at once.
         Rule::NoTrain { .. } | Rule::JointAndModulation => {}
         _ => t.refuse(mistake),
     }
 }
 
-/// Whether the file has a joint of this number, sound or not, or one of no known name.
+/// Returns whether the file has a joint of this number, with or without errors, or a joint whose
+/// name is unknown.
 fn names_joint(root: &Table<'_>, joint: u8) -> bool {
     let mut tables = root.tables("modulation").iter();
     tables.any(|t| t.named("joint", &JOINTS).is_none_or(|value| value == joint))
 }
 
-/// "-0.000213".
+/// Formats an extreme of a share with six decimals, for example "-0.000213".
 fn millionths(extreme: Extreme) -> String {
     in_units(extreme.millionths().into(), 6)
 }
 
-/// Where in the joint's range it is, °, to a hundredth.
+/// Returns the angle of an extreme, °, to a hundredth.
 fn degrees(spec: &ModulationSpec, extreme: Extreme) -> f64 {
     let (low, high) = (spec.angle_min_mdeg, spec.angle_max_mdeg);
     let mdeg = f64::from(low) + f64::from(high - low) * f64::from(extreme.at) / 16_384.0;
     (mdeg / 10.0).round() / 100.0
 }
 
-/// The most that a channel gets in a phase, and at which angle, °.
+/// Returns the largest amplitude that a channel receives in a phase, and the angle at which it
+/// does, °.
 fn peak_of(spec: &ModulationSpec, channel: u8, phase: &str) -> (Amplitude, f64) {
     let phases = [MotionPhase::Lift, MotionPhase::Drop];
     let phase = phases

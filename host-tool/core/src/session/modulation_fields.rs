@@ -1,5 +1,5 @@
-//! The fields of a file's `[[modulation]]` and of what says when an object is held, as
-//! `fields` declares the others.
+//! The fields of `[[modulation]]` and of the points at which an object is held, declared in the
+//! same way as the others in `fields`.
 
 use firmware::control::SensorSource;
 use firmware::control::refusal::{ANGLE_MAX_MDEG, ANGLE_MIN_MDEG};
@@ -8,7 +8,8 @@ use firmware::haptics::{ModulatedSpec, ModulationSpec, QuarticSpec};
 use crate::fields::field::Need::{Optional, Or, OrFile, OrWord, Required};
 use crate::fields::field::{Kind, Number, Section, UNIT, channel, f, list, n, nb, one_of};
 
-/// Joints by name: an elbow's number is even, and its shoulder's the next.
+/// Joints and their names in session files. The number of an elbow is even, and the shoulder of the
+/// same arm has the next number.
 pub(super) const JOINTS: [(&str, u8); 4] = [
     ("left-elbow", 0),
     ("left-shoulder", 1),
@@ -16,28 +17,28 @@ pub(super) const JOINTS: [(&str, u8); 4] = [
     ("right-shoulder", 3),
 ];
 
-/// Which muscles are stimulated.
+/// Muscles that are stimulated while a joint moves.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Mode {
-    /// Those that move the joint.
+    /// Stimulates the muscles that move the joint.
     Assist,
-    /// Their antagonists.
+    /// Stimulates the antagonists of the muscles that move the joint.
     Resist,
 }
 
-/// Modes by name.
+/// Modes and their names in session files.
 pub(super) const MODES: [(&str, Mode); 2] = [("assist", Mode::Assist), ("resist", Mode::Resist)];
 
-/// How a share makes an intensity, by name.
+/// Names in session files of the ways in which a share sets an intensity.
 const FORMS: [(&str, ()); 2] = [("scaled", ()), ("above-threshold", ())];
 
-/// Dead band unless the file says otherwise, 0.01 °/s, and cutoff, mHz: an elbow that
-/// rests does not chatter behind a sensor of 0.1° of noise (docs/lift.md).
+/// Default dead band, 0.01 °/s, and cutoff, mHz. With them an elbow at rest does not chatter behind
+/// a sensor of 0.1° of noise (docs/lift.md).
 const DEAD_BAND: i64 = 800;
 const CUTOFF_MHZ: i64 = 2_000;
-/// Age of a stale measurement unless the file says otherwise, ms: five of a 100 Hz stream.
+/// Default age at which a measurement is stale, ms: five periods of a 100 Hz stream.
 const STALE_AFTER_MS: i64 = 50;
-/// Longest hold unless the file says otherwise, ms.
+/// Longest time for which an object may be held unless the file says otherwise, ms.
 const LONGEST_HOLD_MS: i64 = 30_000;
 
 #[rustfmt::skip]
@@ -50,7 +51,7 @@ fn muscle() -> Section {
     ]
 }
 
-/// Its angles are told by such times.
+/// Returns the fields of `[[modulation]]`; `at_s` is the kind of the times of angles.
 #[rustfmt::skip]
 pub(super) fn modulation(at_s: Kind) -> Section {
     let share = || {
@@ -78,7 +79,7 @@ pub(super) fn modulation(at_s: Kind) -> Section {
     ]
 }
 
-/// When an object is held.
+/// Returns the fields of a point from which an object is held or is not.
 #[rustfmt::skip]
 pub(super) fn held_points(at_s: Kind) -> Section {
     vec![

@@ -1,5 +1,5 @@
-//! `[channel.muscle]`: its force model, its recruitment, how it tires, and
-//! which rung of the ladder predicts its force.
+//! `[channel.muscle]`: the force model of a muscle, its recruitment, its fatigue, and the model
+//! level that predicts its force.
 
 use firmware::muscle::{CalciumForceSpec, FatigueSpec, MuscleSpec, RecruitmentSpec, Rung};
 use firmware::units::Amplitude;
@@ -9,36 +9,36 @@ use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use crate::wearer::{Electrode, read_fatigue};
 
-/// The muscle under a channel.
+/// Model of the muscle under a channel.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Muscle {
-    /// Its force model.
+    /// Parameters of the force model.
     pub force: CalciumForceSpec,
-    /// How amplitude recruits it, up to the channel's limit.
+    /// Recruitment of the muscle by amplitude, up to the channel's limit.
     pub recruitment: RecruitmentSpec,
-    /// How it tires, if the file says so.
+    /// Fatigue of the muscle, if the file or the wearer file gives it.
     pub fatigue: Option<FatigueSpec>,
-    /// Whether anybody reads its predicted force.
+    /// Whether the predicted force is reported.
     pub report: bool,
-    /// Which rung it starts on.
+    /// Model level at the start.
     pub model: Model,
-    /// What `"auto"` comes to in this session: the fullest that the muscle allows,
-    /// until the session was tried.
+    /// Model level that `"auto"` selects in this session. Until the session has been tried, it is
+    /// the most detailed one that the muscle allows.
     pub auto: Rung,
-    /// Later rungs, each from its µs after the start on, rising.
+    /// Later model levels, each from its time after the start on, in µs, in rising order.
     pub changes: Vec<(u64, Rung)>,
 }
 
-/// What a file says of a muscle's rung.
+/// Model level of a muscle as the file gives it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Model {
-    /// The one that is good enough.
+    /// Cheapest model level that is accurate enough in this session.
     Auto,
-    /// This one.
+    /// Model level that the file fixes.
     Fixed(Rung),
 }
 
-/// What a wearer file may say of a muscle instead.
+/// Parameters of a muscle that the wearer file may give in place of the session file.
 const PARAMETERS: [&str; 8] = [
     "a_n_per_s",
     "k",
@@ -50,7 +50,7 @@ const PARAMETERS: [&str; 8] = [
     "slope_per_unit",
 ];
 
-/// What a rung is called in files.
+/// Returns the name of a model level in session files.
 #[must_use]
 pub fn rung_name(rung: Rung) -> &'static str {
     let named = RUNGS.iter().find(|(_, known)| *known == rung);
@@ -58,7 +58,7 @@ pub fn rung_name(rung: Rung) -> &'static str {
 }
 
 impl Muscle {
-    /// The rung that the muscle starts on.
+    /// Returns the model level with which the muscle starts.
     #[must_use]
     pub const fn rung(&self) -> Rung {
         match self.model {
@@ -67,7 +67,7 @@ impl Muscle {
         }
     }
 
-    /// The muscle as the device gets it.
+    /// Returns the muscle as the device receives it.
     #[must_use]
     pub const fn spec(&self) -> MuscleSpec {
         MuscleSpec {
@@ -78,8 +78,8 @@ impl Muscle {
         }
     }
 
-    /// The muscle on every rung that it comes to, with the table that says so: its
-    /// own, and those of its changes.
+    /// Returns the muscle at every model level that it uses, the first one and those of its
+    /// changes, each with the table that sets the level.
     pub(super) fn rungs<'t>(
         &self,
         t: &'t Table<'t>,
@@ -92,8 +92,9 @@ impl Muscle {
     }
 }
 
-/// Reads a `muscle` table; what it does not say is the wearer file's. The recruitment
-/// curve ends at the limit of its channel, changes of rung end with the session.
+/// Reads a `muscle` table; the wearer file gives the values that the table leaves out. The
+/// recruitment curve ends at the limit of the channel, and changes of model level must be within
+/// the session.
 pub(super) fn read_muscle(
     t: &Table<'_>,
     electrode: Option<&Electrode>,
@@ -165,7 +166,7 @@ pub(super) fn read_muscle(
     })
 }
 
-/// Reads `changes`, in rising order and within the session.
+/// Reads `changes`, whose times must rise and be within the session.
 fn read_changes(t: &Table<'_>, duration_us: u64) -> Option<Vec<(u64, Rung)>> {
     let mut changes: Vec<(u64, Rung)> = Vec::new();
     for item in t.tables("changes") {

@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::fields::FILE;
 use crate::fields::schema_of;
 
-/// The schema, of JSON Schema's draft 7, which editors of TOML understand.
+/// Returns the schema as JSON Schema draft 7, which editors of TOML understand.
 #[must_use]
 pub fn schema() -> Value {
     schema_of("Flexor session", &FILE)

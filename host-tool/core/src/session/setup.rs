@@ -1,4 +1,5 @@
-//! Wearer, channels, groups, sync, joint and wall together: what the device arms.
+//! Reads and checks together everything that the device needs before it is armed: wearer, channels,
+//! groups, sync, joint, wall, arm and modulated joints.
 
 use std::convert::Infallible;
 
@@ -30,14 +31,14 @@ pub(super) struct SetupSpec {
     pub(super) wall: Option<WallSpec>,
     pub(super) limb: Option<SessionLimb>,
     pub(super) modulations: Vec<SessionJoint>,
-    /// Whether the file has any joint of these, sound or not.
+    /// Whether the file has a `[[modulation]]`, with or without errors.
     pub(super) has_modulation: bool,
-    /// Bit i: channel i on the link is not the host's to drive.
+    /// Channels that the host may not drive: bit i is channel i on the link.
     pub(super) controlled: u16,
 }
 
-/// Reads everything that the device gets into a draft of the device's, and tells all
-/// that this says of it.
+/// Reads everything that the device receives into a draft of the device's setup, and reports
+/// everything that the draft refuses.
 pub(super) fn read_setup(
     root: &Table<'_>,
     person: &Person,
@@ -52,7 +53,7 @@ pub(super) fn read_setup(
     let tables = root.tables("group");
     for (place, t) in tables.iter().enumerate() {
         groups.extend(read_group(t, &channels));
-        // The one that the device refuses is the last one.
+        // If the device refuses the groups, the last one is the cause.
         if let Err(e) = draft.set_groups(groups.iter().copied().collect()) {
             groups.pop();
             if let Rule::Setup(SetupError::Group(e)) = e.rule {
@@ -75,7 +76,7 @@ pub(super) fn read_setup(
     }
     let limb = read_limb(root, person, &channels);
     if let Some(limb) = &limb {
-        // Each was judged with the wearer file.
+        // The arm and its lines were already checked with the wearer file.
         let _ = draft.set_endpoint(limb.spec);
         for line in &limb.lines {
             let _ = draft.set_line(line.clone());
@@ -83,7 +84,7 @@ pub(super) fn read_setup(
     }
     let modulations = read_modulations(root, &channels);
     for joint in &modulations {
-        // The device holds the first against it; here all are told.
+        // The device stops at the first mistake; here all are reported.
         joint.spec.mistakes(&mut |mistake| {
             let (part, rule) = (Part::Modulation(joint.spec.joint), mistake.into());
             mistakes.push(Mistake { part, rule });
@@ -120,7 +121,7 @@ pub(super) fn read_setup(
     }
 }
 
-/// Tells that an arm is driven beside a joint or a wall.
+/// Reports an arm that is driven together with a joint or a wall.
 fn tell_limb_beside(root: &Table<'_>) {
     if let Some(t) = root.table("setpoints")
         && t.word("kind") == "endpoint-force"

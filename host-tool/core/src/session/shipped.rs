@@ -1,4 +1,4 @@
-//! The sessions that are part of the program.
+//! The built-in sessions, which are part of the program.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ macro_rules! sessions {
     };
 }
 
-/// Name and text of each of `host-tool/sessions`. A name is a path in that folder, without
+/// Name and text of each session in `host-tool/sessions`. A name is a path in that folder, without
 /// `.toml`.
 #[rustfmt::skip]
 pub const SHIPPED: &[(&str, &str)] = sessions![
@@ -71,8 +71,8 @@ pub const SHIPPED: &[(&str, &str)] = sessions![
     "width_ramp"
 ];
 
-/// The text of the shipped session that `path` names, with or without `.toml`; nothing where a
-/// file of that path lies.
+/// Returns the text of the built-in session that `path` names, with or without `.toml`. Returns
+/// `None` if a file of that path exists, because the file has precedence.
 pub(super) fn shipped(path: &Path) -> Option<&'static str> {
     let name = path.to_str()?;
     let name = name.strip_suffix(".toml").unwrap_or(name);

@@ -1,4 +1,4 @@
-//! Channels that a session configures, and that never receive an amplitude.
+//! Finds channels that a session configures but that never receive an amplitude.
 
 use firmware::control::JointSpec;
 use firmware::haptics::{ModulationSpec, WallSpec};
@@ -7,7 +7,8 @@ use firmware::units::Amplitude;
 
 use super::{BodySpec, Channel, Course, Session};
 
-/// Notes of each such channel what the session does with it: nothing.
+/// Adds a note for each channel that is configured, never receives an amplitude, and is not meant
+/// to stay at 0.
 pub(super) fn note(session: &mut Session) {
     let silent = session.channels.iter();
     let silent = silent
@@ -24,8 +25,8 @@ pub(super) fn note(session: &mut Session) {
     session.notes.extend(notes);
 }
 
-/// Whether the file says that a channel is to stay at 0: a partner in a group whose value is
-/// 0, one for the lists of a live client, a muscle of a simulated elbow, which has two.
+/// Returns whether the file means a channel to stay at 0: a partner in a group whose value is 0, a
+/// channel for the lists of a live client, or a muscle of a simulated elbow, which has two.
 fn is_meant(session: &Session, channel: &Channel) -> bool {
     let index = channel.index();
     let mut groups = session.groups.iter();
@@ -40,7 +41,7 @@ fn is_meant(session: &Session, channel: &Channel) -> bool {
     (is_partner && is_zero) || channel.spec.train.lists || is_muscle
 }
 
-/// Amplitudes that stay, by channel on the link.
+/// Returns the constant amplitudes, by channel on the link.
 fn constant(session: &Session) -> &[(u8, Stimulus)] {
     match &session.setpoints.course {
         Course::Amplitudes(values) => values,
@@ -48,8 +49,8 @@ fn constant(session: &Session) -> &[(u8, Stimulus)] {
     }
 }
 
-/// Whether anything of the session may ever ask for more than 0 on a channel on the link
-/// (0–9), a live client within its bounds included.
+/// Returns whether anything in the session may ever ask for more than 0 on a channel on the link
+/// (0–9), including a live client within its bounds.
 fn is_driven(session: &Session, channel: u8) -> bool {
     let setpoints = &session.setpoints;
     let joint = session.joint.iter().flat_map(JointSpec::points);
@@ -73,7 +74,7 @@ fn is_more(own: u8, most: Amplitude, channel: u8) -> bool {
     own == channel && most > Amplitude::ZERO
 }
 
-/// By a modulated joint, once an object is held.
+/// Returns whether a modulated joint drives the channel once an object is held.
 fn is_held(session: &Session, channel: u8) -> bool {
     let joints = session.modulations.iter();
     let demands = joints.flat_map(|joint| ModulationSpec::demands(&joint.spec));
@@ -87,7 +88,7 @@ fn is_held(session: &Session, channel: u8) -> bool {
             .any(|demand| is_more(demand.0, demand.1, channel))
 }
 
-/// By the arm, for a force at the hand.
+/// Returns whether the arm recruits the channel for a force at the hand.
 fn is_recruited(session: &Session, channel: u8) -> bool {
     let lines = session.limb.iter().flat_map(|limb| &limb.lines);
     let is_wanted = match &session.setpoints.course {
@@ -97,7 +98,8 @@ fn is_recruited(session: &Session, channel: u8) -> bool {
     is_wanted && lines.into_iter().any(|line| line.channel == channel)
 }
 
-/// By the host: an amplitude, a force, or a list of pulses.
+/// Returns whether the host streams an amplitude, a force or a list of pulses above 0 to the
+/// channel.
 fn is_streamed(session: &Session, channel: u8) -> bool {
     let setpoints = &session.setpoints;
     let most = match &setpoints.course {

@@ -1,5 +1,5 @@
-//! What the wearer's rise makes of a session: how long steps take that are known
-//! beforehand, and how fast a control law's amplitudes may rise.
+//! Effects of the wearer's amplitude rise on a session: how long steps take that are known
+//! beforehand, and how fast the amplitudes of a control law may rise.
 
 use super::Session;
 use super::channel::Channel;
@@ -10,7 +10,7 @@ use firmware::device::channel_of;
 use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 
-/// Notes on every channel whose amplitudes the rise delays.
+/// Returns notes on every channel whose amplitudes the rise delays.
 pub(super) fn notes(session: &Session) -> Vec<String> {
     let mut notes = Vec::new();
     let Ok(wearer) = session.wearer.validate() else {
@@ -43,18 +43,18 @@ pub(super) fn notes(session: &Session) -> Vec<String> {
     notes
 }
 
-/// How a channel may rise.
+/// Limits on the rise of a channel's amplitude.
 struct Rise<'a> {
     channel: &'a Channel,
     start: Amplitude,
-    /// From one burst to the next.
+    /// Largest increase from one burst to the next.
     slope: Amplitude,
     rise_us: u64,
     rise_bursts: u64,
 }
 
 impl Rise<'_> {
-    /// A control law's amplitudes, from threshold to max.
+    /// Returns a note on how long the amplitudes of a control law take from threshold to maximum.
     fn of_law(&self, [threshold, max]: [Amplitude; 2]) -> Option<String> {
         let range = max.get().saturating_sub(threshold.get());
         if max <= self.start || range <= self.slope.get() {
@@ -71,8 +71,8 @@ impl Rise<'_> {
         ))
     }
 
-    /// The step that takes longest of a course whose times count from the start, or from the
-    /// begin `of` something.
+    /// Returns a note on the step of a course that takes longest. Times count from the start, or
+    /// from the beginning of whatever `of` names.
     fn of_course(&self, points: &[(u64, Stimulus)], is_held: bool, of: &str) -> Option<String> {
         let first = points.first().map(|&(at_us, to)| (0, at_us, to));
         let pairs = points.windows(2).filter_map(|pair| match pair {
@@ -93,7 +93,7 @@ impl Rise<'_> {
         })
     }
 
-    /// How long an amplitude needs to rise, µs.
+    /// Returns the time that an amplitude needs to rise, µs.
     fn takes_us(&self, from: u32, to: Amplitude) -> u64 {
         let by = to.get().saturating_sub(from);
         if to <= self.start || by == 0 {

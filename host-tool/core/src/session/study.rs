@@ -1,4 +1,4 @@
-//! `[study]`: what a publication must tell and no device knows.
+//! `[study]`: facts that a publication must report and that the device cannot know.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,31 +6,31 @@ use super::channels::Channels;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// What a person must tell, for a publication. Nothing of it decides anything.
+/// Facts about a study that a person provides for a publication. They do not influence the session.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Study {
-    /// The wearer's pseudonym.
+    /// Pseudonym of the wearer; never a name.
     pub pseudonym: Option<String>,
-    /// Who operated the device.
+    /// Person who operated the device.
     pub operator: Option<String>,
-    /// The ethics vote.
+    /// Approval of the ethics committee.
     pub ethics: Option<String>,
-    /// Anything else.
+    /// Further remarks.
     pub notes: Option<String>,
-    /// Where the electrodes are, by channel.
+    /// Positions of the electrodes, sorted by channel.
     pub electrodes: Vec<Electrode>,
 }
 
-/// Where a channel's electrodes are.
+/// Position of a channel's electrodes on the body.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Electrode {
-    /// The channel, from 1.
+    /// Channel number, from 1.
     pub channel: u8,
-    /// In words.
+    /// Position in words.
     pub place: String,
 }
 
-/// Reads `[study]`.
+/// Reads `[study]` and reports channels that the file lacks or that are named twice.
 pub(super) fn read_study(t: &Table<'_>, channels: &Channels) -> Option<Study> {
     let mut electrodes: Vec<Electrode> = Vec::new();
     for item in t.tables("electrodes").iter().filter(|item| item.is_sound()) {

@@ -1,5 +1,5 @@
-//! `[simulated_trigger]`: edges that a simulated trigger input sees. A board has a
-//! real one and ignores them.
+//! `[simulated_trigger]`: edges on a simulated trigger input. A board has a real input and ignores
+//! them.
 
 use super::channel::Channel;
 use super::channels::Channels;
@@ -8,31 +8,32 @@ use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use firmware::pulse::Trigger;
 
-/// What a simulated trigger input sees.
+/// Signal on a simulated trigger input.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SimulatedTrigger {
-    /// When edges come.
+    /// Times of the edges.
     pub edges: Edges,
-    /// How long each is held, µs, released 1 ms before the next; 0 for a short one.
+    /// Time for which the input is held after each edge, µs, released at least 1 ms before the next
+    /// edge; 0 for a short pulse.
     pub held_us: u64,
 }
 
-/// When edges come on a simulated trigger input, µs from the start.
+/// Times of the edges on a simulated trigger input, µs from the start.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Edges {
-    /// At these times, rising.
+    /// Edges at these times, in rising order.
     At(Vec<u64>),
-    /// Again and again.
+    /// Edges at a fixed period.
     Every {
-        /// The first edge.
+        /// Time of the first edge.
         from_us: u64,
-        /// From edge to edge, 1 ms at least.
+        /// Time from edge to edge, at least 1 ms.
         period_us: u64,
     },
 }
 
 impl Edges {
-    /// The edges of `from_us..to_us`.
+    /// Returns the times of the edges in `from_us..to_us`.
     #[must_use]
     pub fn between(&self, from_us: u64, to_us: u64) -> Vec<u64> {
         match self {
@@ -56,7 +57,7 @@ impl Edges {
         }
     }
 
-    /// The shortest time from edge to edge, µs, if there are two.
+    /// Returns the shortest time from edge to edge, µs, if there are two edges.
     fn closest_us(&self) -> Option<u64> {
         match self {
             Self::At(times) => times.windows(2).map(|pair| pair[1] - pair[0]).min(),
@@ -65,7 +66,8 @@ impl Edges {
     }
 }
 
-/// Reads `[simulated_trigger]`.
+/// Reads `[simulated_trigger]`; reports a trigger for which no train waits, and a hold time that is
+/// missing or too long.
 pub(super) fn read_trigger(
     t: &Table<'_>,
     channels: &Channels,

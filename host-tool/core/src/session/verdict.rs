@@ -1,7 +1,7 @@
-//! What the device says of a setup, told where the file says it.
+//! Reports the device's verdict on a setup at the fields of the file that cause it.
 //!
-//! The rules are the device's ([`firmware::device::Draft`]); here is only which field
-//! each is about, and in which words.
+//! The rules are the device's ([`firmware::device::Draft`]). This module only maps each rule to a
+//! field and a message.
 
 use firmware::control::SpecError;
 use firmware::device::{Mistake, Part, Rule};
@@ -18,12 +18,11 @@ use crate::fields::decimal::{between, in_units};
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// The longest τc, which a train may leave less of.
+/// Range of τc; a train may allow only a part of it.
 const TAU_C_US: Range = CalciumForceSpec::TAU_C_US;
 const TAU1_US: Range = CalciumForceSpec::TAU1_US;
 
-/// Tells what is wrong with the setup of the file `root`, of which `channels` could
-/// be read.
+/// Reports a mistake in the setup of the file `root`, of which `channels` could be read.
 pub(super) fn tell(root: &Table<'_>, channels: &[Channel], mistake: Mistake) {
     match mistake.part {
         Part::Wearer => root.table("wearer").unwrap_or(root).refuse(mistake),
@@ -52,7 +51,8 @@ pub(super) fn tell(root: &Table<'_>, channels: &[Channel], mistake: Mistake) {
                 tell_joint_or_wall(t, channels, mistake);
             }
         }
-        // A channel of force control; its limit was taken from the channel.
+        // A channel of the arm may not have force control; the limit of the line came from the
+        // channel.
         Part::Line(index) => {
             let mut tables = root.tables("channel").iter();
             let found = tables.find(|t| names(t, "number", index));
@@ -61,31 +61,31 @@ pub(super) fn tell(root: &Table<'_>, channels: &[Channel], mistake: Mistake) {
                 table.say("force", Problem::ForceControlled { channel });
             }
         }
-        // No channel at all: told. The sum: told for all that can be added.
-        // That a channel is not there: told where it is named.
-        // A joint that is modulated is told by who read it.
+        // A setup without channels was already reported, as were the sum of the currents, for all
+        // channels that can be added, and missing channels, where they are named. Modulated joints
+        // are reported by the function that reads them.
         Part::Setup | Part::Sync | Part::Limb | Part::Modulation(_) => {}
     }
 }
 
-/// The tables that name the channels of the joint and of the wall.
+/// Returns the tables that name the channels of the joint and of the wall.
 fn points<'r>(root: &'r Table<'r>) -> impl Iterator<Item = &'r Table<'r>> {
     let both = root.table("joint").into_iter().chain(root.table("wall"));
     both.flat_map(points_of)
 }
 
-/// The tables that name the channels of a joint or a wall.
+/// Returns the tables that name the channels of a joint or a wall.
 fn points_of<'r>(t: &'r Table<'r>) -> impl Iterator<Item = &'r Table<'r>> {
     let other = t.table("extensor").or(t.table("co_contraction"));
     std::iter::once(t).chain(t.tables("flexors")).chain(other)
 }
 
-/// Whether a field names the channel `index`, from 0.
+/// Returns whether a field names the channel `index`, from 0.
 fn names(t: &Table<'_>, field: &str, index: u8) -> bool {
     t.has(field) && t.whole::<u8>(field) == index + 1 // at most 10
 }
 
-/// Tells what is wrong with a channel, its muscle or its force control.
+/// Reports a mistake in a channel, its muscle or its force control.
 pub(crate) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
     let Channel { number, spec, .. } = channel;
     let train = t.table("train").unwrap_or(t);
@@ -129,7 +129,7 @@ pub(crate) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
         Rule::Setup(SetupError::Range(e)) if e.field == TrainSpec::BURST_COUNT.field => {
             train.out_of_range("burst_count", "1 with a `force`".into());
         }
-        // The train leaves less of a force's rates.
+        // The train's period allows only a part of the range of a force's rates.
         Rule::Range(e) if e.field == "min_period_us" => {
             let max = e.max.min(spec.train.period_us.cast_signed());
             t.refuse(OutOfRange { max, ..e });
@@ -138,7 +138,7 @@ pub(crate) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
             let min = e.min.max(spec.train.period_us.cast_signed());
             t.refuse(OutOfRange { min, ..e });
         }
-        // And of a muscle's calcium.
+        // A muscle's calcium model also depends on the train.
         Rule::Range(e) if e.field == TAU_C_US.field && e.max < TAU_C_US.max => {
             let range = between(e.min.into(), e.max.into(), 3);
             let (count, every_ms) = (spec.train.burst_count, milli(spec.train.period_us));
@@ -150,15 +150,15 @@ pub(crate) fn tell_channel(t: &Table<'_>, channel: &Channel, mistake: Mistake) {
     }
 }
 
-/// Tells what is wrong with the muscle of the table `t`, or of a change in it, under
-/// the channel of the table `channel`.
+/// Reports a mistake in the muscle of the table `t`, or in a change within it, under the channel of
+/// the table `channel`.
 pub(crate) fn tell_muscle(t: &Table<'_>, channel: &Table<'_>, mistake: Mistake) {
     match mistake.rule {
         Rule::Muscle(LadderError::NoFatigue) => {
             t.say("model", Problem::NoFatigue {});
         }
-        // Full scales stay far below the recruitment curve's own bound, so a limit
-        // can only be too low for the threshold.
+        // Full scales stay far below the bound of the recruitment curve, so a limit can only be too
+        // low for the threshold.
         Rule::Muscle(LadderError::Range(e)) if e.field == RecruitmentSpec::LIMIT.field => {
             let allowed = format!("below the channel's limit of {}", channel.at("limit").given);
             t.out_of_range("motor_threshold", allowed);
@@ -172,7 +172,8 @@ pub(crate) fn tell_muscle(t: &Table<'_>, channel: &Table<'_>, mistake: Mistake) 
     }
 }
 
-/// Tells what a group breaks: the one of that channel, or the last of `groups`.
+/// Reports the rule that a group breaks, at the group of the channel concerned or else at the last
+/// of `groups`.
 pub(super) fn tell_group(groups: &[Table<'_>], e: GroupError) {
     let (channel, problem) = match e {
         GroupError::IsolationOverlaps { channel: c, other } => {
@@ -201,7 +202,7 @@ pub(super) fn tell_group(groups: &[Table<'_>], e: GroupError) {
     }
 }
 
-/// Tells what is wrong with a joint or a wall, at the point concerned.
+/// Reports a mistake in a joint or a wall, at the point concerned.
 fn tell_joint_or_wall(t: &Table<'_>, channels: &[Channel], mistake: Mistake) {
     if let Rule::Joint(SpecError::Range(e)) = mistake.rule
         && let Some(wearer) = t.table("wearer")
@@ -237,7 +238,7 @@ fn tell_joint_or_wall(t: &Table<'_>, channels: &[Channel], mistake: Mistake) {
             let mut points = points_of(t).filter(|t| t.has("threshold"));
             points.find(above).unwrap_or(t).refuse(e);
         }
-        // The channel's limit leaves less of an amplitude.
+        // The channel's limit allows only a part of the range of an amplitude.
         Rule::Joint(SpecError::Range(e)) | Rule::Wall(WallError::Range(e))
             if matches!(e.field, "max" | "amplitude") =>
         {
@@ -248,7 +249,7 @@ fn tell_joint_or_wall(t: &Table<'_>, channels: &[Channel], mistake: Mistake) {
             let max = channel.map_or(e.max, |c| e.max.min(c.spec.limit.get().cast_signed()));
             point.refuse(OutOfRange { max, ..e });
         }
-        // Uses of channels that are not there, and a joint beside a wall: told.
+        // Missing channels, and a joint together with a wall, were already reported.
         Rule::NoTrain { .. } | Rule::JointAndWall { .. } => {}
         _ => t.refuse(mistake),
     }

@@ -8,8 +8,9 @@ use super::control_fields::SIDES;
 use super::hold::{read_sensor, read_stale};
 use crate::fields::table::Table;
 
-/// Reads `[wall]`; it names channels of the file. Amplitudes that it does not say are the
-/// wearer file's: the pre-wall begins at the least that is used, and goes to the wall's.
+/// Reads `[wall]`, which must name channels of the file. The wearer file gives the amplitudes that
+/// the file leaves out: the pre-wall begins at the smallest amplitude in use and ends at the
+/// maximum of the wall.
 pub(super) fn read_wall(t: &Table<'_>, channels: &Channels) -> Option<WallSpec> {
     let channel = channels.find(t, "channel");
     let known = channel.and_then(|channel| channels.used(channel));

@@ -1,9 +1,9 @@
-//! `[wearer] file`: who a session is played on.
+//! `[wearer] file`: the wearer file of the person for whom a session is meant.
 //!
-//! What a session does not say itself is the wearer file's; what it says may only be
-//! tighter, and is told if it is not. Thresholds hold where they were found: another
-//! stage or pulse rate is refused, another width converted by the file's
-//! strength–duration curve or refused.
+//! The wearer file gives every value that the session leaves out. A value in the session may only
+//! be stricter; a looser one is reported. Thresholds hold only under the conditions in which they
+//! were found: another stage or pulse rate is refused, and another width is converted by the
+//! strength–duration curve of the file, or refused without a curve.
 
 use std::path::Path;
 
@@ -23,22 +23,22 @@ use crate::wearer::{Electrode, Unfit, Wearer, limits_of, shipped};
 /// The wearer file that a session names, as it was when the session was read.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Worn {
-    /// Its path, as the session names it: relative to the session.
+    /// Path of the file as the session names it, relative to the session.
     pub file: String,
-    /// Its text.
+    /// Text of the file.
     pub text: String,
-    /// What it says.
+    /// Parsed content of the file.
     pub wearer: Wearer,
 }
 
-/// The text of a wearer file, by the path that a session gives it.
+/// Function that returns the text of a wearer file for the path that a session gives.
 pub type WearerTexts<'a> = &'a dyn Fn(&str) -> Result<String, SessionError>;
 
-/// The wearers of the program, which a session of the program's names by any path that
-/// ends with their file.
+/// Returns the text of a built-in wearer file. A built-in session names it by any path that ends
+/// with its file name.
 ///
 /// # Errors
-/// E650: there is none of this name.
+/// E650 if no built-in wearer has this name.
 pub fn shipped_text(file: &str) -> Result<String, SessionError> {
     let name = Path::new(file)
         .file_name()
@@ -48,18 +48,18 @@ pub fn shipped_text(file: &str) -> Result<String, SessionError> {
     found.ok_or_else(|| no_wearer(file, "no wearer of the program has this name"))
 }
 
-/// That a session's wearer file cannot be read, E650.
+/// Returns the error E650: the wearer file of a session cannot be read.
 #[must_use]
 pub fn no_wearer(file: &str, reason: &str) -> SessionError {
     let reason = format!("{file}: {reason}");
     SessionError::nowhere(Problem::WearerUnreadable { reason })
 }
 
-/// The wearer file that a session in `folder` names; of a record's session the one that
-/// the record keeps beside it.
+/// Returns the text of the wearer file that a session in `folder` names. For the session of a
+/// record this is the copy that the record keeps beside the session.
 ///
 /// # Errors
-/// E650.
+/// E650 if the wearer file cannot be read.
 pub(super) fn text_beside(folder: &Path, file: &str) -> Result<String, SessionError> {
     let kept = folder.join(KEPT_AS);
     let is_record = folder.join("trial.json").is_file() && kept.is_file();
@@ -69,21 +69,21 @@ pub(super) fn text_beside(folder: &Path, file: &str) -> Result<String, SessionEr
     }
 }
 
-/// Where a record keeps a trial's wearer file, in the trial's folder.
+/// File name under which a record keeps the wearer file, in the trial's folder.
 pub const KEPT_AS: &str = "wearer.toml";
 
-/// Who a session is played on, as far as it says.
+/// The wearer of a session, as far as the session describes them.
 #[derive(Default)]
 pub(super) struct Person {
     pub(super) worn: Option<Worn>,
-    /// Whether its file is wrong, which is told: then nothing is judged by it.
+    /// Whether the wearer file has errors, which were reported; nothing is then checked against it.
     pub(super) is_unknown: bool,
-    /// Whether amplitudes stay within I_MT and 1.5 · I_MT.
+    /// Whether amplitudes must stay within I_MT and 1.5 · I_MT.
     is_haptic: bool,
 }
 
 impl Person {
-    /// Reads who it is from `[wearer]`.
+    /// Reads the wearer from `[wearer]`; `texts` returns the text of the file that it names.
     pub(super) fn read(doc: &Document, root: &Table<'_>, texts: WearerTexts<'_>) -> Self {
         let Some(t) = root.table("wearer") else {
             return Self::default();
@@ -133,13 +133,13 @@ impl Person {
         }
     }
 
-    /// Whether its wearer file is wrong, which is told.
+    /// Returns whether the wearer file has errors, which were reported.
     pub(super) const fn is_unknown(&self) -> bool {
         self.is_unknown
     }
 
-    /// The wearer's limits: the session's where it says them, else the file's. What is
-    /// wrong by itself judges nothing else: then the loosest are checked.
+    /// Returns the wearer's limits, from the session or else from the wearer file. If `[wearer]` or
+    /// its file has errors, returns the loosest limits, so that these errors cause no others.
     pub(super) fn limits(&self, root: &Table<'_>) -> WearerSpec {
         let file = self.worn.as_ref().map(|worn| worn.wearer.limits);
         match root.table("wearer").filter(|t| t.is_sound()) {
@@ -156,8 +156,9 @@ impl Person {
         }
     }
 
-    /// The wearer's electrode of a channel, as it is at the longest width of its train. Nothing
-    /// inside without a wearer file; nothing at all if it does not fit, which is told.
+    /// Returns the wearer's electrode under a channel, converted to the largest width of the
+    /// channel's train. Returns `Some(None)` without a wearer file, and `None` if the electrode
+    /// does not fit, which is reported.
     pub(super) fn fitted(
         &self,
         t: &Table<'_>,
@@ -178,7 +179,7 @@ impl Person {
         let is_stage = tell_stage(t, electrode, stage);
         let is_rate = tell_rate(t, electrode, train);
         let at = t.table("train").unwrap_or(t);
-        // A limit that holds at the longest pulse holds at all.
+        // A limit that holds at the largest pulse width holds at all widths.
         let longest_us = train.width_us.max(train.max_width_us);
         let field = match longest_us > train.width_us {
             true => "max_width_us",
@@ -210,8 +211,8 @@ impl Person {
         (is_stage && is_rate).then_some(Some(fitted))
     }
 
-    /// A channel's limit: its own, or its electrode's; nothing if it may not be, which is
-    /// told.
+    /// Returns the limit of a channel, from the session or else from the electrode. Returns `None`
+    /// if the limit is missing or too high, which is reported.
     pub(super) fn limit(&self, t: &Table<'_>, fitted: Option<&Electrode>) -> Option<Amplitude> {
         let said = t.has("limit").then(|| Amplitude::new(t.whole("limit")));
         let Some(electrode) = fitted else {
@@ -239,8 +240,8 @@ impl Person {
         }
     }
 
-    /// What a channel reaches at once: its own `start`, or its electrode's; nothing if it
-    /// may not be, which is told.
+    /// Returns the amplitude that a channel reaches at once: `start` of the session, or else of the
+    /// electrode. Returns `None` if it is too high, which is reported.
     pub(super) fn start(
         &self,
         t: &Table<'_>,
@@ -266,7 +267,8 @@ impl Person {
         }
     }
 
-    /// The area of a channel's electrode, mm².
+    /// Returns the area of the electrode under a channel, mm²; reports an area larger than that in
+    /// the wearer file.
     pub(super) fn area_mm2(&self, t: &Table<'_>, fitted: Option<&Electrode>) -> u32 {
         let said: u32 = t.whole("area_mm2");
         match fitted {
@@ -280,8 +282,8 @@ impl Person {
         }
     }
 
-    /// Tells of an amplitude of a channel that is neither 0 nor in the haptic range, where
-    /// the session keeps to that.
+    /// Reports an amplitude that is neither 0 nor in the haptic range of the channel, if the
+    /// session asks to stay in that range.
     pub(super) fn tell_outside(
         &self,
         t: &Table<'_>,
@@ -304,8 +306,8 @@ impl Person {
     }
 }
 
-/// Tells that a stage is another than the electrode's thresholds are of, or counts on
-/// another load.
+/// Reports an output stage of another kind than the one for which the electrode's thresholds hold,
+/// or one that assumes a larger load. Returns whether the stage fits.
 fn tell_stage(t: &Table<'_>, electrode: &Electrode, stage: &StageSpec) -> bool {
     let channel = electrode.channel;
     let at = t.table("stage").unwrap_or(t);
@@ -330,7 +332,8 @@ fn tell_stage(t: &Table<'_>, electrode: &Electrode, stage: &StageSpec) -> bool {
     }
 }
 
-/// Tells that a train's rate is none at which the electrode's thresholds hold.
+/// Reports the rate of a train at which the electrode's thresholds do not hold. Returns whether
+/// they hold.
 fn tell_rate(t: &Table<'_>, electrode: &Electrode, train: &TrainSpec) -> bool {
     let at = t.table("train").unwrap_or(t);
     let field = ["period_us", "frequency_hz"][usize::from(at.has("frequency_hz"))];
@@ -343,7 +346,7 @@ fn tell_rate(t: &Table<'_>, electrode: &Electrode, train: &TrainSpec) -> bool {
     holds
 }
 
-/// Tells that force control may pulse faster than the electrode's thresholds hold.
+/// Reports force control that may pulse faster than the electrode's thresholds hold.
 pub(super) fn tell_force(t: &Table<'_>, electrode: &Electrode, force: &ForceSpec) {
     let [fastest_us, _] = periods(electrode);
     if force.min_period_us < fastest_us {
@@ -355,13 +358,14 @@ pub(super) fn tell_force(t: &Table<'_>, electrode: &Electrode, force: &ForceSpec
     }
 }
 
-/// The shortest and the longest period at which thresholds hold, to the µs, µs.
+/// Returns the shortest and the longest period at which the thresholds hold, µs, rounded outward to
+/// the µs.
 fn periods(electrode: &Electrode) -> [u32; 2] {
     let [from, to] = electrode.holds_hz.map(|hz| 1e6 / hz);
     [to.floor() as u32, from.ceil() as u32] // saturate
 }
 
-/// "20 to 40 Hz".
+/// Formats the rates at which the thresholds hold, for example "20 to 40 Hz".
 fn rates(electrode: &Electrode) -> String {
     match electrode.holds_hz {
         [from, to] if from == to => format!("{to} Hz"),
@@ -369,13 +373,13 @@ fn rates(electrode: &Electrode) -> String {
     }
 }
 
-/// "15 mA".
+/// Formats an amplitude with its unit, for example "15 mA".
 fn worth(electrode: &Electrode, value: Amplitude) -> String {
     let symbol = electrode.unit.symbol();
     format!("{} {symbol}", in_units(value.get().into(), 3))
 }
 
-/// What was converted, for people.
+/// Returns a note on how thresholds and limits were converted to another width.
 fn converted(from: &Electrode, to: &Electrode) -> String {
     format!(
         "channel {}: by the wearer's strength–duration curve the threshold of {} at {} µs is {} \
@@ -390,8 +394,8 @@ fn converted(from: &Electrode, to: &Electrode) -> String {
     )
 }
 
-/// Fills in of `limits` what `t` does not say, and tells what it says that is looser than
-/// the wearer file.
+/// Fills each of `limits` that `t` leaves out with the wearer file's, and reports values in `t`
+/// that are looser than the wearer file.
 macro_rules! tightened {
     ($t:ident $limits:ident $file:ident: $($name:literal $unit:literal $places:literal $field:ident $bound:literal)*) => {
         $({

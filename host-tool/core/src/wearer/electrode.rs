@@ -1,4 +1,4 @@
-//! One electrode of a wearer: where it is, what it moves from when on, and how hard.
+//! One electrode of a wearer: its position, its thresholds and the muscle under it.
 
 use super::unit::Unit;
 use firmware::muscle::{CalciumForceSpec, FatigueSpec};
@@ -7,90 +7,91 @@ use firmware::units::Amplitude;
 /// An electrode and the muscle under it. Amplitudes are thousandths of the unit.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Electrode {
-    /// Its channel, 1–10.
+    /// Channel to which the electrode is connected, 1–10.
     pub channel: u8,
-    /// Where it is, in words of 1 to 200 characters.
+    /// Position on the body, in words of 1 to 200 characters.
     pub place: String,
-    /// Its area, mm²: 10–20 000.
+    /// Area of the electrode, mm²: 10–20 000.
     pub area_mm2: u32,
-    /// What its stage controls, and what its amplitudes are in.
+    /// Quantity that the output stage controls, and unit of the amplitudes.
     pub unit: Unit,
-    /// The load with which its volts are judged, Ω; of a voltage stage.
+    /// Load through which the voltage is judged against current limits, Ω; for a voltage stage.
     pub load_ohm: u32,
-    /// The pulse width at which its thresholds hold, µs.
+    /// Pulse width at which the thresholds hold, µs.
     pub width_us: u16,
-    /// The pulse rate at which they were found, Hz.
+    /// Pulse rate at which the thresholds were found, Hz.
     pub frequency_hz: f64,
-    /// The least and the greatest pulse rate at which they are taken to hold, Hz.
+    /// Lowest and highest pulse rate at which the thresholds are assumed to hold, Hz.
     pub holds_hz: [f64; 2],
-    /// The smallest amplitude that moves: I_MT.
+    /// Smallest amplitude that moves: the motor threshold I_MT.
     pub motor_threshold: Amplitude,
-    /// The largest that the wearer accepts: I_PT.
+    /// Largest amplitude that the wearer accepts: I_PT.
     pub limit: Amplitude,
-    /// The largest that the wearer accepts at once, without a rise; 0 for none.
+    /// Largest amplitude that the wearer accepts at once, without a rise; 0 for none.
     pub start: Amplitude,
-    /// The least that is used, as an operator set it.
+    /// Smallest amplitude that is used, as an operator set it.
     pub minimum: Option<Amplitude>,
-    /// The most that is used, as an operator set it.
+    /// Largest amplitude that is used, as an operator set it.
     pub maximum: Option<Amplitude>,
-    /// What it moves, in words.
+    /// Movements that the electrode causes, in words.
     pub moves: Vec<String>,
-    /// Thresholds at other widths.
+    /// Thresholds at other pulse widths.
     pub strength_duration: Option<StrengthDuration>,
-    /// The muscle under it.
+    /// Model of the muscle under the electrode.
     pub muscle: Option<Muscle>,
-    /// Of what is known of it, how well: 95 % intervals.
+    /// 95 % intervals of the numbers for which they are known.
     pub intervals: Vec<Interval>,
 }
 
-/// Thresholds over pulse width: rheobase · (1 + chronaxie / width), rectangular pulses of
+/// Thresholds over pulse width: rheobase · (1 + chronaxie / width), for rectangular pulses of
 /// constant current (Lapicque; Geddes 2004).
 #[derive(Clone, PartialEq, Debug)]
 pub struct StrengthDuration {
-    /// The threshold of an endless pulse, thousandths of the unit.
+    /// Threshold of an endless pulse, thousandths of the unit.
     pub rheobase: Amplitude,
-    /// The width at which the threshold is twice that, ns.
+    /// Pulse width at which the threshold is twice the rheobase, ns.
     pub chronaxie_ns: u32,
-    /// The largest that the wearer accepts at widths, µs, rising; straight between them.
+    /// Largest amplitudes that the wearer accepts, as (width in µs, amplitude) with rising widths;
+    /// linear in between.
     pub upper: Vec<(u16, Amplitude)>,
 }
 
-/// A muscle's model (Lee 2020, equations 2, 3 and 5).
+/// Model of a muscle (Lee 2020, equations 2, 3 and 5).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Muscle {
-    /// A, K and the time constants.
+    /// Parameters of the force model: A, K and the time constants.
     pub force: CalciumForceSpec,
-    /// The amplitude at which A holds, thousandths of the unit.
+    /// Amplitude at which A holds, thousandths of the unit.
     pub reference: Amplitude,
-    /// b, millionths per unit.
+    /// Slope b of the recruitment, millionths per unit.
     pub slope_micro: u32,
-    /// How it tires.
+    /// Fatigue of the muscle, if it is known.
     pub fatigue: Option<FatigueSpec>,
 }
 
-/// A 95 % interval of a number.
+/// A 95 % interval of one number of an electrode.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Interval {
-    /// One of [`super::INTERVALS_OF`]: the number, in its unit.
+    /// Name of the number, one of [`super::INTERVALS_OF`], in whose unit the interval is.
     pub of: &'static str,
-    /// Its lower end.
+    /// Lower end of the interval.
     pub low: f64,
-    /// Its upper end.
+    /// Upper end of the interval.
     pub high: f64,
 }
 
-/// Why an electrode cannot be used at another pulse width.
+/// Reason why an electrode cannot be used at another pulse width.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Unfit {
-    /// Nobody knows its thresholds there.
+    /// The thresholds at that width are unknown, because there is no strength–duration curve.
     NoCurve,
-    /// This threshold, thousandths of the unit, is not below the limit that is known.
+    /// This threshold, thousandths of the unit, is not below the known limit.
     AboveLimit(Amplitude),
 }
 
 impl StrengthDuration {
-    /// How many times the amplitude at `from_us` is wanted at `to_us` for the same
-    /// effect.
+    /// Returns the factor by which the amplitude at `from_us` must be multiplied at `to_us` for the
+    /// same effect.
     #[must_use]
     pub fn factor(&self, from_us: u16, to_us: u16) -> f64 {
         let chronaxie_us = f64::from(self.chronaxie_ns) * 1e-3;
@@ -98,7 +99,8 @@ impl StrengthDuration {
         need(to_us) / need(from_us)
     }
 
-    /// The largest accepted at a width, if that is known: within the curve's widths.
+    /// Returns the largest accepted amplitude at a pulse width, or `None` outside the widths of the
+    /// curve.
     #[must_use]
     pub fn upper_at(&self, width_us: u16) -> Option<Amplitude> {
         let next = self.upper.partition_point(|&(us, _)| us < width_us);
@@ -114,13 +116,13 @@ impl StrengthDuration {
 }
 
 impl Electrode {
-    /// The electrode at another pulse width, by its strength–duration curve: thresholds,
-    /// and what an operator set, are as many times as high as the curve says. So is the
-    /// limit at longer pulses; at shorter ones it stays, unless the curve's `upper` knows
-    /// it there. The muscle answers the same at as many times the amplitude.
+    /// Returns the electrode at another pulse width, by its strength–duration curve. Thresholds,
+    /// and the amplitudes that an operator set, are multiplied by the factor of the curve. The
+    /// limit is multiplied too for longer pulses; for shorter ones it stays, unless `upper` of the
+    /// curve gives it there. The muscle responds in the same way at the multiplied amplitude.
     ///
     /// # Errors
-    /// There is no such curve, or the threshold there is not below the limit known.
+    /// There is no such curve, or the threshold at that width is not below the known limit.
     pub fn at_width(&self, width_us: u16) -> Result<Self, Unfit> {
         if width_us == self.width_us {
             return Ok(self.clone());
@@ -137,7 +139,7 @@ impl Electrode {
             ..muscle
         });
         let limit = curve.upper_at(width_us).unwrap_or(lowered);
-        // No further than the muscle's curve goes.
+        // The limit must stay within the range of the muscle's curve.
         let limit = muscle.map_or(limit, |muscle| limit.min(muscle.reference));
         let motor_threshold = scaled(self.motor_threshold);
         if motor_threshold >= limit {
@@ -155,7 +157,7 @@ impl Electrode {
         })
     }
 
-    /// The haptic range of Lee 2020, section 2.4: I_MT to 1.5 · I_MT, thousandths of the
+    /// Returns the haptic range of Lee 2020, section 2.4: I_MT to 1.5 · I_MT, thousandths of the
     /// unit.
     #[must_use]
     pub fn haptic_range(&self) -> [Amplitude; 2] {

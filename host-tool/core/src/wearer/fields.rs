@@ -15,10 +15,10 @@ use crate::fields::field::{Field, Kind, Number, Section, UNIT, channel, f, list,
 use crate::fields::field::{LONGEST, LONGEST_NOTES};
 use crate::fields::{manual_of, schema_of};
 
-/// The whole file.
+/// Section of all top-level fields of a wearer file.
 pub(super) static FILE: LazyLock<Section> = LazyLock::new(file);
 
-/// Where numbers are from, by word.
+/// Sources of a wearer's numbers, and their words in files.
 pub(super) const EVIDENCE: [(&str, Evidence); 4] = [
     ("printed", Evidence::Printed),
     ("simulated", Evidence::Simulated),
@@ -26,7 +26,7 @@ pub(super) const EVIDENCE: [(&str, Evidence); 4] = [
     ("assumed", Evidence::Assumed),
 ];
 
-/// What an interval may be of.
+/// Numbers of an electrode that may have an interval.
 pub const INTERVALS_OF: [&str; 10] = [
     "motor_threshold",
     "limit",
@@ -40,30 +40,30 @@ pub const INTERVALS_OF: [&str; 10] = [
     "slope_per_unit",
 ];
 
-/// The JSON schema of a wearer file, of draft 7.
+/// Returns the JSON schema of a wearer file, draft 7.
 #[must_use]
 pub fn schema() -> Value {
     schema_of("Flexor wearer", &FILE)
 }
 
-/// The fields of a table of a wearer file, as a table of Markdown; as
+/// Returns the fields of a table of a wearer file as a Markdown table; see
 /// [`crate::session::manual`].
 #[must_use]
 pub fn manual(path: &str) -> Option<String> {
     manual_of(&FILE, path)
 }
 
-/// A rate of pulses.
+/// Returns the kind of a pulse rate.
 fn rate() -> Kind {
     Kind::Real(Number::rate_of("", TrainSpec::PERIOD_US))
 }
 
-/// An amplitude in the electrode's unit.
+/// Returns the kind of an amplitude in the electrode's unit.
 fn amplitude(bound: &'static str) -> Kind {
     nb(UNIT, 3, ChannelSpec::LIMIT, bound)
 }
 
-/// A short text.
+/// Kind of a short text, of 1 to [`LONGEST`] characters.
 const TEXT: Kind = Kind::Text(Some(LONGEST));
 
 #[rustfmt::skip]
@@ -159,7 +159,7 @@ fn elbow() -> Section {
     ]
 }
 
-/// When something was done.
+/// Returns the field for the time of an entry.
 fn at() -> Field {
     f(
         "at",

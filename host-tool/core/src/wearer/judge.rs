@@ -1,4 +1,4 @@
-//! What of an electrode contradicts itself or the wearer's limits.
+//! Checks whether an electrode contradicts itself or the wearer's limits.
 
 use firmware::device::{Draft, Rule};
 use firmware::muscle::{MuscleSpec, RecruitmentSpec, Rung};
@@ -12,7 +12,7 @@ use crate::fields::decimal::in_units;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Tells which of an electrode's amplitudes and widths do not rise.
+/// Reports the amplitudes and widths of an electrode that are not in rising order.
 pub(super) fn tell_order(t: &Table<'_>, it: &Electrode) {
     let disordered = |name: &str, why: String| t.say(name, Problem::ThresholdsDisordered { why });
     let told = |name: &str| format!("and `{name}` is {}", t.at(name).given);
@@ -54,7 +54,7 @@ pub(super) fn tell_order(t: &Table<'_>, it: &Electrode) {
         }
         before = width_us;
         let threshold = f64::from(it.motor_threshold.get()) * curve.factor(it.width_us, width_us);
-        // Of a threshold that is wrong itself the curve is no matter.
+        // If the threshold itself has an error, the curve is not checked.
         if f64::from(value.get()) <= threshold && it.motor_threshold < it.limit {
             let why = format!("and the threshold there is {:.3}", threshold * 1e-3);
             item.say("value", Problem::ThresholdsDisordered { why });
@@ -62,8 +62,8 @@ pub(super) fn tell_order(t: &Table<'_>, it: &Electrode) {
     }
 }
 
-/// Tells what of an electrode at its limit is beyond the wearer's limits, and what of its
-/// muscle no device takes.
+/// Reports where an electrode at its limit exceeds the wearer's limits, and the values of its
+/// muscle that the device would refuse.
 pub(super) fn tell_limits(t: &Table<'_>, it: &Electrode, draft: &mut Draft) {
     let spec = it.channel_spec();
     let index = it.channel.saturating_sub(1); // 1–10
@@ -84,7 +84,7 @@ pub(super) fn tell_limits(t: &Table<'_>, it: &Electrode, draft: &mut Draft) {
     }
 }
 
-/// What a channel at its limit comes to, whoever wears it, mA rms for people.
+/// Returns the rms current of a channel at its limit for any wearer, mA, as text for people.
 fn rms_ma(spec: &ChannelSpec) -> String {
     let widest = ChannelSpec {
         area_mm2: ChannelSpec::AREA_MM2.max.cast_unsigned(),
@@ -100,7 +100,7 @@ fn rms_ma(spec: &ChannelSpec) -> String {
 }
 
 impl Electrode {
-    /// A channel of biphasic pulses that may reach its limit, at the greatest rate.
+    /// Returns a channel of biphasic pulses that may reach its limit, at the highest rate.
     fn channel_spec(&self) -> ChannelSpec {
         let stage = match self.unit {
             Unit::Milliampere => StageSpec::Current {
@@ -123,7 +123,7 @@ impl Electrode {
         }
     }
 
-    /// Its muscle as a device takes it.
+    /// Returns the muscle under the electrode as the device receives it.
     fn muscle_spec(&self) -> Option<MuscleSpec> {
         let muscle = self.muscle?;
         Some(MuscleSpec {

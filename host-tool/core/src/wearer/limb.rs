@@ -1,4 +1,4 @@
-//! `[limb]`: a wearer's right arm, its bones and where its muscles pull.
+//! `[limb]`: the right arm of a wearer, with its bones and the lines along which its muscles pull.
 
 use firmware::limb::{AXES, JOINTS, JointName, LimbError, LimbSpec, LineSpec, VIAS, ViaSpec};
 use firmware::pulse::CHANNELS;
@@ -10,32 +10,32 @@ use crate::fields::field::Need::Required;
 use crate::fields::field::{Kind, Number, Section, channel, f, list, n, one_of};
 use crate::fields::table::Table;
 
-/// A right arm: bones, ranges of its joints, muscles.
+/// A right arm: its bones, the ranges of its joints, and its muscles.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Limb {
-    /// As [`LimbSpec::ways_um`].
+    /// Vectors along the bones from joint to joint, as [`LimbSpec::ways_um`].
     pub ways_um: [[i32; 3]; JOINTS + 1],
-    /// As [`LimbSpec::ranges_mdeg`].
+    /// Ranges of the joint angles, as [`LimbSpec::ranges_mdeg`].
     pub ranges_mdeg: [(i32, i32); AXES],
-    /// By rising channel.
+    /// Lines of the muscles, sorted by channel.
     pub lines: Vec<Line>,
 }
 
-/// Where the muscle under an electrode pulls, and how strongly.
+/// Line along which the muscle under an electrode pulls, and its strength.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Line {
-    /// The electrode's channel, 1–10.
+    /// Channel of the electrode, 1–10.
     pub channel: u8,
-    /// The joint at which the recruitment considers it.
+    /// Joint at which the recruitment takes the muscle into account.
     pub joint: JointName,
-    /// Origin to insertion, two to six.
+    /// Points from origin to insertion, two to six.
     pub vias: Vec<ViaSpec>,
     /// Force per amplitude above the motor threshold, mN per mA or V.
     pub gain_mn_per_unit: u32,
 }
 
 impl Line {
-    /// As the device takes it, between these two amplitudes.
+    /// Returns the line as the device receives it, with force between these two amplitudes.
     #[must_use]
     pub fn spec(&self, threshold: Amplitude, limit: Amplitude) -> LineSpec {
         LineSpec {
@@ -63,24 +63,24 @@ pub(super) const RANGES: [&str; AXES] = [
     "el_bend_deg",
     "el_pronation_deg",
 ];
-/// Joints by word.
+/// Joints and their names in wearer files.
 pub(super) const JOINT_WORDS: [(&str, JointName); JOINTS] = [
     ("sternoclavicular", JointName::Sternoclavicular),
     ("glenohumeral", JointName::Glenohumeral),
     ("elbow", JointName::Elbow),
 ];
-/// Segments by word, in their order.
+/// Segments of the arm and their names in wearer files, in order.
 pub(super) const SEGMENTS: [(&str, u8); JOINTS + 1] = [
     ("thorax", 0),
     ("girdle", 1),
     ("upper-arm", 2),
     ("forearm", 3),
 ];
-/// What three numbers are.
+/// Descriptions of lists of numbers, for messages.
 const TRIPLE: &str = "a list of three numbers";
 const PAIR: &str = "a list of two numbers";
 
-/// Its fields.
+/// Returns the fields of `[limb]`.
 #[rustfmt::skip]
 pub(super) fn fields() -> Section {
     let place = |range| Kind::Wholes(Number::of("mm", 3, range), TRIPLE);
@@ -107,7 +107,7 @@ pub(super) fn fields() -> Section {
     all
 }
 
-/// Reads `[limb]`, and tells everything that the device would refuse of it.
+/// Reads `[limb]`, and reports everything in it that the device would refuse.
 pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> Option<Limb> {
     let ways = WAYS.map(|name| triple(t, name));
     let ranges = RANGES.map(|name| pair(t, name));
@@ -147,7 +147,7 @@ pub(super) fn read(t: &Table<'_>, electrodes: &[Electrode], are_whole: bool) -> 
             item.say("channel", Problem::NoSuchChannel { channel });
         }
         let mut is_routed = true;
-        // What the electrode says is judged with the electrode.
+        // The values of the electrode are checked with the electrode.
         line.spec(Amplitude::ZERO, Amplitude::new(1))
             .mistakes(&mut |range| is_routed &= range.field != LineSpec::SEGMENT.field);
         if !is_routed {
@@ -183,7 +183,7 @@ fn read_line(t: &Table<'_>) -> Option<Line> {
     })
 }
 
-/// Three numbers in the device's steps.
+/// Returns the three numbers in a field, in the device's steps; reports a list of another length.
 pub(crate) fn triple(t: &Table<'_>, name: &str) -> Option<[i32; 3]> {
     let all = wholes(t, name);
     let found = <[i32; 3]>::try_from(all).ok();
@@ -202,8 +202,8 @@ fn pair(t: &Table<'_>, name: &str) -> Option<(i32, i32)> {
     found.map(|[low, high]| (low, high))
 }
 
-/// Whether nothing was told of this list yet: it has numbers, or is empty where the whole
-/// table is sound.
+/// Returns whether no error of this list has been reported yet: it has numbers, or it is empty and
+/// the whole table has no error.
 fn is_told_by_none(t: &Table<'_>, name: &str) -> bool {
     !t.wholes(name).is_empty() || t.is_sound()
 }

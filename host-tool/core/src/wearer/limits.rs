@@ -1,4 +1,5 @@
-//! What a device may do to a wearer: `[limits]` of a wearer file, `[wearer]` of a session.
+//! Limits of what a device may do to a wearer: `[limits]` of a wearer file, `[wearer]` of a
+//! session.
 
 use firmware::safety::{ChannelSpec, SetupError, WearerSpec};
 
@@ -9,7 +10,7 @@ use crate::fields::field::Need::{Or, OrWord};
 use crate::fields::field::{Kind, Section, f, n};
 use crate::fields::table::Table;
 
-/// Its fields.
+/// Returns the fields of the limits, whose defaults are the device's own.
 #[rustfmt::skip]
 pub(crate) fn limits() -> Section {
     type W = WearerSpec;
@@ -33,7 +34,7 @@ pub(crate) fn limits() -> Section {
     ]
 }
 
-/// The limits that a table of them says, with the device's own for what it leaves out.
+/// Returns the limits in a table, with the device's own for those that it leaves out.
 pub(crate) fn limits_of(t: &Table<'_>) -> WearerSpec {
     WearerSpec {
         max_current_ua: t.whole("max_current_ma"),
@@ -54,8 +55,8 @@ pub(crate) fn limits_of(t: &Table<'_>) -> WearerSpec {
     }
 }
 
-/// Which of its own limits a channel is beyond, and by how much; `ma` is what its train
-/// comes to, rms, for people.
+/// Returns which of its own limits a channel exceeds, and by how much. `ma` returns the rms current
+/// of its train, as text for people.
 pub(crate) fn beyond(
     spec: &ChannelSpec,
     unit: Unit,
@@ -82,7 +83,7 @@ pub(crate) fn beyond(
         },
         SetupError::Charge { max_nc } => Problem::ChargeLimit {
             limit,
-            // µA · µs = pC.
+            // The product of µA and µs is in pC.
             uc: in_units(i64::from(current_ua) * i64::from(spec.train.width_us), 6),
             max_uc: milli(max_nc),
         },

@@ -1,11 +1,11 @@
-//! Wearer files: who is stimulated, with what thresholds, within what limits.
+//! Wearer files: the thresholds and limits of the person who is stimulated.
 //!
-//! Lives here: the format of `host-tool/wearers/*.toml`, its reader with the field
-//! machinery of session files, its writer, what is appended to it.
-//! Not here: how a session is played on a wearer (`session`), how one is found
-//! (`flexor calibrate`).
-//! In: a file, or what was measured. Out: a checked [`Wearer`]; a file that reads back to
-//! the same.
+//! This module has the format of `host-tool/wearers/*.toml`, its reader, which uses the field
+//! declarations of session files, its writer, and the entries that are appended to such a file. How
+//! a session uses a wearer file is in `session`, and `flexor calibrate` finds the values.
+//!
+//! Input: a file, or measured values. Output: a checked [`Wearer`], or a file that reads as the
+//! same wearer.
 
 mod electrode;
 mod fields;
@@ -35,51 +35,51 @@ use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
 use std::path::Path;
 
-/// The schema of the wearer files that this program reads and writes.
+/// Schema version of the wearer files that this program reads and writes.
 pub const SCHEMA: u16 = 1;
 
-/// A person, or a simulated body, as far as stimulation needs to know.
+/// A person, or a simulated wearer, as far as stimulation depends on it.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Wearer {
     /// Pseudonym: 1 to 64 letters, digits and hyphens.
     pub name: String,
-    /// Where its numbers are from.
+    /// Source of the wearer's numbers.
     pub evidence: Evidence,
-    /// The paper and table, the procedure, or what is assumed; 1 to 200 characters.
+    /// Paper and table, procedure, or assumption behind the numbers; 1 to 200 characters.
     pub source: String,
-    /// Anything worth knowing, up to 4000 characters.
+    /// Further remarks, up to 4000 characters.
     pub note: Option<String>,
-    /// What the device may do to them: as a session's `[wearer]`.
+    /// Limits of what the device may do to the wearer, as in a session's `[wearer]`.
     pub limits: WearerSpec,
-    /// At most ten, by rising channel.
+    /// Electrodes, at most ten, sorted by channel.
     pub electrodes: Vec<Electrode>,
-    /// The forearm, for simulated ones of its size.
+    /// Size of the forearm, for simulated forearms of this size.
     pub forearm: Option<Forearm>,
-    /// The elbow's muscles.
+    /// Muscles of the elbow.
     pub elbow: Option<Elbow>,
-    /// The arm, for forces at the hand.
+    /// Right arm, for forces at the hand.
     pub limb: Option<Limb>,
-    /// What was done to this file, oldest first; only ever appended.
+    /// Changes of this file, oldest first; entries are only ever appended.
     pub history: Vec<History>,
-    /// Drift checks, oldest first; only ever appended.
+    /// Drift checks, oldest first; entries are only ever appended.
     pub checks: Vec<DriftCheck>,
 }
 
-/// Where a wearer's numbers are from.
+/// Source of a wearer's numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Evidence {
-    /// A paper prints them.
+    /// The numbers are printed in a paper.
     Printed,
-    /// Found on a simulated body: no evidence about people.
+    /// The numbers were found on a simulated wearer, and are no evidence about people.
     Simulated,
-    /// Found on a person, by a board.
+    /// The numbers were found on a person, with a board.
     Measured,
-    /// Nobody found them.
+    /// The numbers are assumed; nobody found them.
     Assumed,
 }
 
 impl Evidence {
-    /// Its word in files: "printed", "simulated", "measured", "assumed".
+    /// Returns the word for this source in files: "printed", "simulated", "measured", "assumed".
     #[must_use]
     pub fn word(self) -> &'static str {
         let found = fields::EVIDENCE
@@ -89,76 +89,77 @@ impl Evidence {
     }
 }
 
-/// A forearm's size, and where the finger's electrodes are on it.
+/// Size of a forearm, and the positions of the finger's electrodes on it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Forearm {
-    /// Elbow to tip of the hand, m: 0.30–0.60.
+    /// Distance from the elbow to the tip of the hand, m: 0.30–0.60.
     pub reach_m: f64,
-    /// Around the forearm, m: 0.15–0.45.
+    /// Circumference of the forearm, m: 0.15–0.45.
     pub around_m: f64,
-    /// Thresholds of A, B and the extensor's point, V; of a file that does not say them
-    /// here, the motor thresholds of its channels 1 to 3 where these are voltages.
+    /// Thresholds of electrode A, electrode B and the extensor's electrode, V. If the file leaves
+    /// them out, the motor thresholds of its channels 1 to 3 are used, provided that they are
+    /// voltages.
     pub thresholds_v: Option<[f64; 3]>,
-    /// Where the middles of their electrodes lie, mm: along from the elbow, around from
-    /// the palmar midline, positive to the thumb.
+    /// Centres of these electrodes, mm: along the forearm from the elbow, and around it from the
+    /// palmar midline, positive towards the thumb.
     pub pads_mm: Option<[[f64; 2]; 3]>,
 }
 
-/// Which electrodes are the elbow's, and how strong its muscles are.
+/// Electrodes of the elbow, and the strength of its muscles.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Elbow {
-    /// The triceps' channel, 1–10.
+    /// Channel of the triceps, 1–10.
     pub triceps: u8,
-    /// The biceps' channel, 1–10.
+    /// Channel of the biceps, 1–10.
     pub biceps: u8,
-    /// Torque of all of the triceps at 50 Hz, N·m.
+    /// Torque of the whole triceps at 50 Hz, N·m.
     pub triceps_nm: Option<f64>,
-    /// Torque of all of the biceps at 50 Hz, N·m.
+    /// Torque of the whole biceps at 50 Hz, N·m.
     pub biceps_nm: Option<f64>,
 }
 
-/// One thing that was done to a wearer's file. Texts are of 1 to 200 characters.
+/// One change of a wearer's file. Texts have 1 to 200 characters.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct History {
-    /// When: RFC 3339, or a device's time.
+    /// Time of the change: RFC 3339, or a device's time.
     pub at: String,
-    /// Who did it; a pseudonym, or a program.
+    /// Author of the change: a pseudonym, or a program.
     pub by: String,
-    /// What was done.
+    /// Description of the change.
     pub what: String,
-    /// On which device.
+    /// Name of the device that was used, if any.
     pub device: Option<String>,
-    /// Its firmware's version.
+    /// Version of the device's firmware.
     pub firmware: Option<String>,
-    /// Of a simulated one.
+    /// Seed of a simulated device.
     pub seed: Option<u64>,
 }
 
-/// A threshold looked for again.
+/// A check of whether a threshold has drifted since it was found.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct DriftCheck {
-    /// When: RFC 3339, or a device's time; 1 to 200 characters.
+    /// Time of the check: RFC 3339, or a device's time; 1 to 200 characters.
     pub at: String,
-    /// The channel, 1–10.
+    /// Channel whose threshold was checked, 1–10.
     pub channel: u8,
-    /// The threshold that the file has, thousandths of the unit.
+    /// Threshold in the file, thousandths of the unit.
     pub expected: Amplitude,
-    /// What was found; nothing if nothing moved.
+    /// Threshold that was found, thousandths of the unit; `None` if nothing moved.
     pub found: Option<Amplitude>,
-    /// What both are in.
+    /// Unit of both thresholds.
     pub unit: Unit,
-    /// Whether that was near enough.
+    /// Whether the found threshold is close enough to the expected one.
     pub accepted: bool,
-    /// Who looked: a pseudonym, or a program.
+    /// Person who checked, by pseudonym, or program.
     pub by: Option<String>,
-    /// On which device.
+    /// Name of the device that was used, if any.
     pub device: Option<String>,
-    /// Of a simulated one.
+    /// Seed of a simulated device.
     pub seed: Option<u64>,
 }
 
 impl Wearer {
-    /// A wearer of whom nothing is known but this, within the device's own limits.
+    /// Returns a wearer with these facts only, within the device's own limits.
     #[must_use]
     pub fn new(name: &str, evidence: Evidence, source: &str) -> Self {
         Self {
@@ -179,8 +180,8 @@ impl Wearer {
     /// Reads and checks a wearer file.
     ///
     /// # Errors
-    /// E650: it cannot be read; E651: it is of another schema; else everything that is
-    /// wrong with it, with line and field.
+    /// E650 if the file cannot be read; E651 if it has another schema; otherwise all errors in it,
+    /// each with line and field.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, SessionError> {
         let path = path.as_ref();
         Self::parse(&path.display().to_string(), &Self::text(path)?)
@@ -194,21 +195,21 @@ impl Wearer {
         read::parse(name, text)
     }
 
-    /// Reads the text of a wearer file.
+    /// Reads the text of a wearer file without checking it.
     ///
     /// # Errors
-    /// E650.
+    /// E650 if the file cannot be read.
     pub fn text(path: &Path) -> Result<String, SessionError> {
         read::text(path)
     }
 
-    /// The whole file: what [`Wearer::parse`] makes this of again.
+    /// Returns the text of the whole file; [`Wearer::parse`] returns the same wearer from it.
     #[must_use]
     pub fn to_toml(&self) -> String {
         write::to_toml(self)
     }
 
-    /// The electrode of a channel, 1–10.
+    /// Returns the electrode of a channel, 1–10, or `None` if the file has none there.
     #[must_use]
     pub fn electrode(&self, channel: u8) -> Option<&Electrode> {
         self.electrodes
@@ -216,8 +217,8 @@ impl Wearer {
             .find(|electrode| electrode.channel == channel)
     }
 
-    /// Thresholds of A, B and the extensor's point on the forearm, V: as it says them, or
-    /// those of channels 1 to 3.
+    /// Returns the thresholds of electrode A, electrode B and the extensor's electrode on the
+    /// forearm, V: those of `[forearm]`, or else those of channels 1 to 3.
     #[must_use]
     pub fn forearm_thresholds_v(&self) -> Option<[f64; 3]> {
         let volts = |channel| {

@@ -1,4 +1,4 @@
-//! Reads a wearer file, and tells everything that is wrong with it.
+//! Reads a wearer file and reports all errors in it.
 
 use std::path::Path;
 
@@ -23,16 +23,16 @@ use crate::fields::error::{Place, Problem};
 use crate::fields::table::Table;
 use crate::fields::{SessionError, parse as parse_file, text_of, visible};
 
-/// The text of a wearer file.
+/// Returns the text of a wearer file.
 ///
 /// # Errors
-/// E650.
+/// E650 if the file cannot be read.
 pub(super) fn text(path: &Path) -> Result<String, SessionError> {
     text_of(path).map_err(|reason| SessionError::nowhere(Problem::WearerUnreadable { reason }))
 }
 
-/// Whether a text is meant as a wearer file: it says of which schema it is, or where its
-/// numbers are from, which no session does.
+/// Returns whether a text is meant as a wearer file: it has a `schema` or an `evidence`, which no
+/// session has.
 #[must_use]
 pub fn is_one(text: &str) -> bool {
     let (root, _) = DeTable::parse_recoverable(text);
@@ -42,11 +42,11 @@ pub fn is_one(text: &str) -> bool {
         .any(|text| root.contains_key(*text))
 }
 
-/// The wearer that `text`, called `name`, describes.
+/// Returns the wearer that `text`, called `name`, describes.
 ///
 /// # Errors
-/// Everything that is wrong; of another schema that alone. E665 alone where it is of
-/// something else: nothing of an unrelated file is shown.
+/// All errors of the text. For a file of another schema, only that error. For any other kind of
+/// file only E665, so that nothing of an unrelated file is shown.
 pub(super) fn parse(name: &str, text: &str) -> Result<Wearer, SessionError> {
     if !is_one(text) {
         let file = visible(name);
@@ -66,7 +66,7 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Wearer, SessionError> {
     }
 }
 
-/// Where a file says that it is of another schema.
+/// Returns the place at which a file declares another schema.
 fn other_schema(text: &str) -> Option<Place> {
     let (root, _) = DeTable::parse_recoverable(text);
     let found = root.get_ref().get("schema")?;
@@ -81,7 +81,8 @@ fn other_schema(text: &str) -> Option<Place> {
     })
 }
 
-/// Reads what can be read; nothing, or no true wearer, if anything is told.
+/// Reads everything that can be read. If an error is reported, the result is `None` or an
+/// incomplete wearer, which must not be used.
 fn read(t: &Table<'_>) -> Option<Wearer> {
     if let Some(name) = t.text("name")
         && !is_pseudonym(name)
@@ -124,7 +125,8 @@ fn read(t: &Table<'_>) -> Option<Wearer> {
     };
     let forearm = t.part("forearm", read_forearm);
     let elbow = t.part("elbow", |e| Some(read_elbow(e, find)));
-    // Sound or not: what is wrong in one line is no reason to be silent of another.
+    // The limb is read even if it has errors, because an error in one line must not hide those in
+    // another.
     let limb = t.table("limb");
     let limb = limb.and_then(|l| super::limb::read(l, &electrodes, are_whole));
     let checks = t.tables("check").iter().filter(|item| item.is_sound());
@@ -146,18 +148,18 @@ fn read(t: &Table<'_>) -> Option<Wearer> {
     })
 }
 
-/// Whether a text is 1 to 64 letters, digits and hyphens.
+/// Returns whether a text consists of 1 to 64 letters, digits and hyphens.
 pub(super) fn is_pseudonym(name: &str) -> bool {
     let is_plain = |c: char| c.is_alphanumeric() || c == '-';
     (1..=64).contains(&name.chars().count()) && name.chars().all(is_plain)
 }
 
-/// An amplitude that may be left out.
+/// Returns an amplitude that may be left out.
 fn optional(t: &Table<'_>, name: &str) -> Option<Amplitude> {
     t.has(name).then(|| Amplitude::new(t.whole(name)))
 }
 
-/// Reads one `[[electrode]]`, holds it against itself, and against the wearer's limits.
+/// Reads one `[[electrode]]`, and checks it against itself and against the wearer's limits.
 fn read_electrode(t: &Table<'_>, draft: &mut Draft) -> Option<Electrode> {
     let strength_duration = t.part("strength_duration", |s| Some(read_strength_duration(s)));
     let muscle = t.part("muscle", |m| Some(read_muscle(m)));

@@ -1,4 +1,4 @@
-//! The wearers that are part of the program.
+//! The built-in wearers, which are part of the program.
 
 macro_rules! wearers {
     ($($name:literal)*) => {
@@ -6,14 +6,14 @@ macro_rules! wearers {
     };
 }
 
-/// File name and text of each of `host-tool/wearers`.
+/// File name and text of each wearer file in `host-tool/wearers`.
 pub const SHIPPED: [(&str, &str); 17] = wearers![
     "K01" "K02" "K03" "K04" "K05" "K06" "K07" "K08" "K09" "K10"
     "P" "Q" "R" "S"
     "harris-1" "harris-2" "arm-1"
 ];
 
-/// The text of the shipped wearer file of this name, with or without `.toml`.
+/// Returns the text of the built-in wearer file of this name, with or without `.toml`.
 #[must_use]
 pub fn shipped(name: &str) -> Option<&'static str> {
     let name = name.strip_suffix(".toml").unwrap_or(name);

@@ -1,4 +1,4 @@
-//! Keeps a wearer file on disk: whole or as it was, its history only ever longer.
+//! Keeps a wearer file on disk: it is either complete or unchanged, and its history only grows.
 
 use super::write::appendix;
 use super::{DriftCheck, History, Wearer};
@@ -6,25 +6,26 @@ use crate::disk::{FileSystem, replace};
 use crate::fields::SessionError;
 use std::path::{Path, PathBuf};
 
-/// Why a wearer file was not written; the old one is as it was.
+/// Reason why a wearer file was not written; the old file is unchanged.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The disk is full, or the file system refused otherwise.
+    /// The file could not be written, because the disk is full or for another reason of the file
+    /// system.
     #[error("E664 cannot write {0}: {1}; make room there or give another name; the old file stays")]
     Disk(PathBuf, std::io::Error),
-    /// What is there is no wearer file of this program.
+    /// The existing file is not a wearer file of this program.
     #[error("{0}; it stays as it was: mend it, or give another name")]
     Unreadable(String),
-    /// What is there, by its name, is another person's.
+    /// The existing file belongs to another person, by its name.
     #[error("E654 {0} is the wearer file of {1}, not of {2}: give another name")]
     Another(PathBuf, String, String),
-    /// What was done before is not in what was to be written.
+    /// The new content lacks history or checks of the existing file.
     #[error(
         "E655 {0} tells more of what was done than what is to replace it: read it again, and \
          append to its history and checks"
     )]
     Forgets(PathBuf),
-    /// What was to be written is no wearer file.
+    /// The new content is not a wearer file.
     #[error("E656 what is to be written to {0} is no wearer file: {1}")]
     Wrong(PathBuf, String),
 }
@@ -34,9 +35,9 @@ fn unreadable(error: &SessionError) -> StoreError {
 }
 
 impl Wearer {
-    /// Writes the file as a whole: a reader, a crash or a full disk never leaves half of
-    /// it. What is there must be this person's, and its history and checks begin what is
-    /// written; comments in it are lost ([`append`] keeps them).
+    /// Writes the file as a whole, so that a reader, a crash or a full disk never leaves half of
+    /// it. An existing file must belong to the same person, and the new history and checks must
+    /// begin with the existing ones. Comments in the file are lost ([`append`] keeps them).
     ///
     /// # Errors
     /// [`StoreError`]; the old file stays.
@@ -49,7 +50,7 @@ impl Wearer {
         self.store(path, &self.to_toml())
     }
 
-    /// Whether this may replace `old`.
+    /// Checks whether this wearer may replace `old`.
     fn follows(&self, path: &Path, old: &Self) -> Result<(), StoreError> {
         if old.name != self.name {
             let (known, new) = (old.name.clone(), self.name.clone());
@@ -63,7 +64,7 @@ impl Wearer {
         }
     }
 
-    /// Replaces the file by a text that is read back first.
+    /// Replaces the file with a text that is first parsed and compared with this wearer.
     fn store(&self, path: &Path, text: &str) -> Result<(), StoreError> {
         let name = path.display().to_string();
         let wrong = |why: String| StoreError::Wrong(path.to_owned(), why);
@@ -76,7 +77,7 @@ impl Wearer {
     }
 }
 
-/// Appends what was done to a wearer's file, which keeps every byte that it has.
+/// Appends entries to a wearer's file, and keeps every byte that it already has.
 ///
 /// # Errors
 /// [`StoreError`]; the file stays as it was.

@@ -1,4 +1,4 @@
-//! How a muscle tires (Ding et al. 2003), in wearer files and in sessions.
+//! Fatigue of a muscle (Ding et al. 2003), in wearer files and in sessions.
 
 use firmware::muscle::FatigueSpec;
 
@@ -6,7 +6,7 @@ use crate::fields::field::Need::{Or, OrTold};
 use crate::fields::field::{Section, f, n};
 use crate::fields::table::Table;
 
-/// Its fields.
+/// Returns the fields of `fatigue`.
 #[rustfmt::skip]
 pub(crate) fn fatigue() -> Section {
     type F = FatigueSpec;
@@ -19,7 +19,7 @@ pub(crate) fn fatigue() -> Section {
     ]
 }
 
-/// Reads `fatigue`; what is left out is the quadriceps', scaled to A.
+/// Reads `fatigue`; values that are left out are those of the quadriceps, scaled to A.
 pub(crate) fn read_fatigue(t: &Table<'_>, a_mn_per_s: u32) -> FatigueSpec {
     let scaled = FatigueSpec::scaled_to(a_mn_per_s);
     FatigueSpec {

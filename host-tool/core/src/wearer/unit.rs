@@ -1,16 +1,16 @@
-//! What a stage's amplitudes are.
+//! Units of an output stage's amplitudes.
 
-/// What a channel's amplitudes are.
+/// Unit of a channel's amplitudes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Unit {
-    /// Milliamperes, on a current-controlled stage.
+    /// Milliamperes, for a current-controlled stage.
     Milliampere,
-    /// Volts, on a voltage-controlled stage.
+    /// Volts, for a voltage-controlled stage.
     Volt,
 }
 
 impl Unit {
-    /// "mA" or "V".
+    /// Returns the symbol of the unit: "mA" or "V".
     #[must_use]
     pub const fn symbol(self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! Writes a wearer file: what the reader makes the same wearer of again.
+//! Writes a wearer file that the reader turns into the same wearer.
 
 use super::limb::{JOINT_WORDS, RANGES, SEGMENTS, WAYS};
 use super::unit::Unit;
@@ -11,7 +11,7 @@ use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
 use std::fmt::{Display, Write};
 
-/// The whole file.
+/// Returns the text of the whole file.
 pub(super) fn to_toml(it: &Wearer) -> String {
     let mut out = Lines::default();
     out.field("schema", SCHEMA);
@@ -38,7 +38,7 @@ pub(super) fn to_toml(it: &Wearer) -> String {
     out.0 + &appendix(&it.history, &it.checks)
 }
 
-/// What is appended to a file for these.
+/// Returns the text that is appended to a file for these entries.
 pub(super) fn appendix(history: &[History], checks: &[DriftCheck]) -> String {
     let mut out = Lines::default();
     for entry in history {
@@ -65,7 +65,7 @@ pub(super) fn appendix(history: &[History], checks: &[DriftCheck]) -> String {
     out.0
 }
 
-/// Lines of a file.
+/// The lines of a file, joined in a text.
 #[derive(Default)]
 struct Lines(String);
 
@@ -99,17 +99,17 @@ impl Lines {
     }
 }
 
-/// A text as TOML has it.
+/// Returns a text as a TOML string.
 fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
-/// Thousandths as people write them.
+/// Formats an amplitude in thousandths for people.
 fn milli(value: Amplitude) -> String {
     in_units(value.get().into(), 3)
 }
 
-/// Limits, as far as they are not the device's own; host silence and fall always.
+/// Writes the limits that differ from the device's own; host silence and fall are always written.
 fn limits(out: &mut Lines, it: &WearerSpec) {
     let own = WearerSpec::default();
     out.head("[limits]");
@@ -327,7 +327,7 @@ fn write_limb(out: &mut Lines, it: &Limb) {
     }
 }
 
-/// A list of thousandths.
+/// Formats a list of thousandths as a TOML array.
 fn numbers(milli: &[i32]) -> String {
     let each: Vec<String> = milli
         .iter()

@@ -1,7 +1,7 @@
-//! A TOML table that remembers where it stands, held against its declared fields.
+//! A TOML table that knows its place in the file, checked against its declared fields.
 //!
-//! `read` tells every mistake that a field makes by itself, so that what comes
-//! after reads only sound tables and asks what fields mean together.
+//! `read` reports every error that a field has by itself. The code after it therefore reads only
+//! tables without errors, and checks what the fields mean together.
 
 mod read;
 
@@ -25,10 +25,10 @@ pub(crate) struct Table<'a> {
     sound: bool,
 }
 
-/// A field that the file has.
+/// A field that is present in the file.
 struct Entry<'a> {
     span: Range<usize>,
-    /// Nothing if it is wrong.
+    /// Value of the field; `None` if it has an error.
     value: Option<Value<'a>>,
 }
 
@@ -37,25 +37,26 @@ enum Value<'a> {
     Texts(Vec<&'a str>),
     Flag(bool),
     Word(&'static str),
-    /// In the device's steps.
+    /// Number in the device's steps.
     Whole(i64),
     Real(f64),
-    /// Each with its place.
+    /// Numbers in the device's steps, each with its place.
     Wholes(Vec<(i64, Range<usize>)>),
-    /// Where each stands.
+    /// Places of the numbers of each pair.
     Pairs(Vec<[Range<usize>; 2]>),
     Table(Table<'a>),
     Tables(Vec<Table<'a>>),
 }
 
-/// What is read of a sound table.
+/// Access to the values of a table without errors.
 impl<'a> Table<'a> {
-    /// Whether no field of it is wrong by itself; tables in it are for themselves.
+    /// Returns whether no field of the table has an error by itself; tables within it count
+    /// separately.
     pub(crate) const fn is_sound(&self) -> bool {
         self.sound
     }
 
-    /// Whether the file says something in this field.
+    /// Returns whether the file has this field.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.entries.contains_key(name)
     }
@@ -64,7 +65,7 @@ impl<'a> Table<'a> {
         self.entries.get(name)?.value.as_ref()
     }
 
-    /// The declaration of a field that applies here.
+    /// Returns the declaration of a field that applies in this table.
     fn field(&self, name: &str) -> Option<&'static Field> {
         let mut same = self.section.iter().filter(|field| field.name == name);
         same.find(|field| self.applies(field))
@@ -87,19 +88,20 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The number here, or what stands in for it; the largest of `T` if it does not
-    /// fit that, which no rule of the firmware accepts.
+    /// Returns the number in this field, or its default. If there is neither, or it does not fit in
+    /// `T`, returns the largest value of `T`, which no rule of the firmware accepts.
     pub(crate) fn whole<T: Whole>(&self, name: &str) -> T {
         self.whole_or(name, T::TOP)
     }
 
-    /// The same with what stands in for it.
+    /// Returns the number in this field, with `default` if it is left out; otherwise as
+    /// [`Self::whole`].
     pub(crate) fn whole_or<T: Whole>(&self, name: &str, default: T) -> T {
         self.whole_of(name)
             .map_or(default, |value| T::try_from(value).unwrap_or(T::TOP))
     }
 
-    /// Any number; nothing if it is left out.
+    /// Returns the number in this field, which need not be whole; `None` if it is left out.
     pub(crate) fn real(&self, name: &str) -> Option<f64> {
         match self.get(name) {
             Some(Value::Real(value)) => Some(*value),
@@ -107,8 +109,8 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Any number times 10^`power`, as exactly as it is written; nothing if it is left
-    /// out.
+    /// Returns the number in this field times 10^`power`, as exactly as it is written; `None` if it
+    /// is left out.
     pub(crate) fn decimal(&self, name: &str, power: i32) -> Option<f64> {
         match self.entries.get(name)? {
             Entry {
@@ -119,7 +121,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Pairs of numbers likewise.
+    /// Returns the pairs of numbers in this field times 10^`power`, as exactly as they are written.
     pub(crate) fn pairs(&self, name: &str, power: i32) -> Vec<[f64; 2]> {
         let Some(Value::Pairs(pairs)) = self.get(name) else {
             return Vec::new();
@@ -134,7 +136,7 @@ impl<'a> Table<'a> {
         shifted(self.doc.text.get(span.clone())?, power)
     }
 
-    /// A list of numbers, in steps.
+    /// Returns the list of numbers in this field, in the device's steps, each with its place.
     pub(crate) fn wholes(&self, name: &str) -> &[(i64, Range<usize>)] {
         match self.get(name) {
             Some(Value::Wholes(values)) => values,
@@ -142,7 +144,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// A truth value.
+    /// Returns whether this field is true.
     pub(crate) fn flag(&self, name: &str) -> bool {
         matches!(self.get(name), Some(Value::Flag(true)))
     }
@@ -162,12 +164,12 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// A word; nothing if it is left out and nothing stands in for it.
+    /// Returns the word in this field or its default; an empty text if there is neither.
     pub(crate) fn word(&self, name: &str) -> &'static str {
         self.word_of(name).unwrap_or_default()
     }
 
-    /// What a word names.
+    /// Returns the value that `choices` gives for the word in this field.
     pub(crate) fn named<T: Copy>(&self, name: &str, choices: &[(&str, T)]) -> Option<T> {
         let word = self.word(name);
         choices
@@ -176,7 +178,7 @@ impl<'a> Table<'a> {
             .map(|(_, value)| *value)
     }
 
-    /// A text; nothing if it is left out.
+    /// Returns the text in this field; `None` if it is left out.
     pub(crate) fn text(&self, name: &str) -> Option<&'a str> {
         match self.get(name) {
             Some(Value::Text(text)) => Some(text),
@@ -184,7 +186,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// A list of texts; none if it is left out.
+    /// Returns the list of texts in this field; an empty list if it is left out.
     pub(crate) fn texts(&self, name: &str) -> &[&'a str] {
         match self.get(name) {
             Some(Value::Texts(texts)) => texts,
@@ -192,7 +194,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// A table in this one; nothing if it is left out.
+    /// Returns the table in this field; `None` if it is left out.
     pub(crate) fn table(&self, name: &str) -> Option<&Self> {
         match self.get(name) {
             Some(Value::Table(table)) => Some(table),
@@ -200,8 +202,8 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// What `read` makes of a table in this one. Nothing inside if it is left out,
-    /// nothing at all if it is wrong.
+    /// Returns the result of `read` for the table in this field: `Some(None)` if the table is left
+    /// out, `None` if it has errors.
     pub(crate) fn part<T>(
         &self,
         name: &str,
@@ -214,7 +216,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Tables in this one; none if they are left out.
+    /// Returns the list of tables in this field; an empty list if it is left out.
     pub(crate) fn tables(&self, name: &str) -> &[Self] {
         match self.get(name) {
             Some(Value::Tables(tables)) => tables,
@@ -223,9 +225,9 @@ impl<'a> Table<'a> {
     }
 }
 
-/// What fields break together.
+/// Reports of rules that several fields break together.
 impl Table<'_> {
-    /// The field's path in the file.
+    /// Returns the path of the field in the file.
     pub(crate) fn path_of(&self, name: &str) -> String {
         if self.path.is_empty() {
             name.into()
@@ -234,7 +236,7 @@ impl Table<'_> {
         }
     }
 
-    /// The place of a field; the table, if it is left out.
+    /// Returns the place of a field, or of the table if the field is left out.
     pub(crate) fn at(&self, name: &str) -> Place {
         let entry = self.entries.get(name);
         Place {
@@ -252,28 +254,29 @@ impl Table<'_> {
         }
     }
 
-    /// Tells a problem at this field, or at the table if the field is left out.
+    /// Reports a problem at this field, or at the table if the field is left out.
     pub(crate) fn say(&self, name: &str, problem: Problem) {
         self.doc.say(problem, self.at(name));
     }
 
-    /// Tells that the field is outside what is allowed.
+    /// Reports that the field is outside the range `allowed`.
     pub(crate) fn out_of_range(&self, name: &str, allowed: String) {
         self.say(name, Problem::OutOfRange { allowed });
     }
 
-    /// Tells that the field must come after something.
+    /// Reports that the field must come after `after`.
     pub(crate) fn not_after(&self, name: &str, after: String) {
         self.say(name, Problem::NotInOrder { after });
     }
 
-    /// A time, µs, from `least` to the session's end.
+    /// Returns a time, µs, from `least` to the end of the session; reports any other time.
     pub(crate) fn time(&self, name: &str, least: i64, duration_us: u64) -> Option<u64> {
         let time = self.whole(name);
         self.within(time, self.at(name), least, duration_us)
     }
 
-    /// A list of times, µs, likewise, rising by at least `apart`.
+    /// Returns a list of times, µs, from `least` to the end of the session, which rise by at least
+    /// `apart`; reports any other list.
     pub(crate) fn times(
         &self,
         name: &str,
@@ -306,8 +309,7 @@ impl Table<'_> {
         None
     }
 
-    /// Puts the firmware's refusal on the field concerned, of this table or of one
-    /// in it.
+    /// Reports the firmware's refusal at the field concerned, in this table or in one within it.
     pub(crate) fn refuse(&self, e: impl Into<Refusal<'static>>) {
         let Refusal {
             field, min, max, ..
@@ -316,7 +318,7 @@ impl Table<'_> {
             Some((table, found)) => {
                 let bounds = (min.into(), max.into());
                 let number = found.number();
-                // What the field says of itself says more.
+                // The field's own error message is more precise.
                 let own = number.filter(|n| !n.bound.is_empty() && n.range == Some(bounds));
                 if own.is_none() || !table.has(found.name) {
                     let allowed = number.map(|number| number.told(bounds.0, bounds.1));
@@ -327,7 +329,7 @@ impl Table<'_> {
         }
     }
 
-    /// Where the firmware's field is told, or would be.
+    /// Returns the table and field that hold a quantity of the firmware, or would hold it.
     fn find(&self, device: &str) -> Option<(&Self, &'static Field)> {
         let is = |field: &&Field| field.number().is_some_and(|number| number.device == device);
         let mut own = self.section.iter().filter(is);
@@ -345,7 +347,7 @@ impl Table<'_> {
 
 /// An integer type of the link.
 pub(crate) trait Whole: TryFrom<i64> {
-    /// The largest value.
+    /// The largest value of the type.
     const TOP: Self;
 }
 

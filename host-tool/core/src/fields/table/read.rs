@@ -1,4 +1,4 @@
-//! Holds a TOML table against its declared fields.
+//! Checks a TOML table against its declared fields.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -14,7 +14,7 @@ use super::{Entry, Table, Value};
 use crate::suggestion::nearest;
 
 impl<'a> Table<'a> {
-    /// The file itself.
+    /// Reads the top-level table of a file.
     pub(crate) fn root(
         doc: &'a Document,
         root: &'a Spanned<DeTable<'a>>,
@@ -23,7 +23,7 @@ impl<'a> Table<'a> {
         Self::read(doc, String::new(), 0..0, root.get_ref(), section)
     }
 
-    /// Holds a table against its fields, and tells what is wrong with each.
+    /// Checks a table against its fields and reports the errors of each.
     fn read(
         doc: &'a Document,
         path: String,
@@ -39,7 +39,7 @@ impl<'a> Table<'a> {
             entries: BTreeMap::new(),
             sound: true,
         };
-        // Words first: they decide which other fields there are.
+        // Words are read first, because they determine which other fields are allowed.
         let (words, others): (Vec<_>, Vec<_>) = section
             .iter()
             .partition(|f| matches!(f.kind, Kind::Choice(_)));
@@ -55,7 +55,7 @@ impl<'a> Table<'a> {
                 table.wrong(problem, table.place(name, key.span()));
             }
         }
-        // A slip of the pen leaves nothing out.
+        // A field with a misspelt name does not count as missing.
         let required = |f: &&Field| {
             let is_needed = match f.need {
                 Need::Required => true,
@@ -80,7 +80,7 @@ impl<'a> Table<'a> {
         };
         let applies = self.may_have(field, file);
         if applies == Some(false) {
-            // Another declaration of this name may apply.
+            // Another declaration of the same name may apply.
             let mut same = self.section.iter().filter(|f| f.name == field.name);
             if same.all(|f| self.may_have(f, file) == Some(false)) {
                 self.misplaced(field, key.span(), found.span(), file);
@@ -93,7 +93,8 @@ impl<'a> Table<'a> {
         self.entries.insert(field.name, Entry { span, value });
     }
 
-    /// Whether the file may have this field; nothing if that cannot be told.
+    /// Returns whether the file may have this field, or `None` if an error in another field leaves
+    /// it open.
     fn may_have(&self, field: &Field, file: &DeTable<'_>) -> Option<bool> {
         match field.when {
             None => Some(true),
@@ -105,7 +106,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Tells of a field that another one rules out.
+    /// Reports a field that another field rules out.
     fn misplaced(
         &mut self,
         field: &Field,
@@ -119,7 +120,7 @@ impl<'a> Table<'a> {
                 let place = self.place(first, file.get(first).map_or(span, Spanned::span));
                 self.wrong(Problem::SaidTwice { other }, place);
             }
-            // What the first field says is what the table is.
+            // The first field of a table determines its type.
             Some(When::Is(tag, _)) if self.section.first().is_some_and(|f| f.name == tag) => {
                 let (problem, _) = self.unknown(field.name);
                 self.wrong(problem, self.place(field.name, key));
@@ -141,7 +142,7 @@ impl<'a> Table<'a> {
         self.doc.say(problem, place);
     }
 
-    /// That there is no such field here, and which one is meant.
+    /// Returns the problem of an unknown field name, and the field that was probably meant.
     fn unknown(&self, name: &str) -> (Problem, Option<&'static str>) {
         let mut known: Vec<&str> = Vec::new();
         for field in self.section {
@@ -160,7 +161,7 @@ impl<'a> Table<'a> {
         )
     }
 
-    /// What a field says; nothing if it is wrong, which is told.
+    /// Returns the value of a field. Returns `None` if it has an error, which is reported.
     fn value(&self, field: &'static Field, found: &'a Spanned<DeValue<'a>>) -> Option<Value<'a>> {
         let (file, place) = (found.get_ref(), self.place(field.name, found.span()));
         let wrong = |problem| {
@@ -249,8 +250,8 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// Where the two numbers of a pair stand; nothing if it is none, inside nothing if a
-    /// number is wrong, which is told.
+    /// Returns the places of the two numbers of a pair; `None` if the value is not a pair, and
+    /// `Some(None)` if a number has an error, which is reported.
     fn pair(
         &self,
         field: &Field,
@@ -279,8 +280,8 @@ impl<'a> Table<'a> {
         Some(Self::read(self.doc, path, found.span(), file, section))
     }
 
-    /// The number here in its field's steps, which must be whole; nothing if it is
-    /// no number, inside nothing if it is a wrong one.
+    /// Returns a number in its field's steps, which must be whole; `None` if the value is not a
+    /// number, and `Some(None)` if it has an error, which is reported.
     fn whole_value(
         &self,
         number: &Number,
@@ -305,7 +306,8 @@ impl<'a> Table<'a> {
         Some(self.fitting(number, fits, value, place))
     }
 
-    /// A number that need not be whole, likewise.
+    /// Returns a number that need not be whole; `None` if the value is not a number, and
+    /// `Some(None)` if it has an error, which is reported.
     fn real_value(
         &self,
         number: &Number,
@@ -330,7 +332,8 @@ impl<'a> Table<'a> {
         Some(self.fitting(number, fits, value, place))
     }
 
-    /// `value`, if it fits or if what other fields leave of the range decides.
+    /// Returns `value` if it is in range, or if other fields restrict the range and so decide
+    /// later.
     fn fitting<T>(&self, number: &Number, fits: bool, value: T, place: Place) -> Option<T> {
         if fits {
             return Some(value);
@@ -360,13 +363,13 @@ fn likely(given: &str, words: &[&'static str]) -> Option<String> {
     }
 }
 
-/// Whether a text says something, in at most so many characters.
+/// Returns whether a text is not blank and has at most `most` characters.
 fn fits(text: &str, most: usize) -> bool {
     !text.trim().is_empty() && text.chars().count() <= most
 }
 
-/// The first character of a text that no XML document may hold, or that a terminal
-/// obeys; tabs and ends of lines are none. "U+001B".
+/// Returns the first character of a text that an XML document must not contain or that a terminal
+/// executes, except for tabs and line ends, for example "U+001B".
 fn unshowable(text: &str) -> Option<String> {
     let is_such = |c: &char| match c {
         '\t' | '\n' | '\r' => false,
@@ -376,13 +379,13 @@ fn unshowable(text: &str) -> Option<String> {
     Some(format!("U+{:04X}", u32::from(first)))
 }
 
-/// "1 to 200 characters".
+/// Formats the allowed length of a text, for example "1 to 200 characters".
 fn characters(most: usize) -> String {
     format!("1 to {most} characters")
 }
 
-/// A number's digits: nothing if it is none, inside nothing if it is not finite or
-/// too long.
+/// Returns the decimal of a number; `None` if the value is not a number, and `Some(None)` if it is
+/// not finite or has too many digits.
 fn decimal(value: &DeValue<'_>) -> Option<Option<Decimal>> {
     match value {
         DeValue::Float(float) => Some(Decimal::parse(float.as_str())),
@@ -394,7 +397,7 @@ fn decimal(value: &DeValue<'_>) -> Option<Option<Decimal>> {
     }
 }
 
-/// What a value is, for people.
+/// Returns the type of a value for messages.
 fn kind(value: &DeValue<'_>) -> &'static str {
     match value {
         DeValue::String(_) => "text",

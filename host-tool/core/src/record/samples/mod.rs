@@ -1,5 +1,5 @@
-//! A trial's samples in memory, packed: a day of a hundred rows a second takes tens of
-//! megabytes, where a [`Sample`] each would take gigabytes.
+//! The samples of a trial in memory, compressed: a day at a hundred rows per second takes tens of
+//! megabytes, whereas one [`Sample`] per row would take gigabytes.
 
 #[cfg(test)]
 mod tests;
@@ -9,27 +9,27 @@ use crate::number::millionths;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
-/// Telemetry samples, oldest first. A row is kept as what differs from the row before:
-/// a bit for each of its values, and of each that changed the difference in millionths,
-/// or its 64 bits where it is no whole number of them. What comes out is what went in,
-/// to the bit.
+/// Telemetry samples, oldest first. Each row is stored as its difference from the row before: one
+/// bit for each of its values and, for each value that changed, the difference in millionths, or
+/// its 64 bits if the value is not a whole number of millionths. Unpacking gives the same values,
+/// bit for bit.
 #[derive(Clone, Default)]
 pub struct Samples {
     bytes: Vec<u8>,
     count: usize,
     last: Option<Sample>,
-    /// Of the last row.
+    /// Values of the last row.
     cells: Vec<Cell>,
     shape: Shape,
 }
 
 type Cell = Option<f64>;
 
-/// Values that a sample has once, and how many it has of each kind of list.
+/// Number of values that a sample has once, and the lengths of its lists.
 const SINGLE: usize = 7;
 type Shape = [usize; 11];
 
-/// The states in the order of their codes.
+/// States in the order of their codes.
 const STATES: [DeviceState; 6] = [
     DeviceState::Boot,
     DeviceState::Idle,
@@ -39,12 +39,12 @@ const STATES: [DeviceState; 6] = [
     DeviceState::Fault,
 ];
 
-/// Bits of a row's first byte; the state's code lies above them.
+/// Bits of a row's first byte; the code of the state is above them.
 const RESHAPED: u8 = 1;
 const LIMITING: u8 = 2;
 const STATE_SHIFT: u32 = 2;
 
-/// What a changed value's code says, before those of differences.
+/// Codes of a changed value: no value, 64 raw bits, and from `DIFFERENCE` on a difference.
 const NOTHING: u64 = 0;
 const RAW: u64 = 1;
 const DIFFERENCE: u64 = 2;
@@ -93,31 +93,31 @@ impl Samples {
         self.last = Some(sample);
     }
 
-    /// How many there are.
+    /// Returns the number of samples.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.count
     }
 
-    /// Whether there is none.
+    /// Returns whether there are no samples.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// The oldest.
+    /// Returns the oldest sample.
     #[must_use]
     pub fn first(&self) -> Option<Sample> {
         self.iter().next()
     }
 
-    /// The latest.
+    /// Returns the latest sample.
     #[must_use]
     pub const fn last(&self) -> Option<&Sample> {
         self.last.as_ref()
     }
 
-    /// All of them, oldest first.
+    /// Returns an iterator over all samples, oldest first.
     #[must_use]
     pub fn iter(&self) -> Iter<'_> {
         Iter {
@@ -128,20 +128,20 @@ impl Samples {
         }
     }
 
-    /// Keeps the first `count`.
+    /// Keeps the first `count` samples and drops the others.
     pub fn truncate(&mut self, count: usize) {
         if count < self.count {
             *self = self.iter().take(count).collect();
         }
     }
 
-    /// All of them, unpacked.
+    /// Returns all samples, unpacked.
     #[must_use]
     pub fn to_vec(&self) -> Vec<Sample> {
         self.iter().collect()
     }
 
-    /// Changes each of them.
+    /// Applies `change` to each sample; all are unpacked and packed again.
     pub fn change(&mut self, change: impl FnMut(&mut Sample)) {
         let mut samples = self.to_vec();
         samples.iter_mut().for_each(change);
@@ -149,7 +149,7 @@ impl Samples {
     }
 }
 
-/// The lists of a sample, in the order of [`Shape`].
+/// Returns the lists of a sample, in the order of [`Shape`].
 fn lists(sample: &Sample) -> [&[Cell]; 11] {
     [
         &sample.amplitudes,
@@ -166,7 +166,7 @@ fn lists(sample: &Sample) -> [&[Cell]; 11] {
     ]
 }
 
-/// Samples of a trial, unpacked one by one.
+/// Iterator over the samples of a trial, which unpacks them one at a time.
 #[derive(Clone)]
 pub struct Iter<'a> {
     bytes: &'a [u8],
@@ -203,7 +203,8 @@ impl Iterator for Iter<'_> {
 impl ExactSizeIterator for Iter<'_> {}
 
 impl Iter<'_> {
-    /// The next byte. What [`Samples::push`] wrote is whole.
+    /// Returns the next byte. The data end with a complete row, because [`Samples::push`] writes
+    /// whole rows.
     fn byte(&mut self) -> u8 {
         let (first, rest) = self.bytes.split_first().unwrap_or((&0, &[]));
         self.bytes = rest;
@@ -222,7 +223,7 @@ impl Iter<'_> {
         }
     }
 
-    /// The value that follows one of `before` in the row before.
+    /// Returns the value that follows `before`, the same value in the previous row.
     fn cell(&mut self, before: Cell) -> Cell {
         match self.varint() {
             NOTHING => None,
@@ -238,7 +239,7 @@ impl Iter<'_> {
         }
     }
 
-    /// The row of the values unpacked.
+    /// Returns the row of the values that were unpacked.
     fn sample(&self, head: u8) -> Sample {
         let single = |place: usize| self.cells[place];
         let mut lists = &self.cells[SINGLE..];
@@ -284,12 +285,12 @@ impl Iter<'_> {
     }
 }
 
-/// A value in millionths; 0 for one that is no whole number of them.
+/// Returns a value in millionths, or 0 if it is not a whole number of them.
 fn whole(cell: Cell) -> i64 {
     cell.and_then(millionths).unwrap_or(0)
 }
 
-/// Appends `now`, which follows `before`.
+/// Appends the value `now`, which follows `before`.
 fn push_cell(bytes: &mut Vec<u8>, now: Cell, before: Cell) {
     let Some(value) = now else {
         return push_varint(bytes, NOTHING);
@@ -303,7 +304,7 @@ fn push_cell(bytes: &mut Vec<u8>, now: Cell, before: Cell) {
     push_varint(bytes, DIFFERENCE + zigzag);
 }
 
-/// Appends seven bits a byte, the lowest first.
+/// Appends `value` with seven bits per byte, the lowest first.
 fn push_varint(bytes: &mut Vec<u8>, mut value: u64) {
     while value >= 0x80 {
         bytes.push(value as u8 | 0x80);

@@ -1,4 +1,4 @@
-//! Rows packed and unpacked.
+//! Tests that rows are unchanged after packing and unpacking.
 
 use super::*;
 use hal_sim::random::Random;
@@ -52,7 +52,7 @@ fn rows_come_out_as_they_went_in() {
     let mut random = Random::new(42);
     let rows: Vec<Sample> = (0..2_000).map(|n| row(&mut random, n)).collect();
     let mut samples = Samples::from(rows.clone());
-    // To the bit: -0 is not 0.
+    // Compared bit for bit, because -0 equals 0 otherwise.
     assert_eq!(format!("{:?}", samples.to_vec()), format!("{rows:?}"));
     assert_eq!((samples.len(), samples.iter().len()), (2_000, 2_000));
     assert_eq!(samples.first().as_ref(), rows.first());

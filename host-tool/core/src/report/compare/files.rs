@@ -1,4 +1,4 @@
-//! How two files differ, by their keys and line by line.
+//! Differences between two files, by their keys and line by line.
 
 use crate::html;
 use crate::report::Html;
@@ -7,45 +7,46 @@ use similar::TextDiff;
 use std::collections::{BTreeMap, BTreeSet};
 use toml::Value;
 
-/// Files of more lines are compared by their keys alone.
+/// Maximum number of lines; longer files are compared only by their keys.
 const MOST_LINES: usize = 5_000;
-/// Columns of a terminal, and keys that it shows of a file; all are on the page.
+/// Columns of a terminal, and maximum number of keys that it shows for a file; the page shows all.
 const WIDE: usize = 80;
 const MOST_KEYS: usize = 12;
 
-/// How a TOML file of one record differs from that of another.
+/// Differences between a TOML file of one record and that of others.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct FileDifference {
-    /// Its name in the record.
+    /// Name of the file in the record.
     pub file: String,
-    /// Name of the trial or of the experiment that it belongs to.
+    /// Name of the trial or of the experiment to which the file belongs.
     pub of: String,
-    /// Number of the record that the others are held against, from 1.
+    /// Number of the record with which the others are compared, from 1.
     pub from: usize,
     /// Numbers of the records whose files differ from it in this way.
     pub to: Vec<usize>,
-    /// Keys with another value, in the order of the alphabet; none where comments or layout
-    /// alone differ, and where one of the files is no TOML.
+    /// Keys with another value, in alphabetical order; empty if only comments or layout differ, or
+    /// if one of the files is not valid TOML.
     pub keys: Vec<KeyChange>,
-    /// Both files as a unified diff with three lines of context; empty for files of more
-    /// than 5000 lines.
+    /// Both files as a unified diff with three lines of context; empty for files of more than 5000
+    /// lines.
     pub unified: String,
 }
 
 /// A key of a file with another value.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
 pub struct KeyChange {
-    /// Its path, as `channel[2].limit`: a channel by its number, other tables of a list by
-    /// their place from 1.
+    /// Path of the key, for example `channel[2].limit`: a channel is named by its number, other
+    /// tables of a list by their position from 1.
     pub key: String,
-    /// The value in the first record; `None` where it has no such key.
+    /// Value in the first record; `None` if that file lacks the key.
     pub from: Option<String>,
-    /// The value in the other record.
+    /// Value in the other record; `None` if that file lacks the key.
     pub to: Option<String>,
 }
 
 impl FileDifference {
-    /// Between the texts of two records, each with its number; `None` for the same.
+    /// Returns the difference between the texts of two records, each with its number; `None` if
+    /// they are the same.
     #[must_use]
     pub fn between(
         (file, of): (&str, &str),
@@ -62,14 +63,14 @@ impl FileDifference {
         })
     }
 
-    /// Which files differ.
+    /// Returns a heading that names the files that differ.
     fn heading(&self) -> String {
         let to: Vec<String> = self.to.iter().map(usize::to_string).collect();
         let (file, from, to, of) = (&self.file, self.from, to.join(", "), &self.of);
         format!("{file} of record {from} -> {to}: {of}")
     }
 
-    /// Its keys for a terminal of 80 columns, a line each.
+    /// Returns the keys for a terminal of 80 columns, one line each.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = format!("{}\n", cut(&self.heading()));
@@ -87,7 +88,7 @@ impl FileDifference {
         }
     }
 
-    /// Its keys as a table, and both files line by line.
+    /// Returns the keys as a table, and both files line by line.
     #[must_use]
     pub fn html(&self) -> Html {
         let value = |value: &Option<String>| match value {
@@ -122,7 +123,7 @@ impl FileDifference {
     }
 }
 
-/// The line, cut to the columns of a terminal.
+/// Returns the line, cut to the columns of a terminal.
 pub(super) fn cut(line: &str) -> String {
     match line.chars().count() <= WIDE {
         true => line.to_owned(),
@@ -130,7 +131,7 @@ pub(super) fn cut(line: &str) -> String {
     }
 }
 
-/// Both texts, with what they differ in between lines that are the same.
+/// Returns a unified diff of both texts; an empty text if one of them has too many lines.
 fn unified((from, one): (usize, &str), (to, another): (usize, &str)) -> String {
     if one.lines().count().max(another.lines().count()) > MOST_LINES {
         return String::new();
@@ -141,7 +142,7 @@ fn unified((from, one): (usize, &str), (to, another): (usize, &str)) -> String {
     unified.header(&heads.0, &heads.1).to_string()
 }
 
-/// Keys whose values differ.
+/// Returns the keys whose values differ.
 fn changed(one: &str, another: &str) -> Vec<KeyChange> {
     let (Some(one), Some(another)) = (values(one), values(another)) else {
         return Vec::new();
@@ -155,7 +156,7 @@ fn changed(one: &str, another: &str) -> Vec<KeyChange> {
     changes.filter(|change| change.from != change.to).collect()
 }
 
-/// Every value of a TOML file by its path; nothing of what is none.
+/// Returns every value of a TOML file by its path; `None` if the text is not valid TOML.
 fn values(text: &str) -> Option<BTreeMap<String, String>> {
     let table: toml::Table = text.parse().ok()?;
     let mut found = BTreeMap::new();
@@ -180,7 +181,8 @@ fn collect(path: &str, value: &Value, found: &mut BTreeMap<String, String>) {
     }
 }
 
-/// What tells the tables of a list apart: their `number`, their `channel`, or their place.
+/// Returns labels that distinguish the tables of a list: their `number`, their `channel`, or their
+/// position.
 fn labels(list: &[Value]) -> Vec<String> {
     let by = |key: &str| -> Option<Vec<String>> {
         let numbers = list.iter().map(|value| value.get(key)?.as_integer());

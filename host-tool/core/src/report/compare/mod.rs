@@ -1,8 +1,8 @@
-//! Several records side by side: numbers, traces and session files.
+//! Comparison of several records: numbers, traces and session files.
 //!
-//! Lives here: what is kept of each record ([`Compared`]), which of their trials belong
-//! together (`pairs`), the text (`text`) and the page (`page`) of it. Not here: what a
-//! number means (`analysis`). Of a record no more than one trial is held at a time.
+//! This module keeps the data of each record that a comparison needs ([`Compared`]), matches their
+//! trials (`pairs`), and writes the comparison as text (`text`) and as a page (`page`). What a
+//! number means is in `analysis`. Only one trial of a record is in memory at a time.
 
 mod files;
 mod overlay;
@@ -24,22 +24,22 @@ use overlay::Course;
 use serde::Serialize;
 use std::path::Path;
 
-/// What is kept of a record, and what to call it.
+/// The data of a record that a comparison needs, and its name.
 #[derive(Debug)]
 pub struct Compared {
-    /// Its folder, as given.
+    /// Folder of the record, as given.
     pub name: String,
     title: String,
     device: String,
     is_simulated: bool,
     is_complete: bool,
     caveat: Option<String>,
-    /// What the record has lost since it was closed.
+    /// Description of the data that the record has lost since it was closed.
     pub damaged: Option<String>,
     trials: Vec<Kept>,
 }
 
-/// What is kept of a trial.
+/// The data of a trial that a comparison needs.
 #[derive(Debug)]
 struct Kept {
     row: TrialRow,
@@ -51,46 +51,47 @@ struct Kept {
     identity: Option<Identity>,
 }
 
-/// One trial of one record in numbers. `None`: it has no such thing.
+/// One trial of one record in numbers. A number is `None` if it does not apply to the trial.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct CompareRow {
-    /// The record, from 1.
+    /// Number of the record, from 1.
     pub number: usize,
-    /// Its folder.
+    /// Folder of the record.
     pub record: String,
-    /// What stimulated.
+    /// Device that stimulated.
     pub device: String,
-    /// Whether that was a simulator.
+    /// Whether the device was a simulator.
     pub simulated: bool,
-    /// Whether the run came to its own end.
+    /// Whether the run reached its own end.
     pub complete: bool,
-    /// Whether the record has lost something since.
+    /// Whether the record has lost data since it was closed.
     pub damaged: bool,
     /// Numbers of the trial.
     #[serde(flatten)]
     pub of: TrialRow,
 }
 
-/// Numbers of a trial. `None`: it has no such thing.
+/// The numbers of a trial. A number is `None` if it does not apply to the trial.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct TrialRow {
-    /// The trial.
+    /// Name of the trial.
     pub trial: String,
-    /// Length, s.
+    /// Duration of the trial, s.
     pub duration_s: f64,
-    /// Of a joint that followed a target, degrees.
+    /// RMSE of the angle of a joint that followed a reference, degrees.
     pub rmse_deg: Option<f64>,
-    /// Of the worst channel under force control, N.
+    /// RMSE of the force of the worst channel under force control, N.
     pub rmse_n: Option<f64>,
-    /// At a virtual wall, degrees inside.
+    /// Deepest penetration of a virtual wall, degrees.
     pub deepest_deg: Option<f64>,
-    /// Pulses of more than 0 that were played; not the electrode check's.
+    /// Number of pulses with an amplitude above 0 that were output, without those of the electrode
+    /// check.
     pub pulses: Option<u64>,
-    /// How often the device lowered a joint's feedback for a limit cycle.
+    /// Number of times that the device lowered the feedback of a joint because of a limit cycle.
     pub limit_cycles: usize,
-    /// The model that each muscle began with.
+    /// Model level with which each muscle began.
     pub models: Option<String>,
-    /// What each channel put out.
+    /// Output of each channel.
     pub channels: Vec<ChannelDose>,
 }
 
@@ -122,7 +123,7 @@ impl Kept {
 }
 
 impl Compared {
-    /// Of the record in `dir`, which is read trial by trial.
+    /// Reads the record in `dir` trial by trial.
     ///
     /// # Errors
     /// As [`load_each`].
@@ -132,7 +133,7 @@ impl Compared {
         Ok(Self::with(dir, run, trials))
     }
 
-    /// Of a run in memory that is the record in `dir`.
+    /// Returns the data of a run in memory that is the record in `dir`.
     #[must_use]
     pub fn of(dir: &Path, run: &Run) -> Self {
         let trials = run.trials.iter().map(Kept::of).collect();
@@ -144,7 +145,7 @@ impl Compared {
     }
 
     fn with(dir: &Path, mut run: Run, trials: Vec<Kept>) -> Self {
-        // Of what the run says of its device no sample is needed.
+        // The description of the device needs no samples.
         run.trials = trials
             .iter()
             .map(|kept| Trial {
@@ -165,7 +166,7 @@ impl Compared {
     }
 }
 
-/// A row for each trial of each record, in the order given.
+/// Returns a row for each trial of each record, in the order given.
 #[must_use]
 pub fn compare_rows(all: &[Compared]) -> Vec<CompareRow> {
     let numbered = all.iter().enumerate();

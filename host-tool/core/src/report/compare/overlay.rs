@@ -1,4 +1,4 @@
-//! Amplitudes of several records over time, a panel for each channel.
+//! Amplitudes of several records over time, one panel per channel.
 
 use super::pairs::Group;
 use crate::plot::ink::{PALETTE, stroke};
@@ -7,16 +7,16 @@ use crate::plot::words::shortened;
 use crate::plot::{Axis, Figure, Key, Mark, Panel, Stroke, Svg};
 use crate::record::Trial;
 
-/// As many lines as there are colours.
+/// Maximum number of lines, which is the number of colours.
 pub(super) const MOST_LINES: usize = PALETTE.len();
 
 const HEIGHT: f64 = 110.0;
-/// More than half a screen shows.
+/// Number of points of a curve, more than half a screen can show.
 const BUCKETS: usize = 300;
-/// Panels beyond this number are set in two columns.
+/// Number of panels above which they are in two columns.
 const ONE_COLUMN: usize = 2;
 
-/// The amplitude of a channel over time, shortened.
+/// The amplitude of a channel over time, reduced to the points that are drawn.
 #[derive(Clone, Debug)]
 pub(super) struct Course {
     number: u8,
@@ -28,7 +28,7 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// Of each channel of a trial; 0 while a channel plays nothing.
+    /// Returns the amplitude of each channel of a trial; 0 while a channel outputs nothing.
     pub(super) fn all(trial: &Trial) -> Vec<Self> {
         let short = || Shortened::of(trial.samples.len(), BUCKETS);
         let mut lines: Vec<(Shortened, f64)> =
@@ -56,14 +56,14 @@ impl Course {
     }
 }
 
-/// The line of a record: the first is the widest, so that it shows beside those that lie
-/// on it.
+/// Returns the line style of a record. The first line is the widest, so that it is visible beside
+/// the lines that cover it.
 fn line(place: usize) -> Stroke {
     let widths = [4.0, 2.6, 1.8, 1.4, 1.2, 1.0];
     stroke(PALETTE[place], widths[place])
 }
 
-/// The first [`MOST_LINES`] trials of a group, or nothing without channels.
+/// Returns the first [`MOST_LINES`] trials of a group; an empty figure without channels.
 pub(super) fn figure(group: &Group<'_>) -> Svg {
     let drawn = || group.trials.iter().take(MOST_LINES).enumerate();
     let mut channels: Vec<(u8, &str, &str)> = Vec::new();

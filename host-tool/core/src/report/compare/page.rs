@@ -10,9 +10,9 @@ use crate::report::page::figure;
 use crate::report::tables::{degrees, headed, newtons, seconds};
 use crate::report::{Html, trajectory};
 
-/// Trials with pictures; the tables have all.
+/// Maximum number of trials with figures; the tables contain all trials.
 const MOST_DRAWN: usize = 8;
-/// Angles drawn.
+/// Maximum number of trials whose angles are drawn.
 const MOST_ANGLES: usize = 24;
 
 const HEADS: [&str; 10] = [
@@ -28,8 +28,8 @@ const HEADS: [&str; 10] = [
     "",
 ];
 
-/// What a page says of the records: their trials in numbers, what channels put out, angles,
-/// and how session files differ.
+/// Returns the body of the page: the trials in numbers, the output of channels, angles, and the
+/// differences between session files.
 #[must_use]
 pub fn compare_body(all: &[Compared]) -> Html {
     let mut out = Html::default();
@@ -94,10 +94,10 @@ fn cells(row: &CompareRow) -> [String; 8] {
     ]
 }
 
-/// Amplitudes laid over each other, and a row for each channel of each record.
+/// Returns amplitudes over each other, and a table with a row for each channel of each record.
 fn stimulation(groups: &[Group<'_>]) -> Html {
     let mut out = Html::default();
-    // What differs comes first, for that is what is drawn where there are many.
+    // Trials that differ come first, because only the first ones are drawn if there are many.
     let (differing, alike): (Vec<_>, Vec<_>) = groups.iter().partition(|group| group.differs());
     let has_channels = |group: &&&Group<'_>| {
         group
@@ -169,7 +169,7 @@ fn dose_table(group: &Group<'_>) -> Html {
     headed(["Channel", "Record"].into_iter().chain(DOSE_HEADS), &rows)
 }
 
-/// Targets and angles; nothing where no angle matters.
+/// Returns references and angles; nothing if no trial has an angle to show.
 fn angles(all: &[Compared]) -> Html {
     let numbered = all.iter().enumerate();
     let traced = numbered.flat_map(|(position, compared)| {
@@ -191,7 +191,7 @@ fn angles(all: &[Compared]) -> Html {
     }
 }
 
-/// Keys with another value, and both files line by line.
+/// Returns the keys with another value, and both files line by line.
 fn sessions(groups: &[Group<'_>]) -> Html {
     let all: Vec<FileDifference> = groups.iter().flat_map(of_group).collect();
     let are_held = groups.iter().any(|group| group.trials.len() > 1);

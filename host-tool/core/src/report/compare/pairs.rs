@@ -1,27 +1,27 @@
-//! Which trials of several records belong together.
+//! Matching of the trials of several records.
 
 use super::{Compared, Kept};
 use std::collections::HashMap;
 
-/// Trials of several records that are held against each other.
+/// Trials of several records that are compared with each other.
 pub(super) struct Group<'a> {
-    /// Name of the first.
+    /// Name of the first trial.
     pub name: &'a str,
-    /// Number of the record, from 1, and its trial; of each record one at most.
+    /// Number of the record, from 1, and its trial; at most one trial of each record.
     pub trials: Vec<(usize, &'a Kept)>,
 }
 
 impl Group<'_> {
-    /// Whether the channels of any two put out something else.
+    /// Returns whether the output of channels differs between any two trials.
     pub(super) fn differs(&self) -> bool {
         let channels = |n: usize| &self.trials[n].1.row.channels;
         (1..self.trials.len()).any(|n| channels(n) != channels(0))
     }
 }
 
-/// Trials of the same name, the first of a name with the first and so on, in the order in
-/// which they come. Where each record has one trial, and where no name is in two records,
-/// trials in the same place.
+/// Returns the groups of trials with the same name, matched in the order in which they occur: the
+/// first of a name with the first, and so on. If each record has one trial, or if no name occurs in
+/// two records, trials at the same position are matched.
 pub(super) fn groups(all: &[Compared]) -> Vec<Group<'_>> {
     let are_single = all.iter().all(|compared| compared.trials.len() == 1);
     let by_name = match are_single {
@@ -34,14 +34,14 @@ pub(super) fn groups(all: &[Compared]) -> Vec<Group<'_>> {
     }
 }
 
-/// Name of a trial, and the number of trials of that name before it.
+/// Returns the name of a trial, and the number of trials of that name before it.
 fn named(compared: &Compared, place: usize) -> (&str, usize) {
     let name = |kept: &Kept| kept.row.trial == compared.trials[place].row.trial;
     let before = compared.trials[..place].iter().filter(|kept| name(kept));
     (&compared.trials[place].row.trial, before.count())
 }
 
-/// Trials of the same key, of each record one at most.
+/// Returns the groups of trials with the same key, with at most one trial of each record.
 fn grouped<'a>(
     all: &'a [Compared],
     key: fn(&'a Compared, usize) -> (&'a str, usize),

@@ -1,17 +1,17 @@
-//! What differs between the session files of trials, and between their wearer files.
+//! Differences between the session files of trials, and between their wearer files.
 
 use super::Compared;
 use super::files::FileDifference;
 use super::pairs::{Group, groups};
 
-/// Where the files of trials that belong together differ from those of the first record
-/// that has the trial.
+/// Returns the differences between the files of matching trials and those of the first record that
+/// has the trial.
 #[must_use]
 pub fn session_differences(all: &[Compared]) -> Vec<FileDifference> {
     groups(all).iter().flat_map(of_group).collect()
 }
 
-/// The same of one group.
+/// Returns the differences within one group of trials.
 pub(super) fn of_group(group: &Group<'_>) -> Vec<FileDifference> {
     let mut found: Vec<(&str, FileDifference)> = Vec::new();
     let Some(((from, first), others)) = group.trials.split_first() else {
@@ -22,7 +22,7 @@ pub(super) fn of_group(group: &Group<'_>) -> Vec<FileDifference> {
             ("session.toml", &first.session, &other.session),
             ("wearer.toml", &first.wearer, &other.wearer),
         ];
-        // A session file that is missing, or not the one that was run, differs from no other.
+        // A session file that is missing, or is not the one that was run, is not compared.
         let is_usable = !first.session.is_empty() && !other.session.is_empty();
         for (file, one, another) in both.into_iter().skip(usize::from(!is_usable)) {
             let is_known = |(text, known): &&mut (&str, FileDifference)| {

@@ -1,4 +1,4 @@
-//! The comparison for a terminal of 80 columns.
+//! The comparison as text for a terminal of 80 columns.
 
 use super::files::{FileDifference, cut};
 use super::pairs::{Group, groups};
@@ -8,11 +8,12 @@ use crate::plot::words::in_columns;
 use crate::report::doses::{HEADS as DOSE_HEADS, NOTE, cells as dose_cells, channel};
 use crate::report::tables::{degrees, newtons, seconds};
 
-/// Trials shown of those whose channels, and of those whose files differ; all are on the page.
+/// Maximum number of trials with differing output, and of differing files, that are shown; the page
+/// shows all.
 const MOST_TRIALS: usize = 8;
 
-/// A table for a terminal of 80 columns, then what channels put out and how session files
-/// differ.
+/// Returns a table for a terminal of 80 columns, followed by the output of channels and the
+/// differences between session files.
 #[must_use]
 pub fn compare_text(all: &[Compared]) -> String {
     let mut text = String::new();
@@ -29,7 +30,7 @@ pub fn compare_text(all: &[Compared]) -> String {
     text.trim_end().to_owned()
 }
 
-/// The trials in numbers.
+/// Returns the trials in numbers.
 fn rows(all: &[Compared]) -> String {
     let mut text = format!(
         "\n    {:<17}{:>9}{:>8}{:>9}{:>8}{:>8}\n",
@@ -37,7 +38,7 @@ fn rows(all: &[Compared]) -> String {
     );
     for row in compare_rows(all) {
         let name: String = row.of.trial.chars().take(16).collect();
-        // 63 columns before the mark.
+        // There are 63 columns before the mark.
         let mark = match &row {
             row if row.damaged => " damaged",
             row if !row.complete => " incomplete",
@@ -57,7 +58,7 @@ fn rows(all: &[Compared]) -> String {
         if of.limit_cycles > 0 {
             text += &format!("      limit cycles: {}\n", of.limit_cycles);
         }
-        // One a line: of ten channels, within 80 columns.
+        // Each model is on a line of its own, so that ten channels fit in 80 columns.
         for model in of.models.iter().flat_map(|models| models.split("), ")) {
             let close = if model.ends_with(')') { "" } else { ")" };
             text += &format!("      {model}{close}\n");
@@ -66,7 +67,7 @@ fn rows(all: &[Compared]) -> String {
     text
 }
 
-/// What channels put out, of the trials in which that differs.
+/// Returns the output of channels for the trials in which it differs.
 fn stimulation(groups: &[Group<'_>]) -> String {
     let (groups, alone): (Vec<_>, Vec<_>) = groups.iter().partition(|group| group.trials.len() > 1);
     let has_channels = |group: &&Group<'_>| {
@@ -107,7 +108,7 @@ fn stimulation(groups: &[Group<'_>]) -> String {
     text
 }
 
-/// A row for each channel of each record.
+/// Returns a row for each channel of each record.
 fn doses(group: &Group<'_>) -> String {
     let line = |number: &str, cells: [&str; 8]| {
         let [peak, phase, charge, rms, on, pulses, width, rate] = cells;
@@ -147,7 +148,7 @@ fn doses(group: &Group<'_>) -> String {
     text
 }
 
-/// Which keys of session files differ.
+/// Returns the keys of session files that differ.
 fn sessions(groups: &[Group<'_>]) -> String {
     let differences: Vec<FileDifference> = groups.iter().flat_map(of_group).collect();
     let shown = differences.iter().take(MOST_TRIALS);

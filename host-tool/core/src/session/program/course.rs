@@ -1,46 +1,48 @@
-//! One pass of a program on one channel: what each burst has, and what is ordered for it.
+//! One pass of a program on one channel: the stimulus that each burst should have, and the order
+//! that produces it.
 
 use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 
 use super::rise::Rise;
 
-/// Amplitude and width from the begin of a pass on.
+/// Amplitude and width of a program from the beginning of a pass on.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Course {
-    /// A stimulus for a time.
+    /// One stimulus for a time, with optional ramps up and down.
     OnOff {
         stimulus: Stimulus,
-        /// From the first burst of the rise to the first that is left out, µs.
+        /// Time from the first burst of the rise to the first burst that is left out, µs.
         on_us: f64,
-        /// From the first burst to the first of the whole amplitude, µs.
+        /// Time from the first burst to the first one with the whole amplitude, µs.
         up_us: u64,
-        /// Before the end, µs.
+        /// Length of the ramp down before the end, µs.
         down_us: u64,
     },
-    /// Stimuli at µs after the begin, the first at 0; the last one stays.
+    /// Stimuli at times after the beginning of the pass, µs, the first at 0; the last one stays.
     Points {
         points: Vec<(u64, Stimulus)>,
-        /// Whether each holds until the next; else all goes straight from one to the next.
+        /// Whether each stimulus holds until the next; else both values change linearly from one to
+        /// the next.
         is_held: bool,
     },
 }
 
-/// What a burst is to have.
+/// Stimulus that a burst should have.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Wanted {
-    /// Thousandths.
+    /// Amplitude, thousandths of the channel's unit.
     pub(super) amplitude: f64,
     width_us: u16,
-    /// The largest that may be ordered for it.
+    /// Largest amplitude that may be ordered for the burst.
     most: Amplitude,
-    /// Since the first burst of a rise that the program leads, µs; else the device rises by
-    /// itself, or has risen.
+    /// Time since the first burst of a rise that the program leads, µs. `None` if the device rises
+    /// by itself, or has risen.
     since_us: Option<u64>,
 }
 
 impl Wanted {
-    /// What to order for it.
+    /// Returns the stimulus to order so that the burst has this amplitude and width.
     pub(super) fn order(self, rise: &Rise) -> Stimulus {
         let since_us = self.since_us.unwrap_or(u64::MAX);
         let order = rise.order(self.amplitude, self.width_us, since_us);
@@ -52,7 +54,8 @@ impl Wanted {
 }
 
 impl Course {
-    /// What the burst at `at_us` is to have in a pass that began at `begun_us`.
+    /// Returns the stimulus that the burst at `at_us` should have in a pass that began at
+    /// `begun_us`.
     pub(super) fn wanted(&self, rise: &Rise, begun_us: u64, at_us: u64) -> Wanted {
         match self {
             Self::OnOff {
@@ -62,7 +65,7 @@ impl Course {
                 down_us,
             } => {
                 let since_us = at_us - rise.burst_from(begun_us);
-                // Passes begin, and end, on whole microseconds.
+                // Passes begin and end on whole microseconds.
                 let left_us = on_us.round() - (at_us - begun_us) as f64;
                 let up = share(since_us, *up_us, rise);
                 let down = match down_us {
@@ -79,7 +82,7 @@ impl Course {
             Self::Points { points, is_held } => {
                 let local_us = at_us - begun_us; // the pass had begun
                 let next = points.partition_point(|&(point_us, _)| point_us <= local_us);
-                // There is a first point: checked.
+                // The checks guarantee a first point.
                 let from = points.get(next.saturating_sub(1)).copied();
                 let from = from.unwrap_or_default();
                 match points.get(next) {
@@ -95,7 +98,7 @@ impl Course {
         }
     }
 
-    /// Every stimulus that it is made of.
+    /// Returns every stimulus of which the course consists.
     pub(super) fn stimuli(&self) -> impl Iterator<Item = Stimulus> + '_ {
         let (own, points) = match self {
             Self::OnOff { stimulus, .. } => (Some(*stimulus), None),
@@ -105,7 +108,7 @@ impl Course {
         own.into_iter().chain(points)
     }
 
-    /// How long a pass lasts, µs.
+    /// Returns the duration of a pass, µs.
     pub(super) fn lasts_us(&self) -> f64 {
         match self {
             Self::OnOff { on_us, .. } => *on_us,
@@ -114,8 +117,8 @@ impl Course {
     }
 }
 
-/// What the burst at `at_us` is to have between two points of a pass that began at
-/// `begun_us`.
+/// Returns the stimulus that the burst at `at_us` should have between two points of a pass that
+/// began at `begun_us`.
 fn on_the_way(
     rise: &Rise,
     begun_us: u64,
@@ -129,7 +132,7 @@ fn on_the_way(
     let width = between(from.width_us.into(), to.width_us.into());
     let [a, b] = [from, to].map(|stimulus| f64::from(stimulus.amplitude.get()));
     let (amplitude, since_us) = match from.amplitude {
-        // A rise begins with its first burst, which has its share already.
+        // A rise begins with its first burst, which already has a share of the amplitude.
         Amplitude::ZERO => {
             let first_us = rise.burst_from(from_us);
             let since_us = at_us - first_us;
@@ -146,7 +149,8 @@ fn on_the_way(
     }
 }
 
-/// The part of a rise of `up_us` that the burst has which comes `since_us` after the first.
+/// Returns the share of the amplitude in a rise of `up_us` for the burst that comes `since_us`
+/// after the first.
 fn share(since_us: u64, up_us: u64, rise: &Rise) -> f64 {
     let period_us = rise.period_us;
     (since_us + period_us) as f64 / (up_us + period_us) as f64

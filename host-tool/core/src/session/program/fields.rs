@@ -6,20 +6,20 @@ use super::super::control_fields::amplitude;
 use crate::fields::field::Need::{Optional, Or, OrTold, Required};
 use crate::fields::field::{CHANNEL, Kind, Number, Section, channel, f, list, nb, one_of};
 
-/// What a program is told by.
+/// Form in which a program describes its amplitudes over time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Form {
-    /// On for a time, off for a time.
+    /// One amplitude for a time, then 0 for a time.
     OnOff,
-    /// Straight from point to point.
+    /// Amplitudes and widths that change linearly from point to point.
     Ramp,
-    /// From point to point at once.
+    /// Amplitudes and widths that hold from point to point.
     Steps,
-    /// By the angle of a crank, or the phase of a gait.
+    /// Amplitudes by the angle of a crank, or by the phase of a gait.
     Cycle,
 }
 
-/// Forms by name.
+/// Forms of programs and their names in session files.
 pub(super) const FORMS: [(&str, Form); 4] = [
     ("on-off", Form::OnOff),
     ("ramp", Form::Ramp),
@@ -27,13 +27,13 @@ pub(super) const FORMS: [(&str, Form); 4] = [
     ("cycle", Form::Cycle),
 ];
 
-/// As many points a program may have.
+/// Maximum number of points of a program.
 const MOST_POINTS: usize = 1_000;
 
 /// A whole turn, 0.001°.
 pub(super) const TURN_MDEG: i64 = 360_000;
 
-/// An angle of the turn.
+/// Returns the kind of an angle within a turn, 0.001°.
 fn angle() -> Kind {
     Kind::Whole(Number::within("°", 3, 0, TURN_MDEG))
 }
@@ -47,8 +47,8 @@ fn width() -> Kind {
     )
 }
 
-/// The fields; `time` is a time of the session of at least so many µs, `rising` one of a
-/// list.
+/// Returns the fields of a program. `time` returns the kind of a time of the session of at least
+/// that many µs, and `rising` the kind of a time in a list.
 #[rustfmt::skip]
 pub(in crate::session) fn program(time: fn(i64) -> Kind, rising: fn() -> Kind) -> Section {
     let own_width = || OrTold("the train's `width_us`".into());

@@ -1,4 +1,4 @@
-//! Points of a program: whether a channel can go from each to the next.
+//! Checks of a program's points: whether a channel can go from each point to the next.
 
 use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
@@ -12,22 +12,22 @@ use crate::fields::table::Table;
 
 /// The points of a program on one of its channels.
 pub(super) struct Points<'a, 't> {
-    /// The program.
+    /// Table of the program.
     pub(super) t: &'a Table<'t>,
-    /// The tables of its points.
+    /// Tables of the points.
     pub(super) items: &'a [&'a Table<'t>],
     pub(super) found: &'a Channel,
     pub(super) rise: &'a Rise,
-    /// Of a wearer who limits them.
+    /// Allowed steps, if the wearer limits them.
     pub(super) steps: Option<Steps>,
-    /// At µs after the begin of a pass, one at least, the first at 0.
+    /// Stimuli at times after the beginning of a pass, µs; at least one, the first at 0.
     pub(super) points: &'a [(u64, Stimulus)],
-    /// From pass to pass, µs.
+    /// Time from pass to pass, µs; `None` if the points are output once.
     pub(super) every_us: Option<u64>,
 }
 
 impl Points<'_, '_> {
-    /// Tells of steps that are shorter than a period, or higher than the wearer allows.
+    /// Reports steps that are shorter than a period or larger than the wearer allows.
     pub(super) fn check_steps(&self) {
         let (channel, period_us) = (self.found.number, self.rise.period_us);
         let tell = |t: &Table<'_>, field: &str, before_us: u64| {
@@ -53,8 +53,8 @@ impl Points<'_, '_> {
         }
     }
 
-    /// Tells of ways up that are shorter than the channel needs, and of silences before a
-    /// rise in which it may have no burst.
+    /// Reports ramps that are shorter than the channel needs, and silences before a rise in which
+    /// there may be no burst.
     pub(super) fn check_ramp(&self) {
         let Some(&(last_us, last)) = self.points.last() else {
             return; // there is one: checked
@@ -92,7 +92,7 @@ impl Points<'_, '_> {
         }
     }
 
-    /// Tells of a first point to which there is no way from 0, or from the last.
+    /// Reports a first point that cannot be reached from 0, or from the last point.
     fn check_begin(&self, last: Stimulus) {
         let (Some(&(_, first)), Some(item)) = (self.points.first(), self.items.first()) else {
             return;
@@ -110,8 +110,9 @@ impl Points<'_, '_> {
         }
     }
 
-    /// How long a way lasts at least, µs; a rise a period more, for it begins with its first
-    /// burst and ends with its point.
+    /// Returns the shortest time from one stimulus to another, µs, or `None` if no time is long
+    /// enough. A rise takes a period more, because it begins with its first burst and ends with its
+    /// point.
     fn shortest(&self, from: Stimulus, to: Stimulus) -> Option<u64> {
         let rise = self.rise;
         let is_rise = from.amplitude == Amplitude::ZERO;
@@ -128,7 +129,7 @@ impl Points<'_, '_> {
         Some(shortest_us.max(by_steps))
     }
 
-    /// Tells if the silence before the rise from point `nth` may have no burst.
+    /// Reports a silence before the rise from point `nth` that may be without a burst.
     fn check_silence(&self, nth: usize, silent_us: u64) {
         let period_us = self.rise.period_us;
         if silent_us >= period_us {
@@ -142,7 +143,7 @@ impl Points<'_, '_> {
         place.say(field, Problem::SilenceTooShort { channel, least });
     }
 
-    /// How long the last points are 0, until the last of them, µs.
+    /// Returns how long the last points stay at 0, up to the last of them, µs.
     fn silence(&self) -> u64 {
         let is_silent = |pair: &&(u64, Stimulus)| pair.1.amplitude == Amplitude::ZERO;
         let first = self.points.iter().rev().take_while(is_silent).last();

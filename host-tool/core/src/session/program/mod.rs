@@ -1,8 +1,9 @@
-//! `[[program]]`: amplitudes and widths over time of channels that nothing else drives.
+//! `[[program]]`: amplitudes and widths over time, for channels that nothing else drives.
 //!
-//! Lives here: the course of each channel, the order that each of its bursts gets, reading
-//! and checking the tables. Not here: who sends the orders and when (`run`).
-//! In: tables of a file, the setup that they are played on. Out: [`Programs`].
+//! This module reads and checks the tables, and computes the course of each channel and the order
+//! for each of its bursts. `run` decides when the orders are sent.
+//!
+//! Input: the tables of a file, and the setup for which they are meant. Output: [`Programs`].
 
 mod course;
 mod fields;

@@ -1,18 +1,18 @@
-//! When a course begins, again and again.
+//! The times at which a course begins, once or repeatedly.
 
-/// The times at which a course begins.
+/// Times at which the passes of a course begin.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Passes {
-    /// The first, µs after the start of the trains.
+    /// Beginning of the first pass, µs after the start of the trains.
     pub(super) first_us: f64,
-    /// From one to the next, µs; none for a course that is played once.
+    /// Time from one beginning to the next, µs; `None` for a course that is output once.
     pub(super) every_us: Option<f64>,
-    /// How many; none: until the session ends.
+    /// Number of passes; `None` if they continue until the session ends.
     pub(super) count: Option<u64>,
 }
 
 impl Passes {
-    /// When the latest pass up to `t_us` began, µs; nothing before the first.
+    /// Returns when the latest pass up to `t_us` began, µs, or `None` before the first.
     pub(super) fn begun(&self, t_us: u64) -> Option<u64> {
         let since_us = t_us as f64 - self.first_us.round();
         if since_us < 0.0 {
@@ -23,7 +23,7 @@ impl Passes {
         };
         let last = self.count.map_or(u64::MAX, |count| count.saturating_sub(1));
         let mut pass = (since_us / every_us) as u64; // saturates
-        // Begins are whole microseconds: the quotient may be one off.
+        // Passes begin on whole microseconds, so the quotient may be off by one.
         if self.begin(pass + 1) <= t_us {
             pass += 1;
         } else if self.begin(pass) > t_us {
@@ -32,13 +32,13 @@ impl Passes {
         Some(self.begin(pass.min(last)))
     }
 
-    /// When pass `nth`, from 0, begins, µs.
+    /// Returns when pass `nth`, from 0, begins, µs.
     pub(super) fn begin(&self, nth: u64) -> u64 {
         let since_us = self.every_us.map_or(0.0, |every_us| every_us * nth as f64);
         (self.first_us + since_us).round() as u64 // not negative
     }
 
-    /// How many passes of which each lasts `lasts_us` end within `duration_us`.
+    /// Returns how many passes end within `duration_us` if each lasts `lasts_us`.
     pub(super) fn within(&self, lasts_us: f64, duration_us: u64) -> u64 {
         let left_us = duration_us as f64 - self.first_us - lasts_us;
         match self.every_us {
@@ -60,7 +60,7 @@ mod tests {
             every_us: Some(10.0 / 3.0),
             count: Some(3),
         };
-        // 10, 13.33, 16.67: the last goes on.
+        // Passes begin at 10, 13.33 and 16.67; the last one continues.
         let begun = [9, 10, 12, 13, 16, 17, 1_000].map(|t_us| passes.begun(t_us));
         let expected = [
             None,

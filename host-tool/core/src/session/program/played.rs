@@ -1,4 +1,4 @@
-//! The programs of a session: what each channel is ordered, burst by burst.
+//! The programs of a session: the order that each channel receives, burst by burst.
 
 use firmware::pulse::WINDOW_US;
 use firmware::safety::Stimulus;
@@ -8,27 +8,27 @@ use super::course::{Course, Wanted};
 use super::passes::Passes;
 use super::rise::Rise;
 
-/// Eighths of a block, from none to a whole one.
+/// Characters for the eighths of a block, from an empty one to a whole one.
 const BLOCKS: [char; 9] = ['·', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
-/// The programs of a session, a channel in one of them.
+/// The programs of a session; each channel is in at most one of them.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Programs {
-    /// By rising channel.
+    /// Programs of the single channels, sorted by channel.
     played: Vec<Played>,
-    /// Whether any channel's width may change: then the device is told every width.
+    /// Whether the width of any channel may change; the device then receives every width.
     has_widths: bool,
 }
 
 /// The program of one channel.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Played {
-    /// On the link, 0–9.
+    /// Channel index on the link, 0–9.
     pub(super) channel: u8,
     pub(super) rise: Rise,
     pub(super) passes: Passes,
     pub(super) course: Course,
-    /// Of its train, µs.
+    /// Pulse width of the channel's train, µs.
     pub(super) own_us: u16,
     pub(super) has_live_width: bool,
 }
@@ -42,23 +42,24 @@ impl Programs {
         }
     }
 
-    /// Whether the session has none.
+    /// Returns whether the session has no programs.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.played.is_empty()
     }
 
-    /// Its channels on the link (0–9), rising.
+    /// Returns the channels that have a program, by index on the link (0–9), in rising order.
     pub fn channels(&self) -> impl Iterator<Item = u8> + '_ {
         self.played.iter().map(|run| run.channel)
     }
 
-    /// What to order for the first burst of each channel at or after `t_us` microseconds
-    /// after the start of the trains, by rising channel on the link (0–9). Widths of all of
-    /// them, or of none: 0.
+    /// Returns the order for the first burst of each channel at or after `t_us` microseconds after
+    /// the start of the trains, sorted by channel on the link (0–9). Either all orders have a
+    /// width, or all widths are 0.
     ///
-    /// A burst then has what its program wants, to a thousandth or a step of its DAC, if
-    /// every burst is ordered so and the device begins its rises where the program does.
+    /// The burst then has the amplitude that its program wants, to a thousandth or a step of its
+    /// DAC, if every burst is ordered in this way and the device begins its rises where the program
+    /// does.
     #[must_use]
     pub fn at(&self, t_us: u64) -> Vec<(u8, Stimulus)> {
         let order = |run: &Played| {
@@ -74,14 +75,14 @@ impl Programs {
         self.played.iter().map(order).collect()
     }
 
-    /// The shortest period of its channels' trains, µs; nothing without channels.
+    /// Returns the shortest period of the trains of these channels, µs, or `None` without channels.
     #[must_use]
     pub fn shortest_period_us(&self) -> Option<u64> {
         self.played.iter().map(|run| run.rise.period_us).min()
     }
 
-    /// The steps of a channel on the link (0–9) whose program holds each, at µs after the
-    /// begin of a pass.
+    /// Returns the steps of a channel on the link (0–9), at times in µs after the beginning of a
+    /// pass, or `None` if its program does not hold each step.
     pub(in crate::session) fn steps(&self, channel: u8) -> Option<&[(u64, Stimulus)]> {
         let own = self.played.iter().find(|run| run.channel == channel)?;
         match &own.course {
@@ -93,9 +94,9 @@ impl Programs {
         }
     }
 
-    /// From one time at which orders may change to the next, µs: whole windows of the device,
-    /// and at most the shortest period, so that no channel has two bursts in between. Nothing
-    /// without channels.
+    /// Returns the time from one possible change of orders to the next, µs: whole windows of the
+    /// device, and at most the shortest period, so that no channel has two bursts in between.
+    /// Returns `None` without channels.
     #[must_use]
     pub fn tick_us(&self) -> Option<u64> {
         let window_us = u64::from(WINDOW_US);
@@ -103,8 +104,8 @@ impl Programs {
         Some(windows.max(1) * window_us)
     }
 
-    /// The longest time, µs, in which a channel has begun and played two passes, or its only
-    /// one.
+    /// Returns the time within which every channel has begun and finished two passes, or its only
+    /// one, µs.
     #[must_use]
     pub fn two_passes_us(&self) -> u64 {
         let ends = self.played.iter().map(|run| {
@@ -114,9 +115,9 @@ impl Programs {
         ends.fold(0.0, f64::max).ceil() as u64
     }
 
-    /// Amplitudes over time for people: a line of `columns` blocks for each channel on the
-    /// link (0–9), over `length_us` from the start on; a whole block is the channel's
-    /// largest amplitude.
+    /// Draws amplitudes over time for people: for each channel on the link (0–9) a line of
+    /// `columns` blocks, over `length_us` from the start on. A whole block is the largest amplitude
+    /// of the channel.
     #[must_use]
     pub fn drawn(&self, length_us: u64, columns: u64) -> Vec<(u8, String)> {
         let line = |run: &Played| {
@@ -126,7 +127,7 @@ impl Programs {
                 .map(|stimulus| stimulus.amplitude.get())
                 .max();
             let block = |column: u64| {
-                // The middle of the column.
+                // The time in the middle of the column.
                 let t_us = length_us * (2 * column + 1) / (2 * columns.max(1));
                 let amplitude = run
                     .wanted(t_us)
@@ -140,8 +141,8 @@ impl Programs {
         self.played.iter().map(line).collect()
     }
 
-    /// The least and the most that a channel on the link (0–9) is ordered, thousandths of its
-    /// unit.
+    /// Returns the smallest and the largest amplitude that a channel on the link (0–9) is ordered
+    /// to output, thousandths of its unit.
     #[must_use]
     pub fn extremes(&self, channel: u8) -> Option<(u32, u32)> {
         let own = self.played.iter().find(|run| run.channel == channel)?;
@@ -154,14 +155,16 @@ impl Programs {
 }
 
 impl Played {
-    /// What the first burst at or after `t_us` is to have; nothing before the first pass.
+    /// Returns the stimulus that the first burst at or after `t_us` should have, or `None` before
+    /// the first pass.
     fn wanted(&self, t_us: u64) -> Option<Wanted> {
         let at_us = self.rise.burst_from(t_us);
         let begun_us = self.passes.begun(at_us)?;
         Some(self.course.wanted(&self.rise, begun_us, at_us))
     }
 
-    /// What to order for it.
+    /// Returns the order for the first burst at or after `t_us`; an amplitude of 0 before the first
+    /// pass.
     fn order(&self, t_us: u64) -> Stimulus {
         let off = Stimulus {
             amplitude: Amplitude::ZERO,

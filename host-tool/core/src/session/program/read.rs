@@ -1,4 +1,4 @@
-//! Reads `[[program]]` and asks of each channel whether the device would play it so.
+//! Reads `[[program]]` and checks for each channel whether the device would output the program.
 
 use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
@@ -17,7 +17,7 @@ use super::told::{seconds, tell_short};
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Reads all programs of the file `root`, and tells what is wrong with them.
+/// Reads all programs of the file `root` and reports their errors.
 pub(in crate::session) fn read_programs(
     root: &Table<'_>,
     setup: &SetupSpec,
@@ -44,18 +44,19 @@ struct Reader<'a> {
     setup: &'a SetupSpec,
     duration_us: u64,
     played: Vec<Played>,
-    /// Bit i: a program plays channel i on the link, right or wrong.
+    /// Channels that a program names, with or without errors: bit i is channel i on the link.
     named: u16,
 }
 
-/// A channel that a program may play.
+/// A channel that a program may drive.
 struct Player<'a> {
     found: &'a Channel,
     rise: Rise,
 }
 
 impl<'a> Reader<'a> {
-    /// The channel with this number, which a field names, if a program may play it.
+    /// Returns the channel with this number, to which a field refers, if a program may drive it;
+    /// reports the reason otherwise. Channels in `earlier` belong to programs before this one.
     fn player(
         &mut self,
         t: &Table<'_>,
@@ -83,7 +84,7 @@ impl<'a> Reader<'a> {
         Some(Player { found, rise })
     }
 
-    /// Reads a program of `channels`.
+    /// Reads a program that has `channels`.
     fn read_listed(&mut self, t: &Table<'_>, form: Form, earlier: u16) {
         let numbers: Vec<u8> = t
             .wholes("channels")
@@ -129,7 +130,8 @@ impl<'a> Reader<'a> {
         self.on_off(t, player, stimulus, (on_us, "on_s"))
     }
 
-    /// A stimulus for a time, which a field says, with the ramps of `t`.
+    /// Returns one stimulus for the time `on_us`, which `field` sets, with the ramps of `t`.
+    /// Reports ramps that are too short, and a time that is too short for its ramps.
     fn on_off(
         &self,
         t: &Table<'_>,
@@ -165,7 +167,7 @@ impl<'a> Reader<'a> {
         let least_us = (up_us + down_us).max(rise.period_us);
         if on_us < least_us as f64 {
             let nearest = match t.real(field) {
-                // Slower turns, rounded down.
+                // A lower cadence gives a longer time; the value is rounded down.
                 Some(rpm) => {
                     let most = (rpm * on_us / least_us as f64 * 1e3).floor() / 1e3;
                     format!("{most} at most")
@@ -192,7 +194,7 @@ impl<'a> Reader<'a> {
 
     fn read_points(&self, t: &Table<'_>, player: &Player<'_>, is_held: bool) -> Option<Course> {
         let mut points: Vec<(u64, Stimulus)> = Vec::new();
-        // Of what comes behind a wrong one nothing can be said.
+        // The points after one with an error cannot be judged.
         let items = t
             .tables("points")
             .iter()
@@ -229,11 +231,11 @@ impl<'a> Reader<'a> {
         Some(Course::Points { points, is_held })
     }
 
-    /// Reads a program of `phases`.
+    /// Reads a program that has `phases`.
     fn read_cycle(&mut self, t: &Table<'_>, earlier: u16) {
         let delay_us = t.time("delay_s", 0, self.duration_us);
         let start_mdeg: i64 = t.whole("start_deg");
-        // At least one a minute: checked.
+        // The checks guarantee at least one turn a minute.
         let turn_us = t.real("cadence_rpm").map(|rpm| 60e6 / rpm);
         for item in t.tables("phases").iter().filter(|table| table.is_sound()) {
             let Some(player) = self.player(item, "channel", item.whole("channel"), earlier) else {
@@ -260,14 +262,14 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads an amplitude and a width, and tells if the device would not take them.
+    /// Reads an amplitude and a width, and reports an error if the device would refuse them.
     fn stimulus(&self, item: &Table<'_>, player: &Player<'_>) -> Option<Stimulus> {
         let stimulus = read_stimulus(item, player.found)?;
         check_stimulus(item, player.found, self.setup, stimulus);
         Some(stimulus)
     }
 
-    /// Takes a course, and tells if it is not within the session.
+    /// Adds a course to the programs, and reports an error if it is not within the session.
     fn play(
         &mut self,
         t: &Table<'_>,
@@ -309,13 +311,13 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Both times together, µs, if the second is said.
+/// Returns the sum of both times, µs, if the file gives the second.
 fn read_every(t: &Table<'_>, on: &str, off: &str) -> Option<f64> {
     let [on_us, off_us] = [on, off].map(|name| t.whole::<u64>(name));
     t.has(off).then_some(on_us.saturating_add(off_us) as f64)
 }
 
-/// Tells of a silence in which not every burst grid has a burst: it might be left out.
+/// Reports a silence shorter than a period: it may contain no burst and would be skipped.
 fn check_off(t: &Table<'_>, field: &str, player: &Player<'_>, off_us: Option<f64>) {
     let period_us = player.rise.period_us;
     if off_us.is_some_and(|off_us| off_us < period_us as f64) {
@@ -324,7 +326,7 @@ fn check_off(t: &Table<'_>, field: &str, player: &Player<'_>, off_us: Option<f64
     }
 }
 
-/// What a train does that is not endless from the common start.
+/// Returns why a train is not endless from the common start, or `None` if it is endless.
 fn not_endless(found: &Channel) -> Option<&'static str> {
     let train = &found.spec.train;
     match () {

@@ -1,5 +1,5 @@
-//! The order with which a burst has the amplitude that a program wants, although the device
-//! rises (docs/protocol.md, "Rise").
+//! Computes the order with which a burst has the amplitude that a program wants, although the
+//! device limits the rise (docs/protocol.md, "Rise").
 
 use firmware::device::channel_of;
 use firmware::safety::{Stage, Stimulus};
@@ -8,27 +8,27 @@ use firmware::units::{Amplitude, DacCode};
 use super::super::channel::Channel;
 use super::super::setup::SetupSpec;
 
-/// How a channel of a device rises.
+/// Limits on the rise of a channel's amplitude in the device.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Rise {
-    /// Of its train, µs.
+    /// Period of the channel's train, µs.
     pub(super) period_us: u64,
     /// First burst after the start of the trains, µs.
     offset_us: u64,
     rise_us: u64,
     rise_bursts: u64,
-    /// By how much a burst may be above the one before, thousandths.
+    /// Largest increase from one burst to the next, thousandths.
     slope: f64,
     /// Largest amplitude that is reached at once, thousandths.
     start: f64,
     /// Width of the train's own pulses, µs.
     own_us: f64,
-    /// Smallest amplitude that its DAC has a code for, thousandths.
+    /// Smallest amplitude for which the DAC has a code, thousandths.
     least: u32,
 }
 
 impl Rise {
-    /// Of a channel that the device would arm.
+    /// Returns the rise of a channel, or `None` if the device would refuse to arm it.
     pub(super) fn of(channel: &Channel, setup: &SetupSpec) -> Option<Self> {
         let wearer = setup.wearer.validate().ok()?;
         let armed = channel_of(&channel.spec, channel.force.as_ref(), &wearer).ok()?;
@@ -46,22 +46,21 @@ impl Rise {
         })
     }
 
-    /// The first burst at or after `t_us`, µs after the start of the trains.
+    /// Returns the time of the first burst at or after `t_us`, µs after the start of the trains.
     pub(super) fn burst_from(&self, t_us: u64) -> u64 {
         let periods = t_us.saturating_sub(self.offset_us).div_ceil(self.period_us);
         self.offset_us + periods * self.period_us
     }
 
-    /// How long a rise from 0 lasts at least, µs, by time and by bursts.
+    /// Returns the shortest duration of a rise from 0, µs, by time and by bursts.
     pub(super) fn lasts_us(&self) -> u64 {
         self.rise_us.max(self.rise_bursts * self.period_us)
     }
 
-    /// What to order for a burst that is to have `amplitude` thousandths, `since_us` after
-    /// the first burst of its rise: the device plays
-    /// `order` · min(k / (`rise_bursts` + 1), (t + T) / (`rise_ms` + T)) with burst k at t,
-    /// and at once what is not above `start`. The burst then differs from `amplitude` by a
-    /// thousandth, or a step of its DAC, at most.
+    /// Returns the order for a burst that should have `amplitude` thousandths, `since_us` after the
+    /// first burst of its rise. The device outputs `order` · min(k / (`rise_bursts` + 1), (t + T) /
+    /// (`rise_ms` + T)) with burst k at t, and at once any order that is not above `start`. The
+    /// burst then differs from `amplitude` by at most a thousandth, or a step of its DAC.
     pub(super) fn order(&self, amplitude: f64, width_us: u16, since_us: u64) -> u32 {
         if amplitude <= 0.0 {
             return 0;
@@ -72,11 +71,11 @@ impl Rise {
             }
             _ => (amplitude + EXACT).floor(),
         };
-        // Less than a step of its DAC would end the rise.
+        // An order of less than a step of the DAC would end the rise.
         (whole as u32).max(self.least)
     }
 
-    /// The part of an order that a rise has reached.
+    /// Returns the share of an order that a rise has reached after `since_us`.
     fn reached(&self, since_us: u64) -> f64 {
         let part = |part: u64, whole: u64| (part + 1) as f64 / (whole + 1) as f64;
         let period = self.period_us as f64;
@@ -86,20 +85,20 @@ impl Rise {
         by_time.min(part(played, self.rise_bursts))
     }
 
-    /// Largest amplitude of this width that is reached at once, thousandths.
+    /// Returns the largest amplitude of this width that is reached at once, thousandths.
     fn at_once(&self, width_us: u16) -> f64 {
         let by_charge = (self.start * self.own_us / f64::from(width_us.max(1))).floor();
         self.start.min(by_charge)
     }
 
-    /// Whether `stimulus` is reached at once.
+    /// Returns whether `stimulus` is reached at once.
     pub(super) fn is_at_once(&self, stimulus: Stimulus) -> bool {
         f64::from(stimulus.amplitude.get()) <= self.at_once(stimulus.width_us)
     }
 
-    /// How long a straight way between two stimuli lasts at least, µs: a rise from 0 as long
-    /// as the wearer's, whatever `start` allows, and no burst further above the one before
-    /// than the device allows. Nothing if no time is long enough.
+    /// Returns the shortest duration of a linear change between two stimuli, µs: a rise from 0
+    /// takes as long as the wearer's, whatever `start` allows, and no burst exceeds the one before
+    /// by more than the device allows. Returns `None` if no time is long enough.
     pub(super) fn shortest_us(&self, from: Stimulus, to: Stimulus) -> Option<u64> {
         let is_lower = to.amplitude <= from.amplitude && to.width_us <= from.width_us;
         let is_rise = from.amplitude == Amplitude::ZERO;
@@ -115,7 +114,7 @@ impl Rise {
         let ((a, w), (b, v)) = (number(from), number(to));
         let period = self.period_us as f64;
         let by_amplitude = (b - a).max(0.0) * period / self.slope;
-        // The first burst of a rise has its share already.
+        // The first burst of a rise already has a share of the amplitude.
         let (least_us, by_amplitude) = match is_rise {
             true => (self.lasts_us() as f64, by_amplitude - period),
             false => (0.0, by_amplitude),
@@ -126,7 +125,7 @@ impl Rise {
             false => {
                 let steepest = |at: f64, wide: f64| ((b - a) * wide + at * (v - w)) / self.own_us;
                 let steepest = steepest(a, w).max(steepest(b, v)).max(0.0);
-                // What rounding to whole thousandths and microseconds takes of it.
+                // Rounding to whole thousandths and microseconds takes a part of the slope.
                 let by_width = if v == w { 0.0 } else { a.max(b) / self.own_us };
                 let left = self.slope - 1.0 - w.max(v) / self.own_us - by_width;
                 if left <= 0.0 {
@@ -140,10 +139,10 @@ impl Rise {
     }
 }
 
-/// What binary fractions of a whole number may be off by.
+/// Largest error of a whole number that was computed with binary fractions.
 const EXACT: f64 = 1e-6;
 
-/// The smallest amplitude whose DAC code is not 0.
+/// Returns the smallest amplitude whose DAC code is not 0.
 fn least(stage: Stage) -> u32 {
     let near = stage.amplitude(DacCode::new(1)).get();
     let all = near..=near + 2;

@@ -1,4 +1,4 @@
-//! What a wearer who limits steps leaves of the orders of a program (refusal 237).
+//! Checks the orders of a program against a wearer who limits steps (refusal 237).
 
 use firmware::safety::{Stimulus, WearerSpec};
 use firmware::units::{Amplitude, MicroAmps};
@@ -9,25 +9,26 @@ use super::rise::Rise;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// The steps of an order that is not 0 that a wearer allows on a channel, thousandths.
+/// Largest steps that a wearer allows on a channel from an order that is not 0, thousandths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Steps {
     burst: f64,
     second: f64,
-    /// Largest order of the program, as [`Self::measure`] has it.
+    /// Largest order of the program, as [`Self::measure`] returns it.
     peak: f64,
     period_us: f64,
     own_us: f64,
 }
 
-/// The device looks back on the present second and the one before it, µs.
+/// Time over which the device looks back, µs: the present second and the one before it.
 const LOOKED_BACK_US: f64 = 2e6;
 
 /// Thousandths that rounding adds to a step from burst to burst.
 const ROUNDING: f64 = 2.0;
 
 impl Steps {
-    /// Of a wearer who limits them; `stimuli` are all of the program.
+    /// Returns the steps that the wearer allows, or `None` if the wearer does not limit them.
+    /// `stimuli` are all of the program.
     pub(super) fn of(
         found: &Channel,
         setup: &SetupSpec,
@@ -54,7 +55,7 @@ impl Steps {
         Some(steps)
     }
 
-    /// How long a way between two stimuli lasts at least, µs.
+    /// Returns the shortest duration of a change between two stimuli, µs.
     pub(super) fn shortest_us(&self, from: Stimulus, to: Stimulus) -> u64 {
         let by = (self.measure(to) - self.measure(from)).max(0.0);
         let by_burst = by * self.period_us / (self.burst - ROUNDING).max(1.0);
@@ -65,8 +66,8 @@ impl Steps {
         by_burst.max(by_second).ceil() as u64
     }
 
-    /// Tells of an order that goes further up from another at once than the wearer allows,
-    /// neither being 0.
+    /// Reports an order that rises from another at once by more than the wearer allows, unless one
+    /// of them is 0.
     pub(super) fn check(
         &self,
         (t, field): (&Table<'_>, &str),
@@ -91,8 +92,8 @@ impl Steps {
         }
     }
 
-    /// The same of a rise of `up_us` from 0: above `start` the order goes on at once to what
-    /// the rise has at its end.
+    /// Reports a rise of `up_us` from 0 whose step is larger than the wearer allows: above `start`,
+    /// the order continues at once with the value that the rise has at its end.
     pub(super) fn check_start(
         &self,
         at: (&Table<'_>, &str),
@@ -116,7 +117,8 @@ impl Steps {
         }
     }
 
-    /// Of an order: its amplitude, or what has its charge at the train's own width.
+    /// Returns the size of an order: its amplitude or, at a larger width, the amplitude that has
+    /// the same charge at the train's own width.
     fn measure(&self, stimulus: Stimulus) -> f64 {
         let wider = f64::from(stimulus.width_us) / self.own_us.max(1.0);
         f64::from(stimulus.amplitude.get()) * wider.max(1.0)

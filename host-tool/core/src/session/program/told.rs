@@ -1,4 +1,4 @@
-//! What is told of programs in more than one place.
+//! Errors of programs that are reported from several places.
 
 use firmware::safety::Stimulus;
 
@@ -8,7 +8,8 @@ use crate::fields::decimal::in_units;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Tells of a way that takes longer than a field says, which counts from `before_us` on.
+/// Reports a change between two stimuli that needs more time than the field `field` gives, counted
+/// from `before_us`. `least_us` is the time that it needs; `None` if no time is long enough.
 pub(super) fn tell_short(
     t: &Table<'_>,
     field: &str,
@@ -42,13 +43,13 @@ pub(super) fn tell_short(
     t.say(field, problem);
 }
 
-/// A time in s.
+/// Formats a time in s.
 pub(super) fn seconds(us: u64) -> String {
     in_units(us.cast_signed(), 6)
 }
 
-/// Tells of setpoints that name a channel of a program, and of ones that are streamed less
-/// often than bursts come.
+/// Reports setpoints that name a channel of a program, and setpoints that are streamed less often
+/// than bursts come.
 pub(in crate::session) fn tell_beside(setpoints: &Table<'_>, programs: &Programs) {
     let is_played = |t: &Table<'_>| {
         let number: u8 = t.whole("channel");

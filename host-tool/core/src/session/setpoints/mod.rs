@@ -1,4 +1,4 @@
-//! `[setpoints]`: what the host streams while the session runs.
+//! `[setpoints]`: the values that the host streams while the session runs.
 
 mod pairs;
 mod read;
@@ -20,126 +20,126 @@ pub use stimulus::StimulusCourse;
 pub(super) use times::read_time;
 pub use wrench::{WrenchCourse, nearest, newtons};
 
-/// Least number of setpoints within the host silence after which the device stops.
+/// Smallest number of setpoints within the host silence after which the device stops.
 const SIGNS_OF_LIFE: f64 = 3.0;
 
-/// What the host streams, and how often.
+/// Setpoints that the host streams, and their rate.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Setpoints {
     /// Setpoints per second; their interval is always shorter than the wearer's host silence.
     pub rate_hz: f64,
-    /// Their values over time.
+    /// Values of the setpoints over time.
     pub course: Course,
     /// Forces of further channels on the link (0–9), sent with every setpoint.
     pub forces: Vec<(u8, ForceCourse)>,
-    /// Constant amplitudes sent with every setpoint, for channels that nothing
-    /// else drives, by rising channel on the link (0–9).
+    /// Constant amplitudes sent with every setpoint, for channels that nothing else drives, sorted
+    /// by channel on the link (0–9).
     pub beside: Vec<(u8, Stimulus)>,
-    /// Amplitudes over time of further channels on the link (0–9), thousandths for
-    /// mN: what a trial of `bounds` streams, nothing in a file.
+    /// Amplitudes over time of further channels on the link (0–9), thousandths in place of mN. Only
+    /// a trial of `bounds` streams them.
     pub swings: Vec<(u8, ForceCourse)>,
-    /// What a live client may stream.
+    /// Ranges within which a live client may stream setpoints.
     pub bounds: Vec<Bounds>,
-    /// Lists of pulses, each at its time, µs after the start.
+    /// Lists of pulses, each with the time at which it is sent, µs after the start.
     pub lists: Vec<(u64, PulseList)>,
     /// Amplitudes over time of channels that nothing else drives.
     pub programs: Programs,
 }
 
-/// Within what a live client's setpoints of a channel stay.
+/// Limits within which a live client's setpoints of one channel stay.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Bounds {
-    /// On the link, 0–9.
+    /// Channel index on the link, 0–9.
     pub channel: u8,
-    /// Whether they are forces in mN, else amplitudes in thousandths of the unit.
+    /// Whether the setpoints are forces in mN; else they are amplitudes in thousandths of the unit.
     pub is_force: bool,
-    /// Lowest.
+    /// Lowest value.
     pub least: u32,
-    /// Highest, above the lowest.
+    /// Highest value, above the lowest.
     pub most: u32,
-    /// Steepest change a second; none for steps.
+    /// Steepest change per second; `None` if steps are allowed.
     pub per_s: Option<u32>,
-    /// How long they stay at least, µs.
+    /// Shortest time for which a value stays, µs.
     pub shortest_us: u64,
 }
 
-/// The course of setpoints over a session.
+/// Course of the setpoints over a session.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Course {
-    /// Nothing is wanted, the host only says that it is there: for a wall.
+    /// No setpoint: the host only sends keep-alives, which is all that a wall needs.
     KeepAlive,
-    /// Constant amplitudes, by rising channel on the link (0–9).
+    /// Constant amplitudes, sorted by channel on the link (0–9).
     Amplitudes(Vec<(u8, Stimulus)>),
     /// Amplitudes and widths of one channel on the link (0–9).
     Stimulus(u8, StimulusCourse),
-    /// offset + amplitude · sin(2π·frequency·t).
+    /// Angle that follows a sine: offset + amplitude · sin(2π·frequency·t).
     AngleSine {
-        /// °.
+        /// Centre of the sine, °.
         offset_deg: f64,
-        /// °.
+        /// Amplitude of the sine, °.
         amplitude_deg: f64,
-        /// Hz.
+        /// Frequency of the sine, Hz.
         frequency_hz: f64,
     },
-    /// Angles in 0.01°, each from its µs on; the first begins at 0.
+    /// Angles in 0.01°, each from its time in µs on; the first begins at 0.
     AngleSteps(Vec<(u64, i16)>),
     /// Forces of one channel on the link (0–9).
     Force(u8, ForceCourse),
     /// Forces at the hand of the session's arm.
     Wrench(WrenchCourse),
-    /// Whether an object is held, each from its µs on; the first begins at 0.
+    /// Whether an object is held, each value from its time in µs on; the first begins at 0.
     Held(Vec<(u64, bool)>),
 }
 
-/// The course of a wanted force.
+/// Course of a wanted force over time.
 #[derive(Clone, PartialEq, Debug)]
 pub enum ForceCourse {
-    /// Forces in mN at µs, the first at 0, straight between them; the last one
-    /// stays. More than 1000 N/s is a step, which nobody extrapolates.
+    /// Forces in mN at times in µs, the first at 0, linear in between; the last one stays. A change
+    /// of more than 1000 N/s is a step, which is never extrapolated.
     Ramp(Vec<(u64, u32)>),
-    /// offset + amplitude · sin(2π·frequency·t).
+    /// Force that follows a sine: offset + amplitude · sin(2π·frequency·t).
     Sine {
-        /// N.
+        /// Centre of the sine, N.
         offset_n: f64,
-        /// N.
+        /// Amplitude of the sine, N.
         amplitude_n: f64,
-        /// Hz.
+        /// Frequency of the sine, Hz.
         frequency_hz: f64,
     },
 }
 
-/// One setpoint.
+/// One setpoint that the host sends to the device.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Setpoint {
-    /// For nobody.
+    /// Keep-alive, without a value.
     KeepAlive,
-    /// For the joint.
+    /// Angle of the joint.
     Angle {
-        /// 0.01°.
+        /// Wanted angle, 0.01°.
         centideg: i16,
-        /// 0.01 °/s; 0 between steps.
+        /// Angular velocity, 0.01 °/s; 0 between steps.
         centideg_per_s: i32,
     },
-    /// For channels on the link (0–9), rising. Widths of all of them, or of none: 0.
+    /// Amplitudes by rising channel on the link (0–9); all have a width, or all widths are 0.
     Amplitudes(Vec<(u8, Stimulus)>),
-    /// For a channel under force control.
+    /// Force of a channel under force control.
     Force {
-        /// On the link, 0–9.
+        /// Channel index on the link, 0–9.
         channel: u8,
-        /// mN.
+        /// Wanted force, mN.
         millinewton: u32,
-        /// mN/s.
+        /// Rate of change of the force, mN/s.
         millinewton_per_s: i32,
     },
-    /// For the arm: the force at its hand, mN.
+    /// Force at the hand of the arm, mN.
     Wrench([i32; 3]),
-    /// For modulated joints.
+    /// Whether an object is held, for modulated joints.
     Held(bool),
 }
 
 impl Setpoint {
-    /// The request that carries it; amplitudes, an angle or a force are valid from `at`, or
-    /// from their arrival.
+    /// Returns the request that carries the setpoint. An amplitude, an angle or a force is valid
+    /// from `at`, or from its arrival if `at` is `None`.
     #[must_use]
     pub fn request(&self, at: Option<Micros>) -> Request {
         match self {
@@ -170,7 +170,7 @@ impl Setpoint {
                 Request::Amplitudes {
                     at,
                     mask: channels.fold(0, |mask, channel| mask | 1 << channel),
-                    // At most ten channels.
+                    // There are at most ten channels.
                     values: stimuli().map(|stimulus| stimulus.amplitude).collect(),
                     widths: match stimuli().any(|stimulus| stimulus.width_us != 0) {
                         true => stimuli().map(|stimulus| stimulus.width_us).collect(),
@@ -183,9 +183,9 @@ impl Setpoint {
 }
 
 impl Setpoints {
-    /// Nothing but `programs`, and a sign of life for a wearer whose device stops after
-    /// `timeout_ms` of silence: as often as the fastest of their trains has a burst, and
-    /// three times in that silence at least.
+    /// Returns setpoints that consist of `programs` only, and keep-alives for a wearer whose device
+    /// stops after `timeout_ms` of silence. They are sent as often as the fastest of the trains has
+    /// a burst, and at least three times in that silence.
     pub(super) fn of_programs(programs: Programs, timeout_ms: u16) -> Self {
         let period_us = programs.shortest_period_us().unwrap_or(u64::MAX) as f64;
         let alive_us = f64::from(timeout_ms) * 1e3 / SIGNS_OF_LIFE;
@@ -201,7 +201,7 @@ impl Setpoints {
         }
     }
 
-    /// What is wanted `t_us` after the start.
+    /// Returns the setpoint of the course `t_us` after the start.
     #[must_use]
     pub fn at(&self, t_us: u64) -> Setpoint {
         match &self.course {
@@ -241,7 +241,7 @@ impl Setpoints {
         }
     }
 
-    /// What is sent with [`Self::at`]: further forces, amplitudes beside.
+    /// Returns the setpoints sent together with [`Self::at`]: further forces and amplitudes.
     pub fn with(&self, t_us: u64) -> impl Iterator<Item = Setpoint> {
         let forces = self.forces.iter();
         let forces = forces.map(move |(channel, course)| course.setpoint(*channel, t_us));
@@ -253,7 +253,7 @@ impl Setpoints {
         forces.chain(beside).chain(swings)
     }
 
-    /// The wanted force of a channel on the link (0–9), if the host asks for one.
+    /// Returns the wanted force of a channel on the link (0–9), if the host asks for one.
     #[must_use]
     pub fn force_of(&self, channel: u8) -> Option<&ForceCourse> {
         match &self.course {
@@ -266,8 +266,8 @@ impl Setpoints {
         }
     }
 
-    /// The least and the most that the file streams to a channel on the link (0–9), mN
-    /// of a force, else thousandths of its unit.
+    /// Returns the smallest and the largest value that the file streams to a channel on the link
+    /// (0–9), in mN for a force, else in thousandths of its unit.
     pub(super) fn extremes(&self, channel: u8) -> Option<(u32, u32)> {
         let milli = |newton: f64| (newton * 1e3).round() as u32; // saturates
         let programmed = self.programs.extremes(channel);
@@ -300,8 +300,8 @@ impl Setpoints {
         }
     }
 
-    /// The largest amplitude that the file streams to a channel on the link (0–9), thousandths
-    /// of its unit; none for a channel whose amplitudes the host does not set.
+    /// Returns the largest amplitude that the file streams to a channel on the link (0–9),
+    /// thousandths of its unit; `None` for a channel whose amplitudes the host does not set.
     #[must_use]
     pub fn peak(&self, channel: u8) -> Option<Amplitude> {
         let is_force = self.force_of(channel).is_some();
@@ -309,7 +309,7 @@ impl Setpoints {
         Some(Amplitude::new(most))
     }
 
-    /// Lists that begin after `from_us`, up to `to_us`.
+    /// Returns the lists that begin after `from_us` and at the latest at `to_us`.
     pub fn lists(&self, from_us: u64, to_us: u64) -> impl Iterator<Item = Request> {
         let due = self.lists.iter();
         let due = due.filter(move |(at, _)| from_us < *at && *at <= to_us);
@@ -319,7 +319,7 @@ impl Setpoints {
         })
     }
 
-    /// When setpoint `index` is due, µs after the start.
+    /// Returns the time at which setpoint `index` is due, µs after the start.
     #[must_use]
     pub fn due_us(&self, index: u64) -> u64 {
         (index as f64 * 1e6 / self.rate_hz).round() as u64
@@ -336,7 +336,7 @@ impl ForceCourse {
         }
     }
 
-    /// Force in N and its change in N/s, `t_us` after the start.
+    /// Returns the force in N and its rate of change in N/s, `t_us` after the start.
     fn at(&self, t_us: u64) -> (f64, f64) {
         match self {
             Self::Ramp(points) => {
@@ -401,7 +401,7 @@ mod tests {
             lists: Vec::new(),
             programs: Programs::default(),
         };
-        // 2π · 0.2 Hz · 40° = 50.27 °/s.
+        // The peak rate is 2π · 0.2 Hz · 40° = 50.27 °/s.
         assert_eq!(angle(&sine, 0), (4500, 5027));
         assert_eq!(angle(&sine, 1_250_000), (8500, 0));
         assert_eq!(angle(&sine, 2_500_000), (4500, -5027));

@@ -1,5 +1,5 @@
-//! Reads amplitudes and widths, and lists of pulses, and asks the firmware whether it
-//! would take them.
+//! Reads amplitudes and widths, and lists of pulses, and checks with the firmware whether the
+//! device would accept them.
 
 use firmware::device::channel_of;
 use firmware::safety::{self, ListedPulse, PulseList, Stimulus};
@@ -13,7 +13,7 @@ use crate::fields::decimal::in_units;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Reads `values`: of channels that nothing else drives, by rising channel.
+/// Reads `values`, for channels that nothing else drives, sorted by channel.
 pub(super) fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u8, Stimulus)>> {
     let mut values: Vec<(u8, Stimulus)> = Vec::new();
     let driven = match t.word("kind") {
@@ -33,7 +33,7 @@ pub(super) fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u
         }
     }
     values.sort_unstable_by_key(|&(index, _)| index);
-    // The device wants every width or none.
+    // The device needs all widths or none.
     let is_live = |(index, _): &(u8, Stimulus)| {
         let mut channels = setup.channels.list.iter();
         channels.any(|it| it.index() == *index && it.has_live_width())
@@ -46,13 +46,14 @@ pub(super) fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u
     Some(values)
 }
 
-/// The channel that a setpoint of the host's may drive.
+/// Returns the channel that `item` names, if the host may drive it; reports the reason otherwise.
 fn find_free<'s>(item: &Table<'_>, setup: &'s SetupSpec) -> Option<&'s Channel> {
     let found = setup.channels.find(item, "channel")?;
     is_free(item, "channel", found, setup).then_some(found)
 }
 
-/// Whether the host may drive a channel that a field names; tells if the device does.
+/// Returns whether the host may drive the channel to which a field refers; reports a channel that
+/// the device drives.
 pub(in crate::session) fn is_free(
     t: &Table<'_>,
     field: &str,
@@ -70,7 +71,7 @@ pub(in crate::session) fn is_free(
     false
 }
 
-/// Reads `value` and `width_us`, the train's own if it says none.
+/// Reads `value` and `width_us`, which defaults to the train's own width.
 pub(in crate::session) fn read_stimulus(item: &Table<'_>, found: &Channel) -> Option<Stimulus> {
     let train = &found.spec.train;
     let amplitude = Amplitude::new(item.whole("value"));
@@ -95,7 +96,7 @@ pub(in crate::session) fn read_stimulus(item: &Table<'_>, found: &Channel) -> Op
     None
 }
 
-/// Asks the firmware's channel whether it would take this amplitude at this width.
+/// Checks with the firmware's channel whether the device would accept this amplitude at this width.
 pub(in crate::session) fn check_stimulus(
     item: &Table<'_>,
     found: &Channel,
@@ -128,7 +129,7 @@ pub(in crate::session) fn check_stimulus(
     }
 }
 
-/// A channel as the device arms it.
+/// Returns the channel as the device arms it.
 fn armed(found: &Channel, setup: &SetupSpec) -> Option<(safety::Channel, safety::Wearer)> {
     let wearer = setup.wearer.validate().ok()?;
     let channel = channel_of(&found.spec, found.force.as_ref(), &wearer).ok()?;
@@ -159,7 +160,7 @@ pub(super) fn read_stimuli(t: &Table<'_>, setup: &SetupSpec, is_held: bool) -> O
     Some(Course::Stimulus(found.index(), course))
 }
 
-/// Reads `list`: lists of pulses, by rising time.
+/// Reads `list`: lists of pulses, in rising order of time.
 pub(super) fn read_lists(
     t: &Table<'_>,
     setup: &SetupSpec,
@@ -193,7 +194,7 @@ pub(super) fn read_lists(
                 let allowed = format!("at least the train's period of {least_us} after the first");
                 pulse.out_of_range("after_us", allowed);
             }
-            // As many as a list may have: checked.
+            // The checks allow no more pulses than a list may have.
             let _ = list.pulses.push(ListedPulse {
                 after_us,
                 amplitude: stimulus.amplitude,

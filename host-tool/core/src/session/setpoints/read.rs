@@ -1,4 +1,4 @@
-//! Reads `[setpoints]` and asks the firmware whether it would take them.
+//! Reads `[setpoints]` and checks with the firmware whether the device would accept them.
 
 use firmware::control::{Joint, JointState, SetpointError};
 use firmware::units::{Angle, Micros};
@@ -15,7 +15,7 @@ use crate::fields::decimal::in_units;
 use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
-/// Reads `[setpoints]` and checks what it asks for against the setup.
+/// Reads `[setpoints]` and checks the values against the setup.
 pub(in super::super) fn read_setpoints(
     t: &Table<'_>,
     setup: &SetupSpec,
@@ -54,22 +54,22 @@ pub(in super::super) fn read_setpoints(
     Some(setpoints)
 }
 
-/// Tells of lists whose channel the file never raises: nothing of them would play.
+/// Reports lists whose channel the file never raises above 0: none of their pulses would be output.
 fn check_lists(t: &Table<'_>, setpoints: &Setpoints) {
     for item in t.tables("list").iter().filter(|item| item.is_sound()) {
         let channel: u8 = item.whole("channel");
         let mut values = t.tables("values").iter().filter(|item| item.is_sound());
         let has_values = values.any(|item| item.whole::<u8>("channel") == channel);
         let own = setpoints.extremes(channel.saturating_sub(1)); // at least 1
-        // Values that were refused are told as such.
+        // Values that were refused were already reported.
         if own.map_or(!has_values, |(_, most)| most == 0) {
             item.say("channel", Problem::NeverRises { channel });
         }
     }
 }
 
-/// Tells of bounds that the file's own setpoints of that channel leave. A force comes
-/// from rest: below the least it may be.
+/// Reports bounds that the file's own setpoints of the same channel leave. A force starts from
+/// rest, so it may be below the lower bound.
 fn check_own(t: &Table<'_>, bounds: &Bounds, setpoints: &Setpoints) {
     let is_it = |item: &&Table<'_>| item.whole::<u8>("channel") == bounds.channel + 1; // at most 10
     let own = setpoints.extremes(bounds.channel);
@@ -87,7 +87,7 @@ fn check_own(t: &Table<'_>, bounds: &Bounds, setpoints: &Setpoints) {
     }
 }
 
-/// Reads what is streamed by its kind; amplitudes are the caller's.
+/// Reads the course of the setpoints by its kind; the caller reads constant amplitudes.
 fn read_course(
     t: &Table<'_>,
     setup: &SetupSpec,
@@ -121,13 +121,13 @@ fn read_course(
     }
 }
 
-/// Reads when an object is held; tells where it is for longer than its joints allow.
+/// Reads when an object is held; reports times that are longer than the joints allow.
 fn read_held(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Course> {
     if !setup.has_modulation {
         t.say("kind", Problem::NothingModulated {});
     }
     let mut points: Vec<(u64, bool)> = Vec::new();
-    // Of what comes behind a wrong one nothing can be said.
+    // The points after one with an error cannot be judged.
     let items = t
         .tables("points")
         .iter()
@@ -160,8 +160,7 @@ fn read_held(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Cours
     Some(Course::Held(points))
 }
 
-/// Reads `forces`, of channels that the course does not drive: each a ramp or a
-/// sine.
+/// Reads `forces`, for channels that the course does not drive; each is a ramp or a sine.
 fn read_further_forces(
     t: &Table<'_>,
     channels: &Channels,
@@ -191,7 +190,7 @@ fn read_further_forces(
     Some(forces)
 }
 
-/// The channel that a force names; it must be under force control.
+/// Returns the channel of a force, which must be under force control.
 fn find_controlled<'c>(t: &Table<'_>, channels: &'c Channels) -> Option<&'c Channel> {
     let channel = channels.find(t, "channel")?;
     if channel.force.is_none() {
@@ -204,7 +203,7 @@ fn find_controlled<'c>(t: &Table<'_>, channels: &'c Channels) -> Option<&'c Chan
 
 fn read_ramp(t: &Table<'_>, channel: &Channel) -> Option<ForceCourse> {
     let mut points: Vec<(u64, u32)> = Vec::new();
-    // Of what comes behind a wrong one nothing can be said.
+    // The points after one with an error cannot be judged.
     for item in t
         .tables("points")
         .iter()
@@ -231,8 +230,8 @@ fn read_force_sine(t: &Table<'_>, channel: &Channel) -> Option<ForceCourse> {
     })
 }
 
-/// Reads `bounds`, of channels that the host may drive; tells of those that
-/// contradict themselves, the channel or the session.
+/// Reads `bounds`, for channels that the host may drive; reports bounds that contradict themselves,
+/// the channel or the session.
 fn read_bounds(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Vec<Bounds>> {
     let mut all: Vec<Bounds> = Vec::new();
     for item in t.tables("bounds").iter().filter(|item| item.is_sound()) {
@@ -271,8 +270,8 @@ fn read_bounds(t: &Table<'_>, setup: &SetupSpec, duration_us: u64) -> Option<Vec
 }
 
 impl Bounds {
-    /// What the steepest change has to be if it is too slow to go from the lowest to
-    /// the highest in this time.
+    /// Returns the smallest allowed value of the steepest change, as text, if the given one is too
+    /// slow to go from the lowest to the highest value in this time.
     fn slowest(&self, duration_us: u64) -> Option<String> {
         let least = f64::from(self.most - self.least) * 1e3 / duration_us as f64;
         let given = f64::from(self.per_s?) * 1e-3;
@@ -281,9 +280,9 @@ impl Bounds {
     }
 }
 
-/// Asks the firmware's inverse whether it would take this force.
+/// Checks with the firmware's inverse muscle model whether the device would accept this force.
 fn check_force(t: &Table<'_>, name: &str, channel: &Channel, newton: f64) -> Option<()> {
-    // Of one that the device would not take, everything has been told.
+    // A channel that the device would refuse was already reported.
     let Some(control) = channel.force_control() else {
         return Some(());
     };
@@ -326,7 +325,7 @@ fn read_steps(t: &Table<'_>, joint: &Joint) -> Option<Course> {
     Some(Course::AngleSteps(steps))
 }
 
-/// Asks the firmware's joint whether it would take this angle.
+/// Checks with the firmware's joint whether the device would accept this angle.
 fn check_angle(t: &Table<'_>, name: &str, joint: &Joint, deg: f64) -> Option<()> {
     let centideg = to_centi(deg) as i16; // saturates
     let (state, now) = (&mut JointState::default(), Micros::new(0));
@@ -337,7 +336,7 @@ fn check_angle(t: &Table<'_>, name: &str, joint: &Joint, deg: f64) -> Option<()>
             t.out_of_range(name, allowed);
             None
         }
-        // A fresh state refuses nothing else.
+        // A new state refuses nothing else.
         _ => Some(()),
     }
 }

@@ -4,24 +4,25 @@ use firmware::pulse::TrainSpec;
 use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 
-/// No phase is shorter, µs; what asks for less asks for none.
+/// Shortest phase, µs; a shorter width means no pulse.
 const SHORTEST_US: u16 = TrainSpec::WIDTH_US.min as u16; // 10
 
-/// The course of a channel's amplitude and width.
+/// Course of a channel's amplitude and width over time.
 #[derive(Clone, PartialEq, Debug)]
 pub struct StimulusCourse {
-    /// At µs after the start, the first at 0; the last one stays.
+    /// Stimuli at times in µs after the start, the first at 0; the last one stays.
     pub points: Vec<(u64, Stimulus)>,
-    /// Whether each holds until the next; else both go straight from one to the next.
+    /// Whether each stimulus holds until the next; else both values change linearly from one to the
+    /// next.
     pub is_held: bool,
     /// Whether widths may change; else they are the train's own, whatever the points say.
     pub is_live: bool,
 }
 
 impl StimulusCourse {
-    /// What is asked `t_us` after the start: both rounded down, so that no pair on the
-    /// way has more charge than the straight lines have. A width below 10 µs is none: an
-    /// amplitude of 0.
+    /// Returns the stimulus `t_us` after the start. Amplitude and width are both rounded down, so
+    /// that no pair on the way has more charge than the straight lines have. A width below 10 µs
+    /// outputs no pulse and is returned as an amplitude of 0.
     #[must_use]
     pub fn at(&self, t_us: u64) -> Stimulus {
         let next = self.points.partition_point(|&(at_us, _)| at_us <= t_us);
@@ -37,7 +38,7 @@ impl StimulusCourse {
         }
     }
 
-    /// The least and the most amplitude.
+    /// Returns the smallest and the largest amplitude.
     pub(super) fn extremes(&self) -> Option<(u32, u32)> {
         let values = || {
             self.points
@@ -47,9 +48,8 @@ impl StimulusCourse {
         values().min().zip(values().max())
     }
 
-    /// What it asks for where a pair may have the most charge: at its points and, between
-    /// two, where amplitude times width is largest. Each with the place of the point
-    /// before.
+    /// Returns the stimuli whose charge may be the largest: at the points and, between two points,
+    /// where amplitude times width is largest. Each has the index of the point before.
     pub(in crate::session) fn peaks(&self) -> Vec<(usize, Stimulus)> {
         let points = self.points.iter().enumerate();
         let mut all: Vec<_> = points
@@ -64,7 +64,8 @@ impl StimulusCourse {
                 )
             };
             let ((a, w), (b, v)) = (number(from), number(to));
-            // d/du (a + (b − a)u)(w + (v − w)u) = 0; nowhere where neither changes.
+            // The solution of d/du (a + (b − a)u)(w + (v − w)u) = 0; there is none if neither
+            // changes.
             let part = -((b - a) * w + (v - w) * a) / (2.0 * (b - a) * (v - w));
             if !self.is_held && (0.0..1.0).contains(&part) {
                 all.push((n, self.playable(between(*from, *to, part))));
@@ -73,7 +74,7 @@ impl StimulusCourse {
         all
     }
 
-    /// The same as a device takes it.
+    /// Returns `stimulus` as a device accepts it.
     fn playable(&self, stimulus: Stimulus) -> Stimulus {
         match stimulus.width_us {
             _ if !self.is_live => Stimulus::own(stimulus.amplitude),
@@ -86,7 +87,7 @@ impl StimulusCourse {
     }
 }
 
-/// `part` of the way.
+/// Returns the stimulus at the share `part` between two stimuli.
 fn between(from: Stimulus, to: Stimulus, part: f64) -> Stimulus {
     let mix = |from: u32, to: u32| {
         let (from, to) = (f64::from(from), f64::from(to));
@@ -109,7 +110,7 @@ mod tests {
         }
     }
 
-    /// The width ramp of Harris 2017, figure 7: its first 10 µs are nothing.
+    /// The width ramp of Harris 2017, figure 7: its first 10 µs output nothing.
     #[test]
     fn a_ramp_is_straight_and_begins_with_the_shortest_phase() {
         let ramp = StimulusCourse {
@@ -147,7 +148,7 @@ mod tests {
         assert_eq!(fixed.at(250), stimulus(1_500, 0));
     }
 
-    /// Between 20 mA, 100 µs and 10 mA, 200 µs a pair has 2.25 µC, more than the ends' 2.
+    /// Between 20 mA, 100 µs and 10 mA, 200 µs a pair has 2.25 µC, more than the 2 µC at the ends.
     #[test]
     fn the_most_charge_may_lie_between_two_points() {
         let ramp = StimulusCourse {

@@ -1,9 +1,10 @@
-//! Times of a list, one after the other.
+//! Times of the entries of a list, which must rise.
 
 use super::super::fields::DAY_US;
 use crate::fields::table::Table;
 
-/// Reads the `at_s` of the next of a list, in µs.
+/// Reads the `at_s` of the next entry of a list, in µs. `before` is the time of the entry before;
+/// `what` names the entries in error messages.
 pub(in super::super) fn read_time(
     item: &Table<'_>,
     before: Option<u64>,
@@ -11,7 +12,8 @@ pub(in super::super) fn read_time(
 ) -> Option<u64> {
     let at_us = item.whole::<u64>("at_s");
     match before {
-        // Told: what comes next is held against what came before.
+        // A time beyond a day was already reported, so the next entry is compared with the one
+        // before.
         Some(before) if at_us > DAY_US as u64 => return Some(before),
         None if at_us != 0 => item.out_of_range("at_s", "0 at first".into()),
         Some(before) if at_us <= before => {

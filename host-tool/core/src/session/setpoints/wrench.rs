@@ -1,4 +1,4 @@
-//! Reads forces at the hand over time, and asks the firmware's arm whether it can make
+//! Reads forces at the hand over time, and checks with the firmware's arm whether it can exert
 //! them.
 
 use firmware::control::{Endpoint, EndpointState, Unmade, WrenchError};
@@ -12,13 +12,13 @@ use crate::fields::error::Problem;
 use crate::fields::table::Table;
 use crate::wearer::triple;
 
-/// Forces at the hand in mN at µs, the first at 0, straight between them; the last one
-/// stays.
+/// Forces at the hand in mN at times in µs, the first at 0. The force changes linearly between
+/// them, and the last one stays.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct WrenchCourse(pub Vec<(u64, [i32; 3])>);
 
 impl WrenchCourse {
-    /// The force `t_us` after the start, mN.
+    /// Returns the force `t_us` after the start, mN.
     #[must_use]
     pub fn at(&self, t_us: u64) -> [i32; 3] {
         let next = self.0.partition_point(|&(at_us, _)| at_us <= t_us);
@@ -37,18 +37,18 @@ impl WrenchCourse {
     }
 }
 
-/// On the way from point to point so many forces are tried at most.
+/// Maximum number of forces that are tried between two points.
 const TRIED: u64 = 2_000;
 
-/// Reads `points`, and tells of every one that cannot be made, or that cannot on the way
-/// to it, how much can.
+/// Reads `points`. Reports each point at which, or on the way to which, the arm cannot exert the
+/// force, with the largest part that it can exert.
 pub(super) fn read_wrenches(
     t: &Table<'_>,
     limb: Option<&SessionLimb>,
     rate_hz: Option<f64>,
 ) -> Option<Course> {
     let mut points: Vec<(u64, [i32; 3])> = Vec::new();
-    // Of what comes behind a wrong one nothing can be said.
+    // The points after one with an error cannot be judged.
     let items = t
         .tables("points")
         .iter()
@@ -79,7 +79,7 @@ fn tell_unmade(items: &[&Table<'_>], course: &WrenchCourse, endpoint: &Endpoint,
         let way_us = at_us - before_us;
         before_us = at_us;
         let times = (0..count).rev().map(|n| at_us - way_us * n / count);
-        // The point itself is told, or else the first on the way to it.
+        // The point itself is reported, or else the first time on the way to it.
         let wrong = |t_us: u64| Some((t_us, unmade(endpoint, course.at(t_us))?));
         let found = wrong(at_us).or_else(|| times.into_iter().find_map(wrong));
         if let Some((t_us, why)) = found {
@@ -90,7 +90,7 @@ fn tell_unmade(items: &[&Table<'_>], course: &WrenchCourse, endpoint: &Endpoint,
     }
 }
 
-/// Why a force cannot be made as the arm is held, if it cannot.
+/// Returns why the arm cannot exert a force in its posture, or `None` if it can.
 fn unmade(endpoint: &Endpoint, force_mn: [i32; 3]) -> Option<Unmade> {
     let (mut state, now) = (EndpointState::default(), Micros::new(0));
     match endpoint.wish(&mut state, now, now, force_mn) {
@@ -112,13 +112,13 @@ fn problem(why: Unmade, wanted: [i32; 3], at_s: f64, force: String) -> Problem {
     }
 }
 
-/// What can be made of a force, mN: `permille` of it.
+/// Returns the part of a force that the arm can exert, mN: `permille` of it.
 #[must_use]
 pub fn nearest(force_mn: [i32; 3], permille: u16) -> [i32; 3] {
     force_mn.map(|mn| mn * i32::from(permille.min(1000)) / 1000) // within ±1e9
 }
 
-/// "[1, -2.5, 0] N".
+/// Formats a force at the hand in N, for example "[1, -2.5, 0] N".
 #[must_use]
 pub fn newtons(force_mn: [i32; 3]) -> String {
     let [x, y, z] = force_mn.map(|mn| f64::from(mn) / 1e3);
