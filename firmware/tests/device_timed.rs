@@ -486,9 +486,9 @@ fn play(moves: &[Move]) -> Result<usize, TestCaseError> {
             order.1 = order.1.min(now + grace);
         }
     };
-    for (n, it) in moves.iter().enumerate() {
+    for (n, item) in moves.iter().enumerate() {
         let was = desk.state();
-        match *it {
+        match *item {
             Move::Ahead(ahead_us) => {
                 let ua = LOW_UA + 100 * (1 + n as u32);
                 let due = desk.time() + u64::from(ahead_us);

@@ -153,9 +153,9 @@ fn exponential(matrix: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     for k in 1..20 {
         term = product(&term, &small);
         for (row, of) in sum.iter_mut().zip(&mut term) {
-            for (it, part) in row.iter_mut().zip(of) {
+            for (value, part) in row.iter_mut().zip(of) {
                 *part /= f64::from(k);
-                *it += *part;
+                *value += *part;
             }
         }
     }

@@ -59,9 +59,9 @@ fn pulse(t_us: u64, channel: usize, ma: f64) -> Pulse {
 fn read(spec: &SharedSpec, pulses: &[Pulse], for_us: u64) -> (Vec<f64>, f64) {
     let mut body = Shared::new(spec.clone()).unwrap();
     let readings = body.readings();
-    for it in pulses {
-        body.advance(it.t_us);
-        body.pulse(it);
+    for pulse in pulses {
+        body.advance(pulse.t_us);
+        body.pulse(pulse);
     }
     body.advance(for_us);
     let own = readings.lock().unwrap().clone();

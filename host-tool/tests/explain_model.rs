@@ -57,17 +57,17 @@ fn the_table_is_for_people_and_machines() {
         value["channels"][0].clone()
     };
     // 20 s of work tire it by more than 10 %, and by less than 60 %.
-    let it = channel("machines.toml", &["--json"]);
-    assert_eq!(it["model"], "calcium-force-fatigue");
-    let models = it["models"].as_array().unwrap();
+    let item = channel("machines.toml", &["--json"]);
+    assert_eq!(item["model"], "calcium-force-fatigue");
+    let models = item["models"].as_array().unwrap();
     let error = |name: &str| {
         let found = models.iter().find(|value| value["model"] == name).unwrap();
         found["report_pct"].as_f64().unwrap()
     };
-    assert!((10.0..60.0).contains(&error("calcium-force")), "{it}");
-    assert!(error("calcium-force-fatigue") < 10.0, "{it}");
-    let it = channel("coarse.toml", &["--json", "--tolerance", "60"]);
-    assert_eq!(it["model"], "calcium-force");
+    assert!((10.0..60.0).contains(&error("calcium-force")), "{item}");
+    assert!(error("calcium-force-fatigue") < 10.0, "{item}");
+    let item = channel("coarse.toml", &["--json", "--tolerance", "60"]);
+    assert_eq!(item["model"], "calcium-force");
     // The file's changes are said beside the model of the session's start.
     let more = ", model = \"calcium-force\", changes = [{ at_s = 4, model = \"none\" }]";
     let changing = session("frequency_hz = 50.0", more);
@@ -77,12 +77,15 @@ fn the_table_is_for_people_and_machines() {
     let (_, said, _) = flexor("changing.toml", &changing, &["--json"]);
     let value: Value = serde_json::from_str(&said).unwrap();
     assert_eq!(value["models_at_s"], 0.0);
-    let it = &value["channels"][0];
+    let item = &value["channels"][0];
     assert_eq!(
-        it["changes"][0],
+        item["changes"][0],
         serde_json::json!({ "at_s": 4.0, "model": "none" })
     );
-    assert!(it["models"][0]["worst_cycles_per_s"].is_number(), "{it}");
+    assert!(
+        item["models"][0]["worst_cycles_per_s"].is_number(),
+        "{item}"
+    );
 }
 
 #[test]

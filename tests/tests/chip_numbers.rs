@@ -120,8 +120,8 @@ fn it_keeps_them_while_an_arm_is_driven() {
         let named = functions
             .iter()
             .filter(|(name, _)| own.iter().any(|part| name.contains(part)));
-        for (name, it) in named.clone() {
-            println!("{:6.2} % {name}", found.percent(it.cycles));
+        for (name, cost) in named.clone() {
+            println!("{:6.2} % {name}", found.percent(cost.cycles));
         }
         let cycles: u64 = named.map(|(_, cost)| cost.cycles).sum();
         println!(

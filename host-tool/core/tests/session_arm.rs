@@ -28,8 +28,8 @@ fn arm(index: u64, posture: Posture) -> Arm {
 }
 
 /// The device's axes from the body's.
-fn turned(it: Vector3<f64>) -> Vector3<f64> {
-    Vector3::new(-it.x, -it.y, it.z)
+fn turned(vector3: Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(-vector3.x, -vector3.y, vector3.z)
 }
 
 /// Bones that stand as the angles say, by the device's own chain, are where the body has

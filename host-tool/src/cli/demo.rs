@@ -16,7 +16,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use studies::laboratory::{Conducted, Experiment, comparison};
 
-/// Run Hamana 2022's finger experiment on the simulated board and write a report
+/// Run Hamana 2022's finger experiment on the simulated board
+///
+/// Writes a record and a report with figures.
 #[derive(Args, Debug)]
 pub struct Demo {
     #[command(flatten)]

@@ -8,7 +8,9 @@ use host_core::run::{DeviceName, SessionFile, edges_between, run};
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Write every output edge of a session: t_us,channel,state,dac_code
+/// Write every output edge of a session
+///
+/// A row for each: t_us,channel,state,dac_code.
 #[derive(Args, Debug)]
 pub struct Edges {
     /// Session file

@@ -25,7 +25,7 @@ use studies::laboratory::{
     publish,
 };
 
-/// Run a study: a paper's protocol on a device or on simulated wearers
+/// Run a paper's protocol on a device or on simulated wearers
 #[derive(Args, Debug)]
 pub struct ExperimentArgs {
     #[arg(help = studies_in_words())]
@@ -338,13 +338,13 @@ impl Order<'_> {
 /// Puts into the record what a paper printed of its trials, what a simulated body was
 /// given and what came out.
 fn compare(experiment: &Experiment, record: &mut Run, came: &Came) {
-    for it in &came.course.trials {
-        let condition = experiment.conditions.get(it.place.condition);
+    for measurement in &came.course.trials {
+        let condition = experiment.conditions.get(measurement.place.condition);
         let levels = condition.map_or(&[][..], |condition| &condition.levels);
         let printed = experiment.declaration.printed_of(levels);
         let printed = printed.filter(|printed_value| printed_value.measure == "rmse_deg");
         record.paper.extend(printed.map(|printed| PaperRow {
-            trial: it.trial.name.clone(),
+            trial: measurement.trial.name.clone(),
             values: printed.values.clone(),
             source: printed.source.clone(),
         }));

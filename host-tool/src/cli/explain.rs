@@ -4,7 +4,7 @@ use super::{Output, wrong};
 use clap::Args;
 use serde::Deserialize;
 
-/// Print what an error number means, with an example and the remedy
+/// Print what an error number means, an example and the remedy
 #[derive(Args, Debug)]
 pub struct Explain {
     /// The number as it is printed, such as E407

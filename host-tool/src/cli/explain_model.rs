@@ -8,7 +8,7 @@ use host_core::session::{Model, Session, Share, rung_name, visible};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// Print which muscle model each channel of a session gets, and why
+/// Print which muscle model each channel gets, and why
 #[derive(Args, Debug)]
 pub struct ExplainModel {
     /// Session file (TOML)

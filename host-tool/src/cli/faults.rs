@@ -17,9 +17,9 @@ use studies::laboratory::{
     self, Lines, Ran, Runnable, Shard, decided_by, merge_drawing, run_drawing,
 };
 
-/// Inject faults into a simulated board and judge the current at the electrodes
+/// Inject faults into a simulated board and judge the outputs
 ///
-/// Faults are injected at random moments, in copies of a board that stimulates. Exit code 0 if all
+/// The current at the electrodes is judged. Faults are injected at random moments, in copies of a board that stimulates. Exit code 0 if all
 /// cases ran, whatever their outcome: severe cases and undetected faults are in the table and in
 /// result.json. The same command with the same --out resumes an interrupted campaign.
 #[derive(Args, Debug)]
@@ -296,16 +296,16 @@ fn people(all: &[Played]) -> String {
     for (outcome, _) in all.iter().filter_map(|run| run.analysed.as_ref()) {
         text += &format!("\n{}", outcome.lines());
     }
-    for it in all {
-        if let Some(case) = &it.alone {
+    for run in all {
+        if let Some(case) = &run.alone {
             text += &format!("\n{case:#?}");
         }
-        let remarks = it
+        let remarks = run
             .analysed
             .iter()
             .flat_map(|(outcome, _)| outcome.remarks());
-        let notes = it.notes.iter().cloned().chain(remarks);
-        for note in notes.chain(it.speed.clone()) {
+        let notes = run.notes.iter().cloned().chain(remarks);
+        for note in notes.chain(run.speed.clone()) {
             text += &format!("\n{}", in_columns(&note, 80));
         }
     }

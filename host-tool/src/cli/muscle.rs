@@ -14,7 +14,9 @@ use std::path::{Path, PathBuf};
 /// Rows are written this often, µs.
 const ROW_US: u64 = 10_000;
 
-/// Predict the force of a pulse train (Lee 2020, equations 2 and 3)
+/// Predict the force of a pulse train by the calcium-force model
+///
+/// Lee 2020, equations 2 and 3.
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct Muscle {

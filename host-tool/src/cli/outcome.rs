@@ -31,15 +31,15 @@ pub(super) fn people(result: &Outcome) -> String {
 }
 
 /// A table of the paper's, where it has room.
-fn table(it: &Sheet) -> String {
-    let Shows::Table(grid) = &it.shows else {
+fn table(sheet: &Sheet) -> String {
+    let Shows::Table(grid) = &sheet.shows else {
         return String::new();
     };
     let text = grid.in_columns();
     let is_narrow = |line: &str| line.chars().count() <= usize::from(COLUMNS);
     match text.lines().all(is_narrow) {
-        true => format!("{}: {}\n{text}\n\n", it.number, it.title),
-        false => format!("{}: {}: on the page\n\n", it.number, it.title),
+        true => format!("{}: {}\n{text}\n\n", sheet.number, sheet.title),
+        false => format!("{}: {}: on the page\n\n", sheet.number, sheet.title),
     }
 }
 
@@ -95,8 +95,8 @@ fn fingers(rows: &[Row]) -> String {
         let name = first.quantity.rsplit_once(", ");
         let name = name.map_or("", |(name, _)| name);
         text += &format!("\n{name:<36.36}{:>4}", first.n);
-        for it in all {
-            let ours = it
+        for row in all {
+            let ours = row
                 .ours
                 .map_or_else(|| "-".to_owned(), |value| format!("{value:.1}"));
             text += &format!("{ours:>8}");
@@ -127,13 +127,13 @@ fn shares(result: &Outcome) -> String {
     text
 }
 
-fn share(it: &Share, says: &str) -> String {
-    let paper = match it.paper {
+fn share(item: &Share, says: &str) -> String {
+    let paper = match item.paper {
         None => "paper: -",
         Some(true) => "paper: yes",
         Some(false) => "paper: no",
     };
-    format!("{says:<50.50}{:>4} of {:<5}{paper}\n", it.holds, it.of)
+    format!("{says:<50.50}{:>4} of {:<5}{paper}\n", item.holds, item.of)
 }
 
 /// Headline, and the share in which each claim of a declaration holds.

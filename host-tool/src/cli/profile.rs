@@ -10,7 +10,9 @@ use host_core::run::{Profiled, SessionFile, chip_image, interruptible, profile};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// Profile the flashed image in a session: cycles, latencies, margins, stack
+/// Profile the flashed image: cycles, latencies, margins, stack
+///
+/// Runs a session on the chip simulator.
 #[derive(Args, Debug)]
 pub struct ProfileArgs {
     /// Session file (TOML)

@@ -12,7 +12,7 @@ use host_core::run::{DeviceName, chip_image};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// Measure latency, host silence and full load of a simulator, or test a board
+/// Measure latency and full load of a simulator, or test a board
 ///
 /// Host silence, the noisy soak and full load need the native simulator. With --bench a person carries
 /// out the bench test of a board.

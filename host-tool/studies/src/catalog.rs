@@ -194,10 +194,11 @@ pub const ENTRIES: [Entry; 8] = [
     },
 ];
 
-fn hamana(it: &Asked<'_>) -> anyhow::Result<Box<dyn Runnable>> {
-    let kind = Kind::named(it.name).ok_or_else(|| anyhow::anyhow!("no study {}", it.name))?;
-    let whom = (it.wearer, it.departure);
-    let study = paper::Study::asked(kind, whom, it.decided, it.device.clone());
+fn hamana(request: &Asked<'_>) -> anyhow::Result<Box<dyn Runnable>> {
+    let kind =
+        Kind::named(request.name).ok_or_else(|| anyhow::anyhow!("no study {}", request.name))?;
+    let whom = (request.wearer, request.departure);
+    let study = paper::Study::asked(kind, whom, request.decided, request.device.clone());
     let study = study.map_err(TwoPointsError::with_lines)?;
     // Whatever is wrong with the device is found before anybody is drawn.
     study.greet()?;

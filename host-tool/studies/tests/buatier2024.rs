@@ -166,15 +166,15 @@ fn claims_are_judged_by_their_sides() {
     let person = person(&study, &[]);
     let found = participant(&study, &person, 2).unwrap();
     let with = |none: f64, resist: f64| -> Participant {
-        let mut it = found.clone();
-        for own in &mut it.conditions {
+        let mut participant = found.clone();
+        for own in &mut participant.conditions {
             match own.condition {
                 Condition::None => own.power_w_per_kg = none,
                 Condition::Resist => own.power_w_per_kg = resist,
                 Condition::Assist => {}
             }
         }
-        it
+        participant
     };
     let claim = study
         .claims

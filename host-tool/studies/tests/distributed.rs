@@ -82,8 +82,11 @@ fn series(id: &str, parts: &[(usize, f64, bool)]) -> Series {
 #[test]
 fn endurance_ends_when_the_most_is_not_enough() {
     let seconds = |parts: &[(usize, f64, bool)]| {
-        let it = series("one", parts).endurance();
-        ((it.seconds / 0.16).round() as usize, it.is_longer)
+        let endurance = series("one", parts).endurance();
+        (
+            (endurance.seconds / 0.16).round() as usize,
+            endurance.is_longer,
+        )
     };
     // Weak, but not at the most: it goes on.
     assert_eq!(

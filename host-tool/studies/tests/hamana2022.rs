@@ -81,18 +81,18 @@ fn half_a_period_apart_points_know_nothing_of_each_other() {
     let mut judged = 0;
     for index in 0..12 {
         let person = population.person(SEED, index).unwrap();
-        let Ok(mut it) = prepare(&person.spec, Known::drawn(&person)).unwrap() else {
+        let Ok(mut preparation) = prepare(&person.spec, Known::drawn(&person)).unwrap() else {
             continue;
         };
         for isolated in [false, true] {
-            let period = |points| Pattern { points, isolated }.period(it.voltages.most_v);
+            let period = |points| Pattern { points, isolated }.period(preparation.voltages.most_v);
             let apart = Points::Two {
                 first: A,
                 after_us: 10_000,
             };
             let [a, b] = [A, B].map(|point| period(Points::One(point)));
-            let both = it.hand.respond(&period(apart)).unwrap();
-            let sum = it.hand.superposed(&a, (&b, 10_000)).unwrap();
+            let both = preparation.hand.respond(&period(apart)).unwrap();
+            let sum = preparation.hand.superposed(&a, (&b, 10_000)).unwrap();
             let of = [both, sum].map(|response| response.torques.flexors_nm[INDEX]);
             assert!(
                 (of[0] / of[1] - 1.0).abs() < 0.01,

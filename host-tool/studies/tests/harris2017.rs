@@ -242,9 +242,9 @@ fn neighbours_answer_by_their_distance() {
     let pulses = test.stimulation.meant(&declared.protocol);
     let with = |part: f64| {
         let mut other = person.clone();
-        for it in &mut other.muscles {
-            if matches!(it.muscle, Muscle::Brachialis) {
-                it.reached[0] = part;
+        for stimulation in &mut other.muscles {
+            if matches!(stimulation.muscle, Muscle::Brachialis) {
+                stimulation.reached[0] = part;
             }
         }
         let course = other.perform(&declared, test, &pulses).unwrap();

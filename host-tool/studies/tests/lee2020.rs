@@ -155,10 +155,10 @@ fn a_departure_shows_in_what_the_model_misses() {
             size,
         };
         let part = study.part(&Unit::Foreign(3, foreign, 0)).unwrap();
-        let Part::Foreign(Ok(it)) = part else {
+        let Part::Foreign(Ok(mismatch)) = part else {
             panic!()
         };
-        it.nrmse_percent[4]
+        mismatch.nrmse_percent[4]
     };
     let (little, all) = (of(0.125), of(1.0));
     assert!(little > 0.1 && all > 3.0 * little, "{little} {all}");

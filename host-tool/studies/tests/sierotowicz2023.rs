@@ -75,9 +75,9 @@ fn angles_put_the_arm_where_its_posture_says() {
         (120.0, 30.0, 10.0, 100.0),
     ] {
         let mut model = model.clone();
-        let it = &mut model.frame.posture;
-        (it.plane_deg, it.elevation_deg) = (plane, elevation);
-        (it.rotation_deg, it.elbow_deg) = (rotation, elbow);
+        let posture = &mut model.frame.posture;
+        (posture.plane_deg, posture.elevation_deg) = (plane, elevation);
+        (posture.rotation_deg, posture.elbow_deg) = (rotation, elbow);
         let segments = Device::new(&model).unwrap().segments();
         let (p, e) = (plane.to_radians(), elevation.to_radians());
         let along = Vector3::new(-e.sin() * p.cos(), e.sin() * p.sin(), -e.cos());
@@ -242,11 +242,11 @@ fn alignment_undoes_a_turn_about_the_vertical() {
         .collect();
     let found = align(&mut targets);
     assert!((found + turn).abs() < 1e-12, "{found}");
-    for it in &targets {
+    for target in &targets {
         for axis in 0..3 {
-            assert!((it.measured[axis] - it.wanted_n[axis]).abs() < 1e-12);
+            assert!((target.measured[axis] - target.wanted_n[axis]).abs() < 1e-12);
         }
-        assert!((it.measured[3] - 0.1 * it.wanted_n[0]).abs() < 1e-12);
+        assert!((target.measured[3] - 0.1 * target.wanted_n[0]).abs() < 1e-12);
     }
 }
 
@@ -266,17 +266,17 @@ fn a_replication_is_whole_and_repeats() {
             .map(|condition| &*condition.name)
             .collect();
         assert_eq!(names, studies::sierotowicz2023::CONDITIONS);
-        for it in &person.conditions {
-            let of = if it.name == "C1" { 12 } else { 24 };
-            assert_eq!(it.targets.len(), of);
+        for condition in &person.conditions {
+            let of = if condition.name == "C1" { 12 } else { 24 };
+            assert_eq!(condition.targets.len(), of);
             println!(
                 "{:8} diag {:.2?} rmse {:.1?} range {:.1?} median {:.1} table {:?}",
-                it.name,
-                it.measures.diagonal(),
-                it.measures.rmse_n,
-                it.measures.range_n,
-                it.measures.median_n(),
-                it.table_1.first(),
+                condition.name,
+                condition.measures.diagonal(),
+                condition.measures.rmse_n,
+                condition.measures.range_n,
+                condition.measures.median_n(),
+                condition.table_1.first(),
             );
         }
         println!("geometry {:.0?}", person.geometry_deg);

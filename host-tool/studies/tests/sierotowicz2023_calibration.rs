@@ -111,8 +111,8 @@ fn an_arm_that_rings_hides_a_twitch() {
     let [rings, rests] = twitches_of_the_pectoralis(&without_noise(1.0));
     println!("{rings:.4?} {rests:.4?}");
     assert!(rings[0] < 0.02 && rings[1] > 0.02, "{rings:?}");
-    for it in &rests {
-        assert!((it / rests[0] - 1.0).abs() < 0.02, "{rests:?}");
+    for value in &rests {
+        assert!((value / rests[0] - 1.0).abs() < 0.02, "{rests:?}");
     }
 }
 

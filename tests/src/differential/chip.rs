@@ -67,12 +67,12 @@ fn copy(bus: &Flat, block: u32, records: &mut Vec<u8>) -> Result<()> {
 
 /// Whether the next instruction's condition in an IT block holds.
 fn passes(cpu: &Cpu) -> bool {
-    let (it, apsr) = (cpu.registers.it, cpu.registers.apsr);
-    if it & 15 == 0 {
+    let (value, apsr) = (cpu.registers.it, cpu.registers.apsr);
+    if value & 15 == 0 {
         return true;
     }
     let [n, z, c, v] = [flag::N, flag::Z, flag::C, flag::V].map(|bit| apsr & bit != 0);
-    let holds = match it >> 5 {
+    let holds = match value >> 5 {
         0 => z,
         1 => c,
         2 => n,
@@ -82,7 +82,7 @@ fn passes(cpu: &Cpu) -> bool {
         6 => n == v && !z,
         _ => true,
     };
-    holds != (it & 0x10 != 0)
+    holds != (value & 0x10 != 0)
 }
 
 fn count(program: &Program, pc: u32, encodings: &Encodings, executed: &mut [u32]) {

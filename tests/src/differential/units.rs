@@ -74,10 +74,10 @@ impl Builder<'_> {
     }
 
     /// IT and its one to four instructions.
-    fn block(&mut self, it: u32) {
-        let mask = it & 15;
+    fn block(&mut self, value: u32) {
+        let mask = value & 15;
         let mask = if mask == 0 { 8 } else { mask };
-        self.push((16, it & !15 | mask));
+        self.push((16, value & !15 | mask));
         for _ in 0..4 - mask.trailing_zeros() {
             let instruction = self.simple();
             self.push(instruction);

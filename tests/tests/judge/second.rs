@@ -88,7 +88,7 @@ fn differences(account: &Account, said: &Value) -> Vec<String> {
         for mine in mine {
             let place = others.iter().position(|value| key(value) == key(&mine));
             match place.map(|place| others.remove(place)) {
-                Some(it) if is_alike(&mine[amount], &it[amount]) => {}
+                Some(value) if is_alike(&mine[amount], &value[amount]) => {}
                 other => differs.push(format!("{what}: {mine}, the other judge {other:?}")),
             }
         }

@@ -121,8 +121,8 @@ fn power_that_fails_at_any_step_of_a_writing_leaves_no_third_table() {
         steps += 1;
         match Stages::stored(copies, UID) {
             Stages::Unknown(_) => {}
-            Stages::Stored(it) if it == table() => assert_eq!(copies, [&old; 2]),
-            Stages::Stored(it) if it == other => assert_eq!(copies, [&new; 2]),
+            Stages::Stored(stage_table) if stage_table == table() => assert_eq!(copies, [&old; 2]),
+            Stages::Stored(stage_table) if stage_table == other => assert_eq!(copies, [&new; 2]),
             third => panic!("{third:?} of {copies:x?}"),
         }
     };

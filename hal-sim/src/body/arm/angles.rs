@@ -8,8 +8,8 @@ use super::posture::{Posture, Skeleton, Turns};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// Backward, to the right and upward from forward, to the left and upward, and back.
-pub(super) fn about(it: Vector3<f64>) -> Vector3<f64> {
-    Vector3::new(0.0 - it.x, 0.0 - it.y, it.z) // no negative zero
+pub(super) fn about(vector3: Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(0.0 - vector3.x, 0.0 - vector3.y, vector3.z) // no negative zero
 }
 
 /// Degrees of the posture and of how far each turn has given way (rad, small), axis after

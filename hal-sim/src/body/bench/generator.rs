@@ -101,7 +101,9 @@ impl Generator {
             return Err(InvalidBench("parameters"));
         }
         match self.foreign {
-            Some(it) if !(0.0..=1.0).contains(&it.size) => Err(InvalidBench("foreign.size")),
+            Some(foreign) if !(0.0..=1.0).contains(&foreign.size) => {
+                Err(InvalidBench("foreign.size"))
+            }
             _ => Ok(()),
         }
     }

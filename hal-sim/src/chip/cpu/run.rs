@@ -272,14 +272,14 @@ impl Cpu {
     /// ones leave the flags alone there (Arm ARM A7.3.2).
     #[inline(never)]
     fn execute_in_it_block(&mut self, bus: &mut impl Bus, entry: Entry) -> Trapped<u32> {
-        let it = self.registers.it;
+        let value = self.registers.it;
         // What returns from an exception brings an IT state of its own.
-        self.registers.it = if it & 7 == 0 {
+        self.registers.it = if value & 7 == 0 {
             0
         } else {
-            it & 0xE0 | it << 1 & 0x1F
+            value & 0xE0 | value << 1 & 0x1F
         };
-        if !self.holds(it >> 4) {
+        if !self.holds(value >> 4) {
             self.pass(1);
             self.pipeline.last = Trail::idle(entry.trail.length());
             let length = u32::from(entry.trail.length());
@@ -291,7 +291,7 @@ impl Cpu {
         }
         let done = self.execute(bus, &entry);
         if let Err(Trap::Fault(_)) = done {
-            self.registers.it = it;
+            self.registers.it = value;
         }
         done
     }

@@ -39,13 +39,13 @@ mod tests {
 
     #[test]
     fn bits_are_shown_until_their_register_is_written() {
-        let mut it = Unheeded::of(0x4000_0020, 0x0000_0800);
-        assert_eq!(it.shown(0x4000_0020, 0x0F00), 0x0700);
-        assert_eq!(it.shown(0x4000_0021, 0x0F), 0x07);
-        assert_eq!(it.shown(0x4000_0024, 0x0F00), 0x0F00);
-        it.written(0x4000_0024);
-        assert_eq!(it.shown(0x4000_0020, 0), 0x0800);
-        it.written(0x4000_0020);
-        assert_eq!(it.shown(0x4000_0020, 0), 0);
+        let mut unheeded = Unheeded::of(0x4000_0020, 0x0000_0800);
+        assert_eq!(unheeded.shown(0x4000_0020, 0x0F00), 0x0700);
+        assert_eq!(unheeded.shown(0x4000_0021, 0x0F), 0x07);
+        assert_eq!(unheeded.shown(0x4000_0024, 0x0F00), 0x0F00);
+        unheeded.written(0x4000_0024);
+        assert_eq!(unheeded.shown(0x4000_0020, 0), 0x0800);
+        unheeded.written(0x4000_0020);
+        assert_eq!(unheeded.shown(0x4000_0020, 0), 0);
     }
 }

@@ -199,7 +199,7 @@ impl Count {
             self.latest_s = None;
         }
         let known = |values: &[Option<f64>], place: usize| values.get(place).copied().flatten();
-        let amplitude = known(&sample.amplitudes, self.place).filter(|it| *it > 0.0);
+        let amplitude = known(&sample.amplitudes, self.place).filter(|value| *value > 0.0);
         let Some(amplitude) = amplitude else {
             self.latest_s = None;
             return;
@@ -270,7 +270,7 @@ impl Count {
             charge_per_phase_uc: known(self.per_phase_uc),
             cathodic_uc: phase(first_is_cathodic),
             anodic_uc: phase(!first_is_cathodic),
-            rms_ma: known(rms_ma).filter(|it| it.is_finite()),
+            rms_ma: known(rms_ma).filter(|value| value.is_finite()),
             on_time_s: known(self.on_s),
             stretches: counted(self.stretches),
             pulses: counted(self.pulses),

@@ -31,17 +31,17 @@ impl SavitzkyGolay {
         };
         let mut best: Option<Self> = None;
         for half in order / 2 + 1..=LONGEST {
-            let Some(it) = Self::of(order, half, rate_hz) else {
+            let Some(savitzky_golay) = Self::of(order, half, rate_hz) else {
                 return Err(refused);
             };
-            let apart = (it.cutoff_hz - cutoff_hz).abs();
+            let apart = (savitzky_golay.cutoff_hz - cutoff_hz).abs();
             if best
                 .as_ref()
                 .is_some_and(|best| (best.cutoff_hz - cutoff_hz).abs() < apart)
             {
                 break;
             }
-            best = Some(it);
+            best = Some(savitzky_golay);
         }
         best.filter(|savitzky_golay| savitzky_golay.half < LONGEST)
             .ok_or(refused)

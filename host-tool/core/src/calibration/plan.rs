@@ -306,10 +306,10 @@ fn wearer_limits(wearer: &Wearer) -> Result<Table, String> {
     Ok(limits.cloned().unwrap_or_default())
 }
 
-fn planned(it: Declared, told: &mut Vec<String>) -> Option<Planned> {
+fn planned(declaration: Declared, told: &mut Vec<String>) -> Option<Planned> {
     let before = told.len();
-    let channel = it.channel;
-    let stage = match it.stage {
+    let channel = declaration.channel;
+    let stage = match declaration.stage {
         Stage::Current => Unit::Milliampere,
         Stage::Voltage => Unit::Volt,
     };
@@ -325,19 +325,19 @@ fn planned(it: Declared, told: &mut Vec<String>) -> Option<Planned> {
         level
     };
     let [start, step, coarse, ceiling] = [
-        level("start", it.start.unwrap_or(start)),
-        level("step", it.step.unwrap_or(step)),
-        level("coarse", it.coarse.unwrap_or(coarse)),
-        level("ceiling", it.ceiling),
+        level("start", declaration.start.unwrap_or(start)),
+        level("step", declaration.step.unwrap_or(step)),
+        level("coarse", declaration.coarse.unwrap_or(coarse)),
+        level("ceiling", declaration.ceiling),
     ];
     let planned = Planned {
         channel,
-        place: it.place,
-        area_mm2: it.area_mm2,
+        place: declaration.place,
+        area_mm2: declaration.area_mm2,
         stage,
-        full_scale: it.full_scale.unwrap_or(full_scale(stage)),
-        width_us: it.width_us,
-        frequency_hz: it.frequency_hz,
+        full_scale: declaration.full_scale.unwrap_or(full_scale(stage)),
+        width_us: declaration.width_us,
+        frequency_hz: declaration.frequency_hz,
         start: start.unwrap_or_default(),
         step: step.unwrap_or_default(),
         coarse: coarse.unwrap_or_default(),
@@ -349,50 +349,50 @@ fn planned(it: Declared, told: &mut Vec<String>) -> Option<Planned> {
     (told.len() == before).then_some(planned)
 }
 
-fn fits(it: &Planned, told: &mut Vec<String>) {
-    let channel = it.channel;
+fn fits(plan: &Planned, told: &mut Vec<String>) {
+    let channel = plan.channel;
     let mut say = |what: String| told.push(format!("channel {channel}: {what}"));
     if !(1..=10).contains(&channel) {
         say("channels are 1 to 10".to_owned());
     }
-    if it.start >= it.ceiling {
+    if plan.start >= plan.ceiling {
         say(format!(
             "start is {}, not below the ceiling of {}",
-            it.start, it.ceiling
+            plan.start, plan.ceiling
         ));
     }
-    if it.step > it.coarse {
+    if plan.step > plan.coarse {
         say(format!(
             "step is {}, above coarse of {}",
-            it.step, it.coarse
+            plan.step, plan.coarse
         ));
     }
-    if it.ceiling.0.saturating_sub(it.start.0) / it.step.0.max(1) > 200 {
+    if plan.ceiling.0.saturating_sub(plan.start.0) / plan.step.0.max(1) > 200 {
         say(format!(
             "step is {}: more than 200 levels to the ceiling",
-            it.step
+            plan.step
         ));
     }
-    if !(LEAST_HZ..=MOST_HZ).contains(&it.frequency_hz) {
+    if !(LEAST_HZ..=MOST_HZ).contains(&plan.frequency_hz) {
         say(format!(
             "frequency_hz is {}: allowed is {LEAST_HZ} to {MOST_HZ}, so that an electrode that \
              falls off is silent within 100 ms",
-            it.frequency_hz
+            plan.frequency_hz
         ));
     }
 }
 
 /// The rate at which an electrode of a wearer file is checked, Hz, or why there is none.
-fn rate(it: &Electrode) -> Result<f64, String> {
-    let [from_hz, to_hz] = it.holds_hz;
-    let nearest = it.frequency_hz.clamp(LEAST_HZ, MOST_HZ);
+fn rate(electrode: &Electrode) -> Result<f64, String> {
+    let [from_hz, to_hz] = electrode.holds_hz;
+    let nearest = electrode.frequency_hz.clamp(LEAST_HZ, MOST_HZ);
     match (from_hz..=to_hz).contains(&nearest) {
         true => Ok(nearest),
         false => Err(format!(
             "channel {}: its threshold holds from {from_hz} to {to_hz} Hz, and pulses are given \
              at {LEAST_HZ} to {MOST_HZ} Hz, so that an electrode that falls off is silent within \
              100 ms: widen `from_hz` and `to_hz` if it holds there, or calibrate anew",
-            it.channel
+            electrode.channel
         )),
     }
 }

@@ -19,7 +19,7 @@ fn heads<'a>(plan: &Plan, before: &'a [Entry], now: &'a Head) -> Vec<&'a Head> {
                 ..
             } => {
                 let electrodes = plan.electrodes.iter().zip(&mut heads);
-                for (_, head) in electrodes.filter(|(it, _)| it.channel == *channel) {
+                for (_, head) in electrodes.filter(|(plan, _)| plan.channel == *channel) {
                     *head = begun;
                 }
             }
@@ -56,7 +56,7 @@ pub fn wearer(
             wearer.history.push(history(planned, head));
         }
     }
-    wearer.electrodes.sort_by_key(|it| it.channel);
+    wearer.electrodes.sort_by_key(|electrode| electrode.channel);
     wearer
 }
 

@@ -183,19 +183,19 @@ impl Fidelity {
     /// Makes `session` as coarse as `tolerance` allows; what it then is, for people.
     pub(super) fn settle(&self, session: &mut Session, tolerance: f64) -> String {
         let mut note = String::new();
-        if let Some(it) = coarsest(&self.telemetry, tolerance) {
-            session.telemetry_ms = (it.us / 1_000) as u16; // at most 100
-            note.push_str(&format!("telemetry every {} ms", it.us / 1_000));
+        if let Some(effect) = coarsest(&self.telemetry, tolerance) {
+            session.telemetry_ms = (effect.us / 1_000) as u16; // at most 100
+            note.push_str(&format!("telemetry every {} ms", effect.us / 1_000));
         }
-        if let (Some(BodySpec::Finger(finger)), Some(it)) =
+        if let (Some(BodySpec::Finger(finger)), Some(effect)) =
             (&mut session.body, coarsest(&self.step, tolerance))
         {
-            finger.step_us = it.us;
-            note.push_str(&format!(", finger in steps of {} ms", it.us / 1_000));
+            finger.step_us = effect.us;
+            note.push_str(&format!(", finger in steps of {} ms", effect.us / 1_000));
         }
-        if let (Some(joint), Some(it)) = (&mut session.joint, coarsest(&self.law, tolerance)) {
-            joint.law_period_ms = (it.us / 1_000) as u8; // at most 20
-            note.push_str(&format!(", law every {} ms", it.us / 1_000));
+        if let (Some(joint), Some(effect)) = (&mut session.joint, coarsest(&self.law, tolerance)) {
+            joint.law_period_ms = (effect.us / 1_000) as u8; // at most 20
+            note.push_str(&format!(", law every {} ms", effect.us / 1_000));
         }
         note
     }

@@ -91,9 +91,9 @@ impl Quartic {
         for coefficient in self.coefficients.iter().rev() {
             // sum ← sum·(slope·q + offset) + coefficient
             let before = sum;
-            for (power, it) in sum.iter_mut().enumerate() {
+            for (power, value) in sum.iter_mut().enumerate() {
                 let lower = if power == 0 { 0.0 } else { before[power - 1] };
-                *it = before[power] * offset + lower * slope;
+                *value = before[power] * offset + lower * slope;
             }
             sum[0] += coefficient;
         }

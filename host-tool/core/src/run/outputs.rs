@@ -107,17 +107,17 @@ impl FullestPeriod {
 impl Outputs for FullestPeriod {
     fn take(&mut self, piece: &Trace, epoch_us: u64) {
         let begin_us = epoch_us + self.after_us;
-        for it in piece.edges_from(begin_us) {
-            let number = (it.t_us - begin_us) / self.period_us;
+        for item in piece.edges_from(begin_us) {
+            let number = (item.t_us - begin_us) / self.period_us;
             if number != self.now.0 {
                 self.close();
                 self.now.0 = number;
             }
-            if it.state.is_driven() && it.dac_code > 0 {
-                self.now.1 |= 1 << it.channel;
+            if item.state.is_driven() && item.dac_code > 0 {
+                self.now.1 |= 1 << item.channel;
             }
             let from_us = begin_us + number * self.period_us;
-            self.now.2.push(edge(it, from_us));
+            self.now.2.push(edge(item, from_us));
         }
     }
 

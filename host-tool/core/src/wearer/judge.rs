@@ -13,37 +13,40 @@ use crate::fields::error::Problem;
 use crate::fields::table::Table;
 
 /// Reports the amplitudes and widths of an electrode that are not in rising order.
-pub(super) fn tell_order(t: &Table<'_>, it: &Electrode) {
+pub(super) fn tell_order(t: &Table<'_>, electrode: &Electrode) {
     let disordered = |name: &str, why: String| t.say(name, Problem::ThresholdsDisordered { why });
     let told = |name: &str| format!("and `{name}` is {}", t.at(name).given);
-    if it.motor_threshold >= it.limit {
+    if electrode.motor_threshold >= electrode.limit {
         disordered("motor_threshold", told("limit"));
     }
-    if it.start > it.limit {
+    if electrode.start > electrode.limit {
         disordered("start", told("limit"));
     }
-    let most = it.maximum.unwrap_or(it.limit);
-    if it.maximum.is_some_and(|maximum| maximum > it.limit) {
+    let most = electrode.maximum.unwrap_or(electrode.limit);
+    if electrode
+        .maximum
+        .is_some_and(|maximum| maximum > electrode.limit)
+    {
         disordered("maximum", told("limit"));
     }
-    if it.minimum.is_some_and(|minimum| minimum > most) {
-        let than = ["maximum", "limit"][usize::from(it.maximum.is_none())];
+    if electrode.minimum.is_some_and(|minimum| minimum > most) {
+        let than = ["maximum", "limit"][usize::from(electrode.maximum.is_none())];
         disordered("minimum", told(than));
     }
-    let [from, to] = it.holds_hz;
-    if from > it.frequency_hz {
+    let [from, to] = electrode.holds_hz;
+    if from > electrode.frequency_hz {
         disordered("from_hz", told("frequency_hz"));
     }
-    if to < it.frequency_hz {
+    if to < electrode.frequency_hz {
         disordered("to_hz", told("frequency_hz"));
     }
     let Some((s, curve)) = t
         .table("strength_duration")
-        .zip(it.strength_duration.as_ref())
+        .zip(electrode.strength_duration.as_ref())
     else {
         return;
     };
-    if curve.rheobase > it.motor_threshold {
+    if curve.rheobase > electrode.motor_threshold {
         let why = format!("and `motor_threshold` is {}", t.at("motor_threshold").given);
         s.say("rheobase", Problem::ThresholdsDisordered { why });
     }
@@ -53,9 +56,10 @@ pub(super) fn tell_order(t: &Table<'_>, it: &Electrode) {
             item.not_after("width_us", format!("{before} µs"));
         }
         before = width_us;
-        let threshold = f64::from(it.motor_threshold.get()) * curve.factor(it.width_us, width_us);
+        let threshold =
+            f64::from(electrode.motor_threshold.get()) * curve.factor(electrode.width_us, width_us);
         // If the threshold itself has an error, the curve is not checked.
-        if f64::from(value.get()) <= threshold && it.motor_threshold < it.limit {
+        if f64::from(value.get()) <= threshold && electrode.motor_threshold < electrode.limit {
             let why = format!("and the threshold there is {:.3}", threshold * 1e-3);
             item.say("value", Problem::ThresholdsDisordered { why });
         }
@@ -64,20 +68,22 @@ pub(super) fn tell_order(t: &Table<'_>, it: &Electrode) {
 
 /// Reports where an electrode at its limit exceeds the wearer's limits, and the values of its
 /// muscle that the device would refuse.
-pub(super) fn tell_limits(t: &Table<'_>, it: &Electrode, draft: &mut Draft) {
-    let spec = it.channel_spec();
-    let index = it.channel.saturating_sub(1); // 1–10
+pub(super) fn tell_limits(t: &Table<'_>, electrode: &Electrode, draft: &mut Draft) {
+    let spec = electrode.channel_spec();
+    let index = electrode.channel.saturating_sub(1); // 1–10
     match draft.set_channel(index, spec).map_err(|e| (e, e.rule)) {
         Ok(()) => {}
-        Err((mistake, Rule::Setup(e))) => match beyond(&spec, it.unit, || rms_ma(&spec), e) {
-            Some(problem) => t.say("limit", problem),
-            None => t.refuse(mistake),
-        },
+        Err((mistake, Rule::Setup(e))) => {
+            match beyond(&spec, electrode.unit, || rms_ma(&spec), e) {
+                Some(problem) => t.say("limit", problem),
+                None => t.refuse(mistake),
+            }
+        }
         Err((mistake, _)) => t.refuse(mistake),
     }
-    if let (Some(m), Some(spec)) = (t.table("muscle"), it.muscle_spec())
+    if let (Some(m), Some(spec)) = (t.table("muscle"), electrode.muscle_spec())
         && m.is_sound()
-        && it.motor_threshold < it.limit
+        && electrode.motor_threshold < electrode.limit
         && let Err(mistake) = draft.set_muscle(index, spec)
     {
         m.refuse(mistake);

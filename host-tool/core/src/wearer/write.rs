@@ -12,30 +12,30 @@ use firmware::units::Amplitude;
 use std::fmt::{Display, Write};
 
 /// Returns the text of the whole file.
-pub(super) fn to_toml(it: &Wearer) -> String {
+pub(super) fn to_toml(wearer: &Wearer) -> String {
     let mut out = Lines::default();
     out.field("schema", SCHEMA);
-    out.text("name", &it.name);
-    out.text("evidence", it.evidence.word());
-    out.text("source", &it.source);
-    out.texts("note", it.note.as_deref());
-    limits(&mut out, &it.limits);
-    for electrode in &it.electrodes {
+    out.text("name", &wearer.name);
+    out.text("evidence", wearer.evidence.word());
+    out.text("source", &wearer.source);
+    out.texts("note", wearer.note.as_deref());
+    limits(&mut out, &wearer.limits);
+    for electrode in &wearer.electrodes {
         out.head("[[electrode]]");
         write_electrode(&mut out, electrode);
     }
-    if let Some(forearm) = &it.forearm {
+    if let Some(forearm) = &wearer.forearm {
         out.head("[forearm]");
         write_forearm(&mut out, forearm);
     }
-    if let Some(elbow) = &it.elbow {
+    if let Some(elbow) = &wearer.elbow {
         out.head("[elbow]");
         write_elbow(&mut out, elbow);
     }
-    if let Some(limb) = &it.limb {
+    if let Some(limb) = &wearer.limb {
         write_limb(&mut out, limb);
     }
-    out.0 + &appendix(&it.history, &it.checks)
+    out.0 + &appendix(&wearer.history, &wearer.checks)
 }
 
 /// Returns the text that is appended to a file for these entries.
@@ -110,68 +110,104 @@ fn milli(value: Amplitude) -> String {
 }
 
 /// Writes the limits that differ from the device's own; host silence and fall are always written.
-fn limits(out: &mut Lines, it: &WearerSpec) {
+fn limits(out: &mut Lines, wearer_spec: &WearerSpec) {
     let own = WearerSpec::default();
     out.head("[limits]");
     let numbers: [(&str, u32, u32, i32, bool); 14] = [
         (
             "max_current_ma",
-            it.max_current_ua,
+            wearer_spec.max_current_ua,
             own.max_current_ua,
             3,
             false,
         ),
         (
             "max_charge_uc",
-            it.max_charge_nc,
+            wearer_spec.max_charge_nc,
             own.max_charge_nc,
             3,
             false,
         ),
-        ("max_rms_ma", it.max_rms_ua, own.max_rms_ua, 3, false),
-        ("rise_ms", it.rise_ms.into(), own.rise_ms.into(), 0, false),
-        ("fall_ms", it.fall_ms.into(), own.fall_ms.into(), 0, true),
+        (
+            "max_rms_ma",
+            wearer_spec.max_rms_ua,
+            own.max_rms_ua,
+            3,
+            false,
+        ),
+        (
+            "rise_ms",
+            wearer_spec.rise_ms.into(),
+            own.rise_ms.into(),
+            0,
+            false,
+        ),
+        (
+            "fall_ms",
+            wearer_spec.fall_ms.into(),
+            own.fall_ms.into(),
+            0,
+            true,
+        ),
         (
             "host_timeout_ms",
-            it.host_timeout_ms.into(),
+            wearer_spec.host_timeout_ms.into(),
             own.host_timeout_ms.into(),
             0,
             true,
         ),
-        ("max_sum_ma", it.max_sum_ua, own.max_sum_ua, 3, false),
+        (
+            "max_sum_ma",
+            wearer_spec.max_sum_ua,
+            own.max_sum_ua,
+            3,
+            false,
+        ),
         (
             "max_sum_rms_ma",
-            it.max_sum_rms_ua,
+            wearer_spec.max_sum_rms_ua,
             own.max_sum_rms_ua,
             3,
             false,
         ),
         (
             "return_area_mm2",
-            it.return_area_mm2,
+            wearer_spec.return_area_mm2,
             own.return_area_mm2,
             0,
             false,
         ),
         (
             "rise_bursts",
-            it.rise_bursts.into(),
+            wearer_spec.rise_bursts.into(),
             own.rise_bursts.into(),
             0,
             false,
         ),
         (
             "max_session_s",
-            it.max_session_s,
+            wearer_spec.max_session_s,
             own.max_session_s,
             0,
             false,
         ),
-        ("max_dose_mc", it.max_dose_mc, own.max_dose_mc, 0, false),
-        ("max_step_ma", it.max_step_ua, own.max_step_ua, 3, false),
+        (
+            "max_dose_mc",
+            wearer_spec.max_dose_mc,
+            own.max_dose_mc,
+            0,
+            false,
+        ),
+        (
+            "max_step_ma",
+            wearer_spec.max_step_ua,
+            own.max_step_ua,
+            3,
+            false,
+        ),
         (
             "max_step_ma_per_s",
-            it.max_step_ua_per_s,
+            wearer_spec.max_step_ua_per_s,
             own.max_step_ua_per_s,
             3,
             false,
@@ -182,51 +218,51 @@ fn limits(out: &mut Lines, it: &WearerSpec) {
             out.field(name, in_units(value.into(), places));
         }
     }
-    if it.hand_stop_required {
+    if wearer_spec.hand_stop_required {
         out.field("hand_stop_required", true);
     }
 }
 
-fn write_electrode(out: &mut Lines, it: &Electrode) {
-    out.field("channel", it.channel);
-    out.text("place", &it.place);
-    match it.unit {
+fn write_electrode(out: &mut Lines, electrode: &Electrode) {
+    out.field("channel", electrode.channel);
+    out.text("place", &electrode.place);
+    match electrode.unit {
         Unit::Milliampere => out.text("stage", "current"),
         Unit::Volt => {
             out.text("stage", "voltage");
-            out.field("load_ohm", it.load_ohm);
+            out.field("load_ohm", electrode.load_ohm);
         }
     }
-    out.field("area_mm2", it.area_mm2);
-    out.field("width_us", it.width_us);
-    out.field("frequency_hz", written(it.frequency_hz, 0));
-    let [from, to] = it.holds_hz;
-    if it.holds_hz != [it.frequency_hz; 2] {
+    out.field("area_mm2", electrode.area_mm2);
+    out.field("width_us", electrode.width_us);
+    out.field("frequency_hz", written(electrode.frequency_hz, 0));
+    let [from, to] = electrode.holds_hz;
+    if electrode.holds_hz != [electrode.frequency_hz; 2] {
         out.field("from_hz", written(from, 0));
         out.field("to_hz", written(to, 0));
     }
-    out.field("motor_threshold", milli(it.motor_threshold));
-    out.field("limit", milli(it.limit));
+    out.field("motor_threshold", milli(electrode.motor_threshold));
+    out.field("limit", milli(electrode.limit));
     out.given(
         "start",
-        Some(it.start)
+        Some(electrode.start)
             .filter(|amplitude| amplitude.get() > 0)
             .map(milli),
     );
-    out.given("minimum", it.minimum.map(milli));
-    out.given("maximum", it.maximum.map(milli));
-    if !it.moves.is_empty() {
-        let moves: Vec<String> = it.moves.iter().map(|text| quoted(text)).collect();
+    out.given("minimum", electrode.minimum.map(milli));
+    out.given("maximum", electrode.maximum.map(milli));
+    if !electrode.moves.is_empty() {
+        let moves: Vec<String> = electrode.moves.iter().map(|text| quoted(text)).collect();
         out.field("moves", format!("[{}]", moves.join(", ")));
     }
     out.given(
         "strength_duration",
-        it.strength_duration.as_ref().map(curve),
+        electrode.strength_duration.as_ref().map(curve),
     );
-    out.given("muscle", it.muscle.as_ref().map(muscle));
-    if !it.intervals.is_empty() {
+    out.given("muscle", electrode.muscle.as_ref().map(muscle));
+    if !electrode.intervals.is_empty() {
         out.line("intervals = [");
-        for interval in &it.intervals {
+        for interval in &electrode.intervals {
             let (low, high) = (written(interval.low, 0), written(interval.high, 0));
             let of = interval.of;
             out.line(&format!(
@@ -237,8 +273,8 @@ fn write_electrode(out: &mut Lines, it: &Electrode) {
     }
 }
 
-fn curve(it: &StrengthDuration) -> String {
-    let points = it.upper.iter();
+fn curve(strength_duration: &StrengthDuration) -> String {
+    let points = strength_duration.upper.iter();
     let points =
         points.map(|(us, value)| format!("{{ width_us = {us}, value = {} }}", milli(*value)));
     let points: Vec<String> = points.collect();
@@ -246,13 +282,13 @@ fn curve(it: &StrengthDuration) -> String {
         true => String::new(),
         false => format!(", upper = [{}]", points.join(", ")),
     };
-    let chronaxie_us = in_units(it.chronaxie_ns.into(), 3);
-    let rheobase = milli(it.rheobase);
+    let chronaxie_us = in_units(strength_duration.chronaxie_ns.into(), 3);
+    let rheobase = milli(strength_duration.rheobase);
     format!("{{ rheobase = {rheobase}, chronaxie_us = {chronaxie_us}{upper} }}")
 }
 
-fn muscle(it: &Muscle) -> String {
-    let force = &it.force;
+fn muscle(item: &Muscle) -> String {
+    let force = &item.force;
     let [a, tau_c, tau1, tau2] = [
         force.a_mn_per_s,
         force.tau_c_us,
@@ -260,60 +296,60 @@ fn muscle(it: &Muscle) -> String {
         force.tau2_us,
     ]
     .map(|value| in_units(value.into(), 3));
-    let [k, slope] = [force.k_micro, it.slope_micro].map(|value| in_units(value.into(), 6));
-    let reference = milli(it.reference);
-    let fatigue = it.fatigue.map(fatigue).unwrap_or_default();
+    let [k, slope] = [force.k_micro, item.slope_micro].map(|value| in_units(value.into(), 6));
+    let reference = milli(item.reference);
+    let fatigue = item.fatigue.map(fatigue).unwrap_or_default();
     format!(
         "{{ a_n_per_s = {a}, k = {k}, tau_c_ms = {tau_c}, tau1_ms = {tau1}, tau2_ms = {tau2}, \
          reference = {reference}, slope_per_unit = {slope}{fatigue} }}"
     )
 }
 
-fn fatigue(it: FatigueSpec) -> String {
+fn fatigue(fatigue_spec: FatigueSpec) -> String {
     let nano = |value: u32| in_units(value.into(), 9);
     let milli = |value: u32| in_units(value.into(), 3);
     format!(
         ", fatigue = {{ alpha_a_per_s2 = {}, alpha_k_per_n_s = {}, alpha_tau1_per_n = {}, \
          tau_fat_s = {} }}",
-        milli(it.alpha_a_milli_per_s2),
-        nano(it.alpha_k_nano_per_n_s),
-        nano(it.alpha_tau1_nano_per_n),
-        milli(it.tau_fat_ms)
+        milli(fatigue_spec.alpha_a_milli_per_s2),
+        nano(fatigue_spec.alpha_k_nano_per_n_s),
+        nano(fatigue_spec.alpha_tau1_nano_per_n),
+        milli(fatigue_spec.tau_fat_ms)
     )
 }
 
-fn write_forearm(out: &mut Lines, it: &Forearm) {
-    out.field("reach_m", written(it.reach_m, 0));
-    out.field("around_m", written(it.around_m, 0));
+fn write_forearm(out: &mut Lines, forearm: &Forearm) {
+    out.field("reach_m", written(forearm.reach_m, 0));
+    out.field("around_m", written(forearm.around_m, 0));
     let volts = |all: [f64; 3]| {
         let mv = all.map(|v| in_units((v * 1e3).round() as i64, 3)); // 2–40 V
         format!("[{}]", mv.join(", "))
     };
-    out.given("thresholds_v", it.thresholds_v.map(volts));
+    out.given("thresholds_v", forearm.thresholds_v.map(volts));
     let pairs = |all: [[f64; 2]; 3]| {
         let pairs =
             all.map(|[along, around]| format!("[{}, {}]", written(along, 0), written(around, 0)));
         format!("[{}]", pairs.join(", "))
     };
-    out.given("pads_mm", it.pads_mm.map(pairs));
+    out.given("pads_mm", forearm.pads_mm.map(pairs));
 }
 
-fn write_elbow(out: &mut Lines, it: &Elbow) {
-    out.field("triceps", it.triceps);
-    out.field("biceps", it.biceps);
-    out.given("triceps_nm", it.triceps_nm.map(|nm| written(nm, 0)));
-    out.given("biceps_nm", it.biceps_nm.map(|nm| written(nm, 0)));
+fn write_elbow(out: &mut Lines, elbow: &Elbow) {
+    out.field("triceps", elbow.triceps);
+    out.field("biceps", elbow.biceps);
+    out.given("triceps_nm", elbow.triceps_nm.map(|nm| written(nm, 0)));
+    out.given("biceps_nm", elbow.biceps_nm.map(|nm| written(nm, 0)));
 }
 
-fn write_limb(out: &mut Lines, it: &Limb) {
+fn write_limb(out: &mut Lines, limb: &Limb) {
     out.head("[limb]");
-    for (name, um) in WAYS.into_iter().zip(it.ways_um) {
+    for (name, um) in WAYS.into_iter().zip(limb.ways_um) {
         out.field(name, numbers(&um));
     }
-    for (name, (low, high)) in RANGES.into_iter().zip(it.ranges_mdeg) {
+    for (name, (low, high)) in RANGES.into_iter().zip(limb.ranges_mdeg) {
         out.field(name, numbers(&[low, high]));
     }
-    for line in &it.lines {
+    for line in &limb.lines {
         out.head("[[limb.line]]");
         out.field("channel", line.channel);
         out.text("joint", word(&JOINT_WORDS, line.joint));

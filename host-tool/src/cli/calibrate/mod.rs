@@ -20,9 +20,9 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use work::work;
 
-/// Find a wearer's thresholds and limits with an operator, and write a wearer file
+/// Find a wearer's thresholds and limits, with an operator
 ///
-/// Every raise of an amplitude needs an order of the operator. With --check the thresholds of an
+/// Writes a wearer file. Every raise of an amplitude needs an order of the operator. With --check the thresholds of an
 /// existing file are measured again.
 #[derive(Args, Debug)]
 pub struct CalibrateArgs {

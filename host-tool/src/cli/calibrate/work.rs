@@ -95,9 +95,9 @@ fn checked(
 ) -> anyhow::Result<Worked> {
     let loose =
         |electrode: &&Electrode| Level(electrode.motor_threshold.get()).0 <= 2 * tolerance.0;
-    if let Some(it) = wearer.electrodes.iter().find(loose) {
-        let threshold = Level(it.motor_threshold.get());
-        return Err(CalibrationError::Loose(tolerance, it.channel, threshold).into());
+    if let Some(electrode) = wearer.electrodes.iter().find(loose) {
+        let threshold = Level(electrode.motor_threshold.get());
+        return Err(CalibrationError::Loose(tolerance, electrode.channel, threshold).into());
     }
     let mut head = begin::head(args, &wearer.name, "");
     let plan = Plan::of(wearer)?;

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-/// Write a session file from a few questions, options or a shipped file
+/// Write a session file from questions, options or a shipped file
 ///
 /// Asks on a terminal; without one, options and defaults decide. The result passes flexor check.
 #[derive(Args, Debug, Default)]

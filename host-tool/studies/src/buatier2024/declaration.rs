@@ -320,13 +320,13 @@ impl Study {
                 protocol.repetitions
             ));
         }
-        for (name, it) in [
+        for (name, value) in [
             ("scene.object_hz", self.scene.object_hz),
             ("judged.rate_hz", self.judged.rate_hz),
         ] {
-            if it != 200 {
+            if value != 200 {
                 wrong.push(format!(
-                    "{name} is {it}: object, person and record go at 200 Hz"
+                    "{name} is {value}: object, person and record go at 200 Hz"
                 ));
             }
         }

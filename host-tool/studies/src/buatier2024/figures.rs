@@ -41,10 +41,10 @@ pub(super) fn hands(study: &Study, person: &Person) -> Result<Sheet, LiftError> 
         let over = |axis: usize| {
             let held = held
                 .iter()
-                .map(move |lift| Curve::line(0, lift.iter().map(|it| [it.0, it.1[axis]])));
+                .map(move |lift| Curve::line(0, lift.iter().map(|pair| [pair.0, pair.1[axis]])));
             let back = back
                 .iter()
-                .map(move |it| Curve::line(1, it.iter().map(|it| [it.0, it.1[axis]])));
+                .map(move |items| Curve::line(1, items.iter().map(|pair| [pair.0, pair.1[axis]])));
             held.chain(back).collect()
         };
         plots.push(Plot {
@@ -56,7 +56,7 @@ pub(super) fn hands(study: &Study, person: &Person) -> Result<Sheet, LiftError> 
         });
         let path = held
             .iter()
-            .map(|lift| Curve::line(0, lift.iter().map(|it| it.1)));
+            .map(|lift| Curve::line(0, lift.iter().map(|pair| pair.1)));
         paths.push(Plot {
             title: condition.name().to_owned(),
             x: Along::even("forward (m)", [0.3, 0.7]),
@@ -163,7 +163,7 @@ fn activation(found: &Curves, muscle: usize) -> Plot {
         let own = curve.per_degree.iter().rev();
         THOUSAND * curve.peak * own.fold(0.0, |sum, a| sum * deg + a)
     };
-    let angles = curve.points.iter().map(|it| it[0]);
+    let angles = curve.points.iter().map(|point| point[0]);
     let (low, high) = angles.fold((f64::MAX, f64::MIN), |(low, high), deg| {
         (low.min(deg), high.max(deg))
     });
@@ -172,7 +172,10 @@ fn activation(found: &Curves, muscle: usize) -> Plot {
         marked: true,
         ..Curve::line(
             0,
-            points.iter().step_by(3).map(|it| [it[0], THOUSAND * it[1]]),
+            points
+                .iter()
+                .step_by(3)
+                .map(|point| [point[0], THOUSAND * point[1]]),
         )
     };
     let ways = curve
@@ -198,8 +201,13 @@ fn quartics(found: &Curves) -> Sheet {
     ];
     let rows = found.muscles.iter().zip(MUSCLES).map(|(curve, name)| {
         let mut row = vec![name.to_owned(), format!("{:.4}", curve.peak)];
-        row.extend(curve.per_degree.iter().map(|it| format!("{it:.3e}")));
-        row.extend(curve.left.iter().map(|it| format!("{it:.3}")));
+        row.extend(
+            curve
+                .per_degree
+                .iter()
+                .map(|per_degree| format!("{per_degree:.3e}")),
+        );
+        row.extend(curve.left.iter().map(|value| format!("{value:.3}")));
         row.push(format!("{:.3}", curve.left_on_device[0]));
         row
     });
@@ -220,7 +228,9 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
             .iter()
             .map(|own| {
                 let each: Vec<f64> = (own.people.iter())
-                    .filter_map(|it| Some(it.of(condition)?.value(metric, height)))
+                    .filter_map(|participant| {
+                        Some(participant.of(condition)?.value(metric, height))
+                    })
                     .collect();
                 mean_and_error(&each)[0]
             })
@@ -233,7 +243,7 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
         for (place, height) in heights.iter().enumerate() {
             for (series, condition) in Condition::ALL.into_iter().enumerate() {
                 let left = place as f64 - 0.4 + 0.27 * series as f64;
-                let name = height.map(|it| &study.way.heights[it].name);
+                let name = height.map(|height| &study.way.heights[height].name);
                 bars.extend(
                     values(condition, metric, *height).map(|(value, range)| Bar {
                         series,
@@ -242,16 +252,20 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
                         range: Some(range),
                     }),
                 );
-                let printed = study.printed.iter().find(|it| {
-                    (it.metric, it.condition, it.height.as_ref()) == (metric, condition, name)
+                let printed = study.printed.iter().find(|printed_value| {
+                    (
+                        printed_value.metric,
+                        printed_value.condition,
+                        printed_value.height.as_ref(),
+                    ) == (metric, condition, name)
                 });
-                paper.extend(printed.map(|it| [left + 0.12, it.mean]));
+                paper.extend(printed.map(|printed_value| [left + 0.12, printed_value.mean]));
             }
         }
         let (name, unit) = metric.named();
-        let names = heights
-            .iter()
-            .map(|it| it.map_or_else(String::new, |it| study.way.heights[it].name.clone()));
+        let names = heights.iter().map(|height| {
+            height.map_or_else(String::new, |index| study.way.heights[index].name.clone())
+        });
         let unit = if unit.is_empty() {
             String::new()
         } else {
@@ -276,7 +290,9 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
             .to_owned(),
         Plots {
             beside: 3,
-            series: Condition::ALL.map(|it| it.name().to_owned()).to_vec(),
+            series: Condition::ALL
+                .map(|condition| condition.name().to_owned())
+                .to_vec(),
             plots: vec![
                 plot(Metric::Power, vec![None], [0.0, 1.6]),
                 plot(Metric::Error, heights.clone(), [0.0, 0.12]),
@@ -293,17 +309,20 @@ pub(super) fn tests(study: &Study, all: &[Replication]) -> Sheet {
         .into_iter()
         .enumerate()
         .map(|(at, (metric, height))| {
-            let own: Vec<&Tested> = all.iter().filter_map(|it| it.tests.get(at)).collect();
+            let own: Vec<&Tested> = all
+                .iter()
+                .filter_map(|replication| replication.tests.get(at))
+                .collect();
             let share = |is: &dyn Fn(&Tested) -> bool| {
-                let count = own.iter().filter(|it| is(it)).count();
+                let count = own.iter().filter(|test| is(test)).count();
                 format!("{count}/{}", own.len())
             };
-            let at = height.map_or("all", |it| &*study.way.heights[it].name);
+            let at = height.map_or("all", |height| &*study.way.heights[height].name);
             let mut row = vec![format!("{}, {at}", metric.named().0)];
-            row.push(share(&|it| it.normal_p.iter().any(|p| *p < level)));
-            row.push(share(&|it| it.sphericity_p < level));
-            row.push(share(&|it| it.anova[1] < level));
-            row.extend((0..PAIRS.len()).map(|pair| share(&|it| it.pairs[pair][1] < level)));
+            row.push(share(&|test| test.normal_p.iter().any(|p| *p < level)));
+            row.push(share(&|test| test.sphericity_p < level));
+            row.push(share(&|test| test.anova[1] < level));
+            row.extend((0..PAIRS.len()).map(|pair| share(&|test| test.pairs[pair][1] < level)));
             row
         });
     let heads = [

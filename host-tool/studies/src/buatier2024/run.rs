@@ -50,8 +50,8 @@ fn parted(parts: &[Part]) -> (Vec<Replication>, Option<&Decides>) {
     let (mut studies, mut decides) = (Vec::new(), None);
     for part in parts {
         match part {
-            Part::Study(it) => studies.push(it.clone()),
-            Part::Decides(it) => decides = Some(it),
+            Part::Study(replication) => studies.push(replication.clone()),
+            Part::Decides(decision) => decides = Some(decision),
         }
     }
     (studies, decides)
@@ -66,11 +66,11 @@ fn csv(all: &[Replication]) -> String {
     text.push('\n');
     for (index, study) in all.iter().enumerate() {
         for (nth, person) in (1..).zip(&study.people) {
-            for it in &person.conditions {
-                let power = it.value(Metric::Power, None);
+            for result in &person.conditions {
+                let power = result.value(Metric::Power, None);
                 // A formatted `String` takes every byte.
-                let _ = write!(text, "{index},{nth},{},{power}", it.condition.name());
-                for value in it.error_m.iter().chain(&it.sparc) {
+                let _ = write!(text, "{index},{nth},{},{power}", result.condition.name());
+                for value in result.error_m.iter().chain(&result.sparc) {
                     let _ = write!(text, ",{value}");
                 }
                 text.push('\n');

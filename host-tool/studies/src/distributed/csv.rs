@@ -25,22 +25,22 @@ impl Study {
                 .iter()
                 .map(|value| format!("{value:.6}"))
                 .collect();
-            for it in &found.measured {
+            for measurement in &found.measured {
                 // Writing to a string does not fail.
                 let _ = writeln!(
                     text,
                     "{},{},{},{:.2},{},{},{},{},{},{},{}",
                     found.index,
                     drawn.join(","),
-                    it.id,
-                    it.endurance.seconds,
-                    it.endurance.is_longer,
-                    it.is_refused,
-                    number(it.ripple),
-                    it.is_found,
-                    number(it.first),
-                    number(it.left),
-                    number(it.distance),
+                    measurement.id,
+                    measurement.endurance.seconds,
+                    measurement.endurance.is_longer,
+                    measurement.is_refused,
+                    number(measurement.ripple),
+                    measurement.is_found,
+                    number(measurement.first),
+                    number(measurement.left),
+                    number(measurement.distance),
                 );
             }
         }

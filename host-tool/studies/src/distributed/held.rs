@@ -87,15 +87,15 @@ impl Series {
         let from = self.reached()?;
         let average = self.hold.average_windows.max(1);
         let (mut sum, mut at_most) = (0.0, 0);
-        for (nth, it) in self.windows.iter().enumerate().skip(from) {
-            sum += it.mean_n;
+        for (nth, item) in self.windows.iter().enumerate().skip(from) {
+            sum += item.mean_n;
             if nth >= from + average {
                 sum -= self
                     .windows
                     .get(nth - average)
                     .map_or(0.0, |window| window.mean_n);
             }
-            at_most = if it.is_most { at_most + 1 } else { 0 };
+            at_most = if item.is_most { at_most + 1 } else { 0 };
             let is_weak = sum < self.hold.below * self.wanted_n * average as f64;
             let is_at_most = self.drive.model().is_some() || at_most >= average;
             if nth + 1 >= from + average && is_weak && is_at_most {

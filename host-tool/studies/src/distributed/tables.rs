@@ -127,8 +127,8 @@ fn wanted(along: &[AxisPoint]) -> Sheet {
     Sheet::table("Wanted force", title, caption.to_owned(), grid)
 }
 
-fn seconds(it: &AxisPoint) -> String {
-    let endurance = it.measured.endurance;
+fn seconds(axis_point: &AxisPoint) -> String {
+    let endurance = axis_point.measured.endurance;
     let longer = if endurance.is_longer { "> " } else { "" };
     format!("{longer}{:.0} s", endurance.seconds)
 }

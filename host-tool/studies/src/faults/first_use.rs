@@ -45,10 +45,10 @@ impl Refills {
         let mut refills = Self::default();
         let mut from = window.start;
         let all = watched.device.observer.done.into_iter();
-        for it in all.filter(|range| window.contains(&range.start) && range.end <= window.end) {
-            refills.outside.push(from..it.start);
-            from = it.end;
-            refills.inside.push(it);
+        for item in all.filter(|range| window.contains(&range.start) && range.end <= window.end) {
+            refills.outside.push(from..item.start);
+            from = item.end;
+            refills.inside.push(item);
         }
         refills.outside.push(from..window.end);
         Ok(refills)
@@ -64,11 +64,11 @@ impl Refills {
         };
         let length = |range: &Range<Cycle>| range.end - range.start;
         let mut left = (part * all.iter().map(length).sum::<Cycle>() as f64) as Cycle;
-        for it in all {
-            if left < length(it) {
-                return it.start + left;
+        for range in all {
+            if left < length(range) {
+                return range.start + left;
             }
-            left -= length(it);
+            left -= length(range);
         }
         all.last().map_or(0, |range| range.end)
     }

@@ -31,9 +31,9 @@ fn patterns(
     sessions: &[Session],
 ) -> (Vec<Row>, Vec<Share>) {
     let mut draws: BTreeMap<u64, Vec<Averages>> = BTreeMap::new();
-    for it in sessions {
-        let averages = Averages::of(experiment, &it.conditions, &it.stimulated);
-        draws.entry(it.draw).or_default().push(averages);
+    for session in sessions {
+        let averages = Averages::of(experiment, &session.conditions, &session.stimulated);
+        draws.entry(session.draw).or_default().push(averages);
     }
     let all: Vec<Replication> = draws
         .values()

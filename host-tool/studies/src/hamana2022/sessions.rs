@@ -60,9 +60,9 @@ pub(super) fn mean(
 /// Whoever took part, in the order of the sessions.
 pub(super) fn people(sessions: &[Session]) -> Vec<(&str, bool)> {
     let mut all: Vec<(&str, bool)> = Vec::new();
-    for it in sessions {
-        if !all.iter().any(|(name, _)| *name == it.participant) {
-            all.push((&it.participant, it.is_printed));
+    for session in sessions {
+        if !all.iter().any(|(name, _)| *name == session.participant) {
+            all.push((&session.participant, session.is_printed));
         }
     }
     all

@@ -118,7 +118,7 @@ impl Voltages {
             };
             found[point] = of_point;
         }
-        let most_v = found.map(|it| it[1]);
+        let most_v = found.map(|values| values[1]);
         let mut ratio = None;
         for step in 1..=STEPS_OF_R {
             let r = f64::from(step) / f64::from(STEPS_OF_R);
@@ -129,7 +129,7 @@ impl Voltages {
             }
         }
         Ok(Some(Self {
-            threshold_v: found.map(|it| it[0]),
+            threshold_v: found.map(|values| values[0]),
             most_v,
             ratio,
         }))
@@ -181,7 +181,9 @@ fn search_point(
         let response = hand.respond(&Pattern::alone(point).period([volts; 2]))?;
         let bent = response.angles_deg()[INDEX] - REST_DEG[INDEX];
         let is_visible = bent >= VISIBLE_DEG;
-        let is_alone = response.individuation().is_some_and(|it| it > SELECTIVE);
+        let is_alone = response
+            .individuation()
+            .is_some_and(|individuation| individuation > SELECTIVE);
         match &mut found {
             None if is_visible && is_alone => found = Some([volts; 2]),
             // It is visible, but others move too.

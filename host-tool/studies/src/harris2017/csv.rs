@@ -14,17 +14,17 @@ impl Study {
             "person,test,angle_deg,peak_nm,begins_at,r_squared,rises,first,others\n".to_owned();
         let judged = &self.declared.judged;
         for found in all {
-            for it in &found.measured {
+            for measurement in &found.measured {
                 let number = |number: Option<f64>| {
                     number.map_or_else(String::new, |value| format!("{value:.6}"))
                 };
-                let others = it.answers.iter();
+                let others = measurement.answers.iter();
                 let others =
                     others.filter(|answer| !is_triceps(answer.muscle) && answer.counts(judged));
                 let others: Vec<String> = others
                     .map(|answer| format!("{:?}", answer.muscle))
                     .collect();
-                let first = it
+                let first = measurement
                     .first
                     .map_or_else(String::new, |muscle| format!("{muscle:?}"));
                 // Writing to a string does not fail.
@@ -32,12 +32,12 @@ impl Study {
                     text,
                     "{},{},{},{:.6},{},{},{},{first},{}",
                     found.person.index,
-                    it.test.stimulation.id(),
-                    it.test.included_deg,
-                    it.peak_nm,
-                    number(it.detected_at),
-                    number(it.linearity),
-                    it.rises,
+                    measurement.test.stimulation.id(),
+                    measurement.test.included_deg,
+                    measurement.peak_nm,
+                    number(measurement.detected_at),
+                    number(measurement.linearity),
+                    measurement.rises,
                     others.join(" "),
                 );
             }

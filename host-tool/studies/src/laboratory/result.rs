@@ -187,12 +187,13 @@ impl Outcome {
     ) -> Self {
         let repetitions = experiment.declaration.protocol.repetitions;
         let mut rounds = Units::new();
-        for it in trials {
-            let round = (it.place.block * repetitions + it.place.repetition) as u64;
+        for measurement in trials {
+            let round =
+                (measurement.place.block * repetitions + measurement.place.repetition) as u64;
             let nothing = || vec![Measured::new(); experiment.conditions.len()];
             let unit = rounds.entry(round).or_insert_with(nothing);
-            if let Some(place) = unit.get_mut(it.place.condition) {
-                place.clone_from(&it.measured);
+            if let Some(place) = unit.get_mut(measurement.place.condition) {
+                place.clone_from(&measurement.measured);
             }
         }
         let rounds_of = experiment.declaration.protocol.rounds() as u64;
@@ -217,9 +218,12 @@ impl Outcome {
     /// The same with the trials that were recorded beside it.
     #[must_use]
     pub fn showing(mut self, trials: &[Conducted]) -> Self {
-        for (position, it) in trials.iter().enumerate() {
-            let is_first = (it.place.block, it.place.repetition) == (0, 0);
-            if let (true, Some(own)) = (is_first, self.conditions.get_mut(it.place.condition)) {
+        for (position, measurement) in trials.iter().enumerate() {
+            let is_first = (measurement.place.block, measurement.place.repetition) == (0, 0);
+            if let (true, Some(own)) = (
+                is_first,
+                self.conditions.get_mut(measurement.place.condition),
+            ) {
                 own.trial = Some(position);
             }
         }

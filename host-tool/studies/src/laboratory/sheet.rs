@@ -141,8 +141,8 @@ pub struct Curve {
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // as serde asks for it
-const fn is_false(it: &bool) -> bool {
-    !*it
+const fn is_false(flag: &bool) -> bool {
+    !*flag
 }
 
 impl Along {

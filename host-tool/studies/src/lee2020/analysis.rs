@@ -53,7 +53,7 @@ pub fn analysed(session: &Session, declared: &Declaration) -> Result<Analysed, L
     let reference_ma = amplitudes.last().copied().unwrap_or_default();
     let gain = |ma: f64, f: usize| match &exponentials[f] {
         _ if ma == reference_ma => 1.0,
-        Some((it, _)) => it.gain(ma, reference_ma),
+        Some((exponential, _)) => exponential.gain(ma, reference_ma),
         None => 0.0,
     };
     let both = || amplitudes.iter().zip(&session.records);

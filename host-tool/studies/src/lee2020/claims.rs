@@ -189,8 +189,11 @@ fn above_r2(all: &[&Analysed], least: f64) -> Option<bool> {
 }
 
 /// Mean over frequencies of the change from I1 to I5.
-fn flat(it: &Analysed, part: f64) -> Option<bool> {
-    let (first, last) = (it.measured_t_rt_s.first()?, it.measured_t_rt_s.last()?);
+fn flat(analysis: &Analysed, part: f64) -> Option<bool> {
+    let (first, last) = (
+        analysis.measured_t_rt_s.first()?,
+        analysis.measured_t_rt_s.last()?,
+    );
     let changes: Option<Vec<f64>> = first
         .iter()
         .zip(last)

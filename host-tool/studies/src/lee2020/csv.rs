@@ -46,20 +46,20 @@ impl Study {
         }
         text.push('\n');
         for part in parts {
-            let Part::Foreign(Ok(it)) = part else {
+            let Part::Foreign(Ok(mismatch)) = part else {
                 continue;
             };
             let _ = write!(
                 text,
                 "{},{},{}",
-                name(it.subject),
-                it.foreign.kind.name(),
-                it.foreign.size
+                name(mismatch.subject),
+                mismatch.foreign.kind.name(),
+                mismatch.foreign.size
             );
-            for nrmse in &it.nrmse_percent {
+            for nrmse in &mismatch.nrmse_percent {
                 let _ = write!(text, ",{nrmse:.4}");
             }
-            for (ratio, covers) in it.ratios.iter().zip(it.covers) {
+            for (ratio, covers) in mismatch.ratios.iter().zip(mismatch.covers) {
                 let _ = write!(text, ",{ratio:.6},{covers}");
             }
             text.push('\n');
@@ -96,8 +96,12 @@ impl Study {
 fn numbers(text: &mut String, found: &Analysed) {
     for fit in &found.fits {
         let scale = [1.0, 1.0, 1e3, 1e3, 1e3];
-        for (it, scale) in fit.estimates().iter().zip(scale) {
-            let (value, low, high) = (scale * it.value, scale * it.low, scale * it.high);
+        for (estimate, scale) in fit.estimates().iter().zip(scale) {
+            let (value, low, high) = (
+                scale * estimate.value,
+                scale * estimate.low,
+                scale * estimate.high,
+            );
             let _ = write!(text, ",{value:.6},{low:.6},{high:.6}");
         }
     }
@@ -114,13 +118,13 @@ fn numbers(text: &mut String, found: &Analysed) {
         }
         let _ = write!(text, ",{ma:.3},{:.4}", agreement.nrmse_percent);
     }
-    for it in &found.exponentials {
-        match it {
-            Some((it, agreement)) => {
+    for exponential in &found.exponentials {
+        match exponential {
+            Some((exponential, agreement)) => {
                 let _ = write!(
                     text,
                     ",{:.6},{:.6},{:.6}",
-                    it.a_n, it.b_per_ma, agreement.r2
+                    exponential.a_n, exponential.b_per_ma, agreement.r2
                 );
             }
             None => text.push_str(",,,"),

@@ -51,10 +51,10 @@ impl Study {
             let first = *own.amplitudes.first()?;
             let last = *own.amplitudes.last()?;
             let mut curves = Vec::new();
-            for (f, it) in own.exponentials.iter().enumerate() {
-                let (it, _) = (*it)?;
+            for (f, exponential) in own.exponentials.iter().enumerate() {
+                let (exponential, _) = (*exponential)?;
                 let points = (0..=40).map(|i| first + (last - first) * f64::from(i) / 40.0);
-                curves.push(Curve::line(f, points.map(|ma| [ma, it.at(ma)])));
+                curves.push(Curve::line(f, points.map(|ma| [ma, exponential.at(ma)])));
                 let peaks = own.amplitudes.iter().zip(&own.peaks_n);
                 curves.push(marked(
                     f,
@@ -156,7 +156,7 @@ impl Study {
         let (ma, record) = (session.amplitudes.0[i], &session.records[i][f]);
         let gain = match &found.exponentials[f] {
             _ if i == last => 1.0,
-            Some((it, _)) => it.gain(ma, reference_ma),
+            Some((exponential, _)) => exponential.gain(ma, reference_ma),
             None => 0.0,
         };
         let model = ForceRecord {

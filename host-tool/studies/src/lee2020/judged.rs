@@ -21,13 +21,13 @@ impl Study {
         let mut rows = Vec::new();
         for (subject, own) in cells.iter().enumerate() {
             let mut row = vec![name(subject)];
-            for it in own {
-                let covers = 100.0 * f64::from(it.covers) / f64::from(it.of.max(1));
+            for item in own {
+                let covers = 100.0 * f64::from(item.covers) / f64::from(item.of.max(1));
                 let over = cell(
-                    Some(it.over_bound).filter(|over_bound| over_bound.is_finite()),
+                    Some(item.over_bound).filter(|over_bound| over_bound.is_finite()),
                     2,
                 );
-                row.push(format!("{covers:.1} {over} {:.2}", 100.0 * it.least));
+                row.push(format!("{covers:.1} {over} {:.2}", 100.0 * item.least));
             }
             rows.push(row);
         }

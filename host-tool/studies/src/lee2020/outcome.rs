@@ -215,10 +215,10 @@ impl Study {
 }
 
 /// Measured and estimated peaks.
-pub(super) fn estimated(it: &Analysed) -> Vec<(f64, f64)> {
+pub(super) fn estimated(analysis: &Analysed) -> Vec<(f64, f64)> {
     let mut points = Vec::new();
-    for (ma, peaks) in it.amplitudes.iter().zip(&it.peaks_n) {
-        for (peak, own) in peaks.iter().zip(&it.exponentials) {
+    for (ma, peaks) in analysis.amplitudes.iter().zip(&analysis.peaks_n) {
+        for (peak, own) in peaks.iter().zip(&analysis.exponentials) {
             points.extend(own.map(|(own, _)| (*peak, own.at(*ma))));
         }
     }
@@ -230,14 +230,14 @@ fn failures(parts: &[Part]) -> Vec<String> {
     let mut all = std::collections::BTreeMap::<String, usize>::new();
     for part in parts {
         let why: Vec<&String> = match part {
-            Part::Own(it) => it
+            Part::Own(draw) => draw
                 .printed
                 .as_ref()
                 .err()
                 .into_iter()
-                .chain(it.found.as_ref().err())
+                .chain(draw.found.as_ref().err())
                 .collect(),
-            Part::Foreign(it) => it.as_ref().err().into_iter().collect(),
+            Part::Foreign(mismatch) => mismatch.as_ref().err().into_iter().collect(),
         };
         for why in why {
             // The number of the error, and its first words.

@@ -186,9 +186,9 @@ impl Study {
     pub(super) fn thresholds<'p>(&self, all: impl Iterator<Item = &'p Drawn>) -> Thresholds {
         let mut sum = Thresholds::default();
         let step = self.declared.search.step_ma + 1e-9;
-        for it in all {
-            let truth = &self.truths[it.subject];
-            let (found, bare) = (it.searched.i_mt_ma(), it.searched.bare_ma);
+        for draw in all {
+            let truth = &self.truths[draw.subject];
+            let (found, bare) = (draw.searched.i_mt_ma(), draw.searched.bare_ma);
             let is = |ma: Option<f64>, of: &dyn Fn(f64) -> bool| u64::from(ma.is_some_and(of));
             let nothing = |ma: f64| ma <= truth.lowest_ma;
             let near = |ma: f64| (ma - truth.i_mt_ma).abs() <= step;

@@ -31,8 +31,8 @@ pub(super) fn row(
 }
 
 /// For a cell: so many decimals, or a dash.
-pub(super) fn cell(it: Option<f64>, decimals: usize) -> String {
-    it.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
+pub(super) fn cell(number: Option<f64>, decimals: usize) -> String {
+    number.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
 }
 
 /// Slope and R² of the straight line that `y` has over `x`.

@@ -35,7 +35,8 @@ impl Device {
     pub fn new(model: &Model) -> Result<Self, EndpointError> {
         let (spec, posture) = (model.spec(), model.frame.angles());
         let arm = Arm::new(&spec, &posture)?;
-        let limb = Limb::new(&spec).map_err(|it| Trouble::Spec(vec![it.to_string()]))?;
+        let limb =
+            Limb::new(&spec).map_err(|limb_error| Trouble::Spec(vec![limb_error.to_string()]))?;
         let jacobians = limb.refresh(&posture).map_err(Trouble::from)?;
         let radians = arm.limb.radians(&posture).map_err(Trouble::from)?;
         Ok(Self {
@@ -55,7 +56,7 @@ impl Device {
         let wanted = turned(wanted_n);
         Ok(match method {
             Method::Nearest => {
-                let [x, y, z] = wanted.map(|it| it as f32);
+                let [x, y, z] = wanted.map(|value| value as f32);
                 limb::chosen(choices(&self.jacobians, Vector::new(x, y, z)))
             }
             Method::Exact => self.arm.nearest(wanted),
@@ -141,8 +142,8 @@ impl Device {
     }
 }
 
-fn vector(it: Vector<Exact>) -> Vector3<f64> {
-    it.to_array().map(ToDouble::to_double).into()
+fn vector(item: Vector<Exact>) -> Vector3<f64> {
+    item.to_array().map(ToDouble::to_double).into()
 }
 
 /// How smoothly muscles follow as the wanted direction goes around three great circles in

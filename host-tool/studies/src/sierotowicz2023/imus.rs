@@ -61,9 +61,9 @@ fn orders() -> Vec<[i8; 3]> {
     ] {
         for signs in 0..8_u8 {
             let mut order: [i8; 3] = order;
-            for (axis, it) in order.iter_mut().enumerate() {
+            for (axis, value) in order.iter_mut().enumerate() {
                 if signs >> axis & 1 == 1 {
-                    *it = -*it;
+                    *value = -*value;
                 }
             }
             all.push(order);

@@ -99,13 +99,13 @@ pub struct Measures {
 
 fn unit(of: [f64; 3]) -> [f64; 3] {
     let size = size(of);
-    of.map(|it| if size > 0.0 { it / size } else { 0.0 })
+    of.map(|value| if size > 0.0 { value / size } else { 0.0 })
 }
 
 /// Euclidean norm.
 #[must_use]
 pub fn size(of: [f64; 3]) -> f64 {
-    of.iter().map(|it| it * it).sum::<f64>().sqrt()
+    of.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 
 /// Force of a wrench.
@@ -121,40 +121,43 @@ pub const fn force([x, y, z, ..]: [f64; 6]) -> [f64; 3] {
 pub fn measures(targets: &[Target]) -> Result<Measures, EndpointError> {
     let wrong = |error| EndpointError::Statistics("a condition's targets", error);
     let component = |of: &dyn Fn(&Target) -> [f64; 3], axis: usize| -> Vec<f64> {
-        targets.iter().map(|it| unit(of(it))[axis]).collect()
+        targets
+            .iter()
+            .map(|target| unit(of(target))[axis])
+            .collect()
     };
     let mut correlations = [[Correlation { r: 0.0, p: 1.0 }; 3]; 3];
     for (wanted, row) in correlations.iter_mut().enumerate() {
         for (measured, cell) in row.iter_mut().enumerate() {
-            let first = component(&|it| it.wanted_n, wanted);
-            let second = component(&|it| force(it.measured), measured);
+            let first = component(&|target| target.wanted_n, wanted);
+            let second = component(&|target| force(target.measured), measured);
             *cell = pearson(&first, &second).map_err(wrong)?;
         }
     }
-    let off = |it: &Target| -> [f64; 3] {
-        std::array::from_fn(|axis| it.measured[axis] - it.wanted_n[axis])
+    let off = |target: &Target| -> [f64; 3] {
+        std::array::from_fn(|axis| target.measured[axis] - target.wanted_n[axis])
     };
     let mean_square = |of: &dyn Fn(&Target) -> f64| {
-        let sum: f64 = targets.iter().map(|it| of(it).powi(2)).sum();
+        let sum: f64 = targets.iter().map(|target| of(target).powi(2)).sum();
         (sum / targets.len() as f64).sqrt()
     };
     let greatest = |of: &dyn Fn(&Target) -> f64| targets.iter().map(of).fold(0.0, f64::max);
-    let angle = |it: &Target| {
-        let (w, m) = (unit(it.wanted_n), unit(force(it.measured)));
+    let angle = |target: &Target| {
+        let (w, m) = (unit(target.wanted_n), unit(force(target.measured)));
         let dot: f64 = w.iter().zip(m).map(|(a, b)| a * b).sum();
         dot.clamp(-1.0, 1.0).acos().to_degrees()
     };
     Ok(Measures {
         correlations,
         rmse_n: std::array::from_fn(|axis| match axis {
-            0..3 => mean_square(&|it| off(it)[axis]),
-            _ => mean_square(&|it| size(off(it))),
+            0..3 => mean_square(&|target| off(target)[axis]),
+            _ => mean_square(&|target| size(off(target))),
         }),
-        errors_n: targets.iter().map(|it| size(off(it))).collect(),
+        errors_n: targets.iter().map(|target| size(off(target))).collect(),
         angles_deg: targets.iter().map(angle).collect(),
         range_n: std::array::from_fn(|axis| match axis {
-            0..3 => greatest(&|it| it.wanted_n[axis].abs()),
-            _ => greatest(&|it| size(it.wanted_n)),
+            0..3 => greatest(&|target| target.wanted_n[axis].abs()),
+            _ => greatest(&|target| size(target.wanted_n)),
         }),
     })
 }

@@ -117,9 +117,13 @@ impl Frame {
     /// posture says, the elbow's flexion.
     #[must_use]
     pub fn angles(&self) -> Angles {
-        let it = &self.posture;
-        let [plane, elevation, turn] =
-            [it.plane_deg, it.elevation_deg, it.rotation_deg].map(f64::to_radians);
+        let posture = &self.posture;
+        let [plane, elevation, turn] = [
+            posture.plane_deg,
+            posture.elevation_deg,
+            posture.rotation_deg,
+        ]
+        .map(f64::to_radians);
         let along = Vector3::new(
             -elevation.sin() * plane.cos(),
             elevation.sin() * plane.sin(),
@@ -137,7 +141,7 @@ impl Frame {
         let degrees = [flexion, abduction, rotation].map(f64::to_degrees);
         let mut angles = [0.0; AXES];
         angles[3..6].copy_from_slice(&degrees);
-        angles[6] = it.elbow_deg;
+        angles[6] = posture.elbow_deg;
         angles.map(|deg| Angle::from_millideg((1000.0 * deg).round() as i32))
     }
 }

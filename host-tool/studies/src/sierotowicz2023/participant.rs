@@ -244,8 +244,8 @@ struct Mean {
 impl Mean {
     fn add(&mut self, wrench: [f64; 6]) {
         self.n += 1;
-        for (sum, it) in self.sum.iter_mut().zip(wrench) {
-            *sum += it;
+        for (sum, value) in self.sum.iter_mut().zip(wrench) {
+            *sum += value;
         }
     }
 

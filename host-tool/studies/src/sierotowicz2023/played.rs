@@ -169,10 +169,12 @@ fn session(study: &Study, model: &Model, all: &[Contraction]) -> String {
         .map(|(name, angle)| format!("{name} = {:.2}", f64::from(angle.to_centideg()) / 100.0));
     let angles: Vec<String> = angles.collect();
     let mut points = vec!["{ at_s = 0, force_n = [0, 0, 0] }".to_owned()];
-    for (place, it) in played.iter().enumerate() {
+    for (place, contraction) in played.iter().enumerate() {
         let from_ms = begins_ms(study, place) - BEFORE_MS;
         let to_ms = from_ms + BEFORE_MS - AFTER_MS + (1e3 * protocol.contraction_s) as u64;
-        let wanted = turned(it.command.1).map(|n| format!("{n:.3}")).join(", ");
+        let wanted = turned(contraction.command.1)
+            .map(|n| format!("{n:.3}"))
+            .join(", ");
         for (ms, force) in [
             (from_ms, "0, 0, 0"),
             (from_ms + STEP_MS, &*wanted),
@@ -305,11 +307,11 @@ fn compared(
         force_n: [0.0; 2],
         study_n: Vec::new(),
     };
-    for it in all {
-        let study_n = force(theirs.contraction(study, &it.currents_ma, [0.0; 6]));
-        if !it.is_played {
+    for contraction in all {
+        let study_n = force(theirs.contraction(study, &contraction.currents_ma, [0.0; 6]));
+        if !contraction.is_played {
             found.refused += 1;
-            ours.contraction(study, &it.currents_ma, [0.0; 6]);
+            ours.contraction(study, &contraction.currents_ma, [0.0; 6]);
             continue;
         }
         let [from_us, to_us] =
@@ -323,14 +325,18 @@ fn compared(
                 ..*pulse
             })
             .collect();
-        let driven = it.currents_ma.iter().filter(|ma| **ma > 0.0).count();
+        let driven = contraction
+            .currents_ma
+            .iter()
+            .filter(|ma| **ma > 0.0)
+            .count();
         found.pulses[0] += own.len();
         found.pulses[1] += driven * periods;
         for pulse in &own {
             let Drive::Milliamps(ma) = pulse.drive else {
                 continue;
             };
-            let off = (ma - it.currents_ma[pulse.channel]).abs();
+            let off = (ma - contraction.currents_ma[pulse.channel]).abs();
             found.current_ma = found.current_ma.max(off);
         }
         let device_n = force(ours.contracted(study, &mut |arm, now_us, each_ms| {

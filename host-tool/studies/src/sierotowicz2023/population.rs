@@ -312,10 +312,10 @@ fn who_did_not_twitch(all: &[Replication]) -> Vec<String> {
              S1's frame. Where each twitch waits for the arm to rest: in {at_rest} ({few} channels)."
         ));
     }
-    for it in all.iter().filter(|replication| replication.in_vain > 0) {
+    for item in all.iter().filter(|replication| replication.in_vain > 0) {
         notes.push(format!(
             "Study {}: a channel of S1 did not twitch; another was drawn as S1, {} in vain.",
-            it.index, it.in_vain
+            item.index, item.in_vain
         ));
     }
     notes

@@ -63,15 +63,15 @@ fn csv(all: &[Replication]) -> String {
         .to_owned();
     for study in all {
         for (nth, person) in (1..).zip(&study.people) {
-            for it in &person.conditions {
-                let [x, y, z, whole] = it.measures.rmse_n;
-                let error = median(&it.measures.errors_n);
-                let angle = median(&it.measures.angles_deg);
+            for condition in &person.conditions {
+                let [x, y, z, whole] = condition.measures.rmse_n;
+                let error = median(&condition.measures.errors_n);
+                let angle = median(&condition.measures.angles_deg);
                 // A formatted `String` takes every byte.
                 let _ = writeln!(
                     text,
                     "{},S{nth},{},{x},{y},{z},{whole},{error},{angle}",
-                    study.index, it.name
+                    study.index, condition.name
                 );
             }
         }

@@ -94,10 +94,10 @@ pub(super) fn forces(all: &[Replication]) -> Option<Sheet> {
         for (place, name) in names.iter().enumerate() {
             let mut cells = vec![format!("S{}, {name}", at + 1)];
             for condition in ["C2", "C3"] {
-                let Some(it) = person.condition(condition) else {
+                let Some(item) = person.condition(condition) else {
                     continue;
                 };
-                let of = it
+                let of = item
                     .targets
                     .iter()
                     .filter(|target| target.command == 2 * place + 1);

@@ -92,8 +92,8 @@ fn circle(
         }
         ms += 1;
         if let Some(bin) = bins.last_mut() {
-            for (sum, it) in bin.iter_mut().zip(arm.wrench()) {
-                *sum += it / BIN_MS as f64;
+            for (sum, value) in bin.iter_mut().zip(arm.wrench()) {
+                *sum += value / BIN_MS as f64;
             }
         }
     };

@@ -53,8 +53,8 @@ impl Few {
     fn of_matrix(&self, matrix: &Matrix) -> Matrix {
         let mut out = [[0.0; SIZE]; SIZE];
         for (row, i) in out.iter_mut().zip(self.all()) {
-            for (it, j) in row.iter_mut().zip(self.all()) {
-                *it = matrix[*i][*j];
+            for (value, j) in row.iter_mut().zip(self.all()) {
+                *value = matrix[*i][*j];
             }
         }
         out
@@ -98,8 +98,8 @@ impl Modes {
             .chain([circuit.actives]);
         let coupled = Few::of(coupled.filter(|electrode| circuit.has_capacitor(*electrode)));
         let mut scale = [0.0; SIZE];
-        for (it, electrode) in scale.iter_mut().zip(coupled.all()) {
-            *it = circuit.farad[*electrode].sqrt().recip();
+        for (value, electrode) in scale.iter_mut().zip(coupled.all()) {
+            *value = circuit.farad[*electrode].sqrt().recip();
         }
         let mut system = coupled.of_matrix(&siemens);
         for (i, electrode) in coupled.all().iter().enumerate() {

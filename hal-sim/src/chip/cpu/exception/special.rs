@@ -16,10 +16,10 @@ impl Cpu {
     /// Returns xPSR as exception entry stacks it: flags, IT state, Thumb bit and exception
     /// number.
     pub(in crate::chip) const fn xpsr(&self) -> u32 {
-        let it = self.registers.it as u32;
+        let value = self.registers.it as u32;
         self.registers.apsr
-            | (it & 3) << 25
-            | (it & 0xFC) << 8
+            | (value & 3) << 25
+            | (value & 0xFC) << 8
             | 1 << 24
             | self.registers.exception as u32
     }

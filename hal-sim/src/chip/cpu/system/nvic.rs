@@ -105,9 +105,9 @@ pub fn numbers(mut bits: u128) -> impl Iterator<Item = u16> {
 impl Nvic {
     /// Whether both do the same from now on: since when something is pending may differ.
     pub fn is_like(&self, other: &Self) -> bool {
-        let mut it = self.clone();
-        it.raised = other.raised;
-        it == *other
+        let mut nvic = self.clone();
+        nvic.raised = other.raised;
+        nvic == *other
     }
 
     /// Samples the interrupt lines and NMI as they are at `at`: a line pends

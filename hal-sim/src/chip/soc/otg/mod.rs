@@ -91,9 +91,9 @@ enum Session {
 impl Otg {
     /// Whether both do the same from now on: how often something changed may differ.
     pub fn is_like(&self, other: &Self) -> bool {
-        let mut it = self.clone();
-        it.changes = other.changes;
-        it == *other
+        let mut otg = self.clone();
+        otg.changes = other.changes;
+        otg == *other
     }
 
     /// As after power-on, no VBUS, with a core clock of `hz` hertz.

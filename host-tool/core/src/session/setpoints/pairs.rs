@@ -36,7 +36,7 @@ pub(super) fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u
     // The device needs all widths or none.
     let is_live = |(index, _): &(u8, Stimulus)| {
         let mut channels = setup.channels.list.iter();
-        channels.any(|it| it.index() == *index && it.has_live_width())
+        channels.any(|channel| channel.index() == *index && channel.has_live_width())
     };
     if !values.iter().any(is_live) {
         for (_, value) in &mut values {
@@ -143,7 +143,7 @@ pub(super) fn read_stimuli(t: &Table<'_>, setup: &SetupSpec, is_held: bool) -> O
     let items: Vec<_> = t
         .tables("points")
         .iter()
-        .take_while(|it| it.is_sound())
+        .take_while(|table| table.is_sound())
         .collect();
     for item in &items {
         let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
@@ -185,7 +185,11 @@ pub(super) fn read_lists(
             channel: found.index(),
             pulses: Default::default(),
         };
-        for pulse in item.tables("pulses").iter().filter(|it| it.is_sound()) {
+        for pulse in item
+            .tables("pulses")
+            .iter()
+            .filter(|table| table.is_sound())
+        {
             let stimulus = read_stimulus(pulse, found)?;
             check_stimulus(pulse, found, setup, stimulus);
             let after_us: u32 = pulse.whole("after_us");

@@ -30,8 +30,8 @@ impl WrenchCourse {
         };
         let part = (t_us - from_us) as f64 / (to_us - from_us) as f64;
         let mut force = from;
-        for (it, to) in force.iter_mut().zip(to) {
-            *it += (part * f64::from(to - *it)).round() as i32; // both within ±1e6
+        for (value, to) in force.iter_mut().zip(to) {
+            *value += (part * f64::from(to - *value)).round() as i32; // both within ±1e6
         }
         force
     }

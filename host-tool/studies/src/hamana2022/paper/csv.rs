@@ -51,36 +51,39 @@ fn rows(text: &mut String, begin: &str, came: &Came) {
     let number = |value: f64| format!("{value:.4}");
     match &came.what {
         What::Patterns(session) => {
-            for it in &session.stimulated {
-                let condition = &session.conditions[it.condition].name;
-                let individuation = it.individuation.map_or_else(String::new, number);
-                let flexed = it.flexed.map(number).join(",");
+            for stimulation in &session.stimulated {
+                let condition = &session.conditions[stimulation.condition].name;
+                let individuation = stimulation.individuation.map_or_else(String::new, number);
+                let flexed = stimulation.flexed.map(number).join(",");
                 let _ = writeln!(
                     text,
                     "{begin},\"{condition}\",{},{},{:.6},{individuation},{:.3},{flexed}",
-                    it.trial, it.place, it.torque_nm, it.index_deg
+                    stimulation.trial,
+                    stimulation.place,
+                    stimulation.torque_nm,
+                    stimulation.index_deg
                 );
             }
         }
         What::Tracked(tracking) => {
-            for it in &tracking.trials {
-                let (rmse, why) = match &it.rmse_deg {
+            for trial in &tracking.trials {
+                let (rmse, why) = match &trial.rmse_deg {
                     Ok(rmse) => (format!("{rmse:.3}"), String::new()),
                     Err(why) => (String::new(), why.replace('"', "'").replace('\n', " ")),
                 };
-                let (law, points) = (&it.law, it.method.name());
+                let (law, points) = (&trial.law, trial.method.name());
                 let _ = writeln!(
                     text,
                     "{begin},{law},{points},{},{rmse},\"{why}\"",
-                    it.number
+                    trial.number
                 );
             }
         }
         What::Held(trials) => {
-            for (number, it) in trials.iter().flatten().enumerate() {
-                let points = points(it.pattern);
-                let [greatest, last] = [it.greatest_deg(), it.last_deg()];
-                let (trial, sinks) = (number / 2, it.sinks_deg());
+            for (number, hold) in trials.iter().flatten().enumerate() {
+                let points = points(hold.pattern);
+                let [greatest, last] = [hold.greatest_deg(), hold.last_deg()];
+                let (trial, sinks) = (number / 2, hold.sinks_deg());
                 let _ = writeln!(
                     text,
                     "{begin},{points},{trial},{greatest:.3},{last:.3},{sinks:.3}"

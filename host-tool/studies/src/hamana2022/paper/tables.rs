@@ -15,9 +15,9 @@ use std::collections::BTreeMap;
 /// Each draw's participants.
 pub(super) fn averages(experiment: Experiment, sessions: &[Session]) -> Vec<Vec<Averages>> {
     let mut draws: BTreeMap<u64, Vec<Averages>> = BTreeMap::new();
-    for it in sessions {
-        let of = Averages::of(experiment, &it.conditions, &it.stimulated);
-        draws.entry(it.draw).or_default().push(of);
+    for session in sessions {
+        let of = Averages::of(experiment, &session.conditions, &session.stimulated);
+        draws.entry(session.draw).or_default().push(of);
     }
     draws.into_values().collect()
 }
@@ -159,8 +159,8 @@ fn table_6(sessions: &[Session]) -> Option<Sheet> {
                 .filter(|session| session.participant == *who)
         };
         let mut patterns: BTreeMap<&str, Pattern> = BTreeMap::new();
-        for it in own().flat_map(|session| &session.conditions) {
-            patterns.insert(&it.name, it.pattern);
+        for condition in own().flat_map(|session| &session.conditions) {
+            patterns.insert(&condition.name, condition.pattern);
         }
         for (name, pattern) in patterns {
             let volts: Vec<[f64; 2]> = own()

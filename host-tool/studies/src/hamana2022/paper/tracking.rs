@@ -60,18 +60,18 @@ impl Study {
                         return Ok(None);
                     }
                     let of = (&self.device, number);
-                    let it = wearer.track(&self.population, (method, law), of)?;
+                    let track = wearer.track(&self.population, (method, law), of)?;
                     trials.push(Trial {
                         law: law.to_owned(),
                         method,
                         number,
-                        rmse_deg: it
+                        rmse_deg: track
                             .as_ref()
                             .map(|tracking| tracking.rmse_deg)
                             .map_err(Clone::clone),
                     });
-                    if let (Ok(it), true) = (it, law == LAWS[0]) {
-                        tracked.push((method, number, it));
+                    if let (Ok(track), true) = (track, law == LAWS[0]) {
+                        tracked.push((method, number, track));
                     }
                 }
             }

@@ -63,9 +63,9 @@ pub(super) fn kinds_table(outcome: &Outcome) -> Html {
 /// Each once, in the order of their first.
 fn distinct<'a>(all: impl Iterator<Item = &'a String>) -> Vec<&'a String> {
     let mut found: Vec<&String> = Vec::new();
-    for it in all {
-        if !found.contains(&it) {
-            found.push(it);
+    for text in all {
+        if !found.contains(&text) {
+            found.push(text);
         }
     }
     found

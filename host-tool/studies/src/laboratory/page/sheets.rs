@@ -16,9 +16,9 @@ pub(super) fn sheets(all: &[Sheet]) -> Html {
     all.iter().map(sheet).collect()
 }
 
-fn sheet(it: &Sheet) -> Html {
-    let heading = html!("<h3>{}: {}</h3>\n", it.number, it.title);
-    let body = match &it.shows {
+fn sheet(item: &Sheet) -> Html {
+    let heading = html!("<h3>{}: {}</h3>\n", item.number, item.title);
+    let body = match &item.shows {
         Shows::Table(grid) => {
             let row = |row: &Vec<String>| {
                 let cells = row.iter().enumerate().map(|(place, cell)| match place {
@@ -31,11 +31,11 @@ fn sheet(it: &Sheet) -> Html {
             let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
             table(&heads, grid.rows.iter().map(row).collect())
         }
-        Shows::Plots(plots) => figure(&drawn(plots, &it.title), ""),
-        Shows::Matrix(matrix) => figure(&shaded(matrix, &it.title), ""),
+        Shows::Plots(plots) => figure(&drawn(plots, &item.title), ""),
+        Shows::Matrix(matrix) => figure(&shaded(matrix, &item.title), ""),
     };
     // Not within the figure: on a narrow screen that scrolls, and this stays.
-    heading + body + html!("<p class=\"note\">{}</p>\n", it.caption)
+    heading + body + html!("<p class=\"note\">{}</p>\n", item.caption)
 }
 
 /// Pixels of a matrix' names to its left, of a cell and of what stands over them.
@@ -166,11 +166,11 @@ fn panel(plot: &Plot, height: f64, is_first: bool) -> Panel {
     }
     panel.ground.extend(plot.bands.iter().map(band));
     let [left, right] = plot.x.ends;
-    for it in &plot.bands {
-        let across = vec![(left, it.middle), (right, it.middle)];
+    for band in &plot.bands {
+        let across = vec![(left, band.middle), (right, band.middle)];
         panel
             .marks
-            .push(Mark::Line(across, stroke(color(it.series), 1.6)));
+            .push(Mark::Line(across, stroke(color(band.series), 1.6)));
     }
     panel.marks.extend(plot.bars.iter().flat_map(bar));
     let curves = plot.curves.iter().zip(widths(plot.curves.len()));
@@ -182,19 +182,23 @@ fn panel(plot: &Plot, height: f64, is_first: bool) -> Panel {
     panel
 }
 
-fn band(it: &Band) -> Mark {
+fn band(item: &Band) -> Mark {
     let everywhere = (f64::NEG_INFINITY, f64::INFINITY);
-    Mark::Area(everywhere, (it.low, it.high), Paint::Tint(color(it.series)))
+    Mark::Area(
+        everywhere,
+        (item.low, item.high),
+        Paint::Tint(color(item.series)),
+    )
 }
 
 /// Its box, its end, and its interval.
-fn bar(it: &Bar) -> Vec<Mark> {
-    let ([left, right], color) = (it.x, color(it.series));
+fn bar(item: &Bar) -> Vec<Mark> {
+    let ([left, right], color) = (item.x, color(item.series));
     let middle = 0.5 * (left + right);
-    let whole = Mark::Area((left, right), (0.0, it.value), Paint::Tint(color));
-    let ends = vec![(left, it.value), (right, it.value)];
+    let whole = Mark::Area((left, right), (0.0, item.value), Paint::Tint(color));
+    let ends = vec![(left, item.value), (right, item.value)];
     let end = Mark::Line(ends, stroke(color, 2.0));
-    let range = it.range.map(|ends| interval(middle, ends, color));
+    let range = item.range.map(|ends| interval(middle, ends, color));
     [Some(whole), Some(end), range]
         .into_iter()
         .flatten()
@@ -211,14 +215,14 @@ fn widths(count: usize) -> impl Iterator<Item = f64> {
     (0..count).rev().map(move |above| 1.4 + step * above as f64)
 }
 
-fn curve(it: &Curve, width: f64) -> Vec<Mark> {
-    let color = color(it.series);
-    let points: Vec<(f64, f64)> = it.points.iter().map(|&[x, y]| (x, y)).collect();
-    let dots = points.iter().filter(|_| it.marked);
+fn curve(item: &Curve, width: f64) -> Vec<Mark> {
+    let color = color(item.series);
+    let points: Vec<(f64, f64)> = item.points.iter().map(|&[x, y]| (x, y)).collect();
+    let dots = points.iter().filter(|_| item.marked);
     let dots: Vec<Mark> = dots
         .map(|&at| Mark::Dot(at, Shape::Disc, 3.5, Paint::Full(color)))
         .collect();
-    let ranges = it.points.iter().zip(&it.ranges);
+    let ranges = item.points.iter().zip(&item.ranges);
     let ranges: Vec<Mark> = ranges
         .map(|([x, _], ends)| interval(*x, *ends, color))
         .collect();

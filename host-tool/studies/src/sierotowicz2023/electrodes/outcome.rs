@@ -44,15 +44,15 @@ fn percent(part: f32) -> f64 {
 }
 
 /// Of each of a wearer's forces what the best `count` miss.
-fn of_best(it: &Missed, method: usize, count: u32) -> Vec<f64> {
-    let each = it.0[method].iter();
+fn of_best(miss: &Missed, method: usize, count: u32) -> Vec<f64> {
+    let each = miss.0[method].iter();
     each.map(|parts| percent(parts[best(parts, count)]))
         .collect()
 }
 
 /// What the best set of `count` for all forces misses of them in the mean, %.
-fn of_one_set(it: &Missed, method: usize, count: u32) -> f64 {
-    let all = it.of_all(method);
+fn of_one_set(miss: &Missed, method: usize, count: u32) -> f64 {
+    let all = miss.of_all(method);
     percent(all[best(&all, count)])
 }
 
@@ -111,8 +111,8 @@ fn rows_of(study: &Study, all: &[Missed], method: usize, count: u32) -> [Row; 5]
 }
 
 /// What leaving an electrode out of ten costs each of a wearer's forces, %.
-fn cost(it: &Missed, method: usize, electrode: usize) -> Vec<f64> {
-    let each = it.0[method].iter();
+fn cost(miss: &Missed, method: usize, electrode: usize) -> Vec<f64> {
+    let each = miss.0[method].iter();
     each.map(|parts| percent(parts[ALL ^ (1 << electrode)] - parts[ALL]))
         .collect()
 }

@@ -235,16 +235,16 @@ fn is_test(attribute: &syn::Attribute) -> bool {
 fn named(item: &syn::Item) -> (&[syn::Attribute], Option<&syn::Ident>) {
     use syn::Item;
     match item {
-        Item::Const(it) => (&it.attrs, Some(&it.ident)),
-        Item::Enum(it) => (&it.attrs, Some(&it.ident)),
-        Item::Fn(it) => (&it.attrs, Some(&it.sig.ident)),
-        Item::Mod(it) => (&it.attrs, Some(&it.ident)),
-        Item::Static(it) => (&it.attrs, Some(&it.ident)),
-        Item::Struct(it) => (&it.attrs, Some(&it.ident)),
-        Item::Trait(it) => (&it.attrs, Some(&it.ident)),
-        Item::Type(it) => (&it.attrs, Some(&it.ident)),
-        Item::Impl(it) => (&it.attrs, None),
-        Item::Use(it) => (&it.attrs, None),
+        Item::Const(item_const) => (&item_const.attrs, Some(&item_const.ident)),
+        Item::Enum(item_enum) => (&item_enum.attrs, Some(&item_enum.ident)),
+        Item::Fn(item_fn) => (&item_fn.attrs, Some(&item_fn.sig.ident)),
+        Item::Mod(item_mod) => (&item_mod.attrs, Some(&item_mod.ident)),
+        Item::Static(item_static) => (&item_static.attrs, Some(&item_static.ident)),
+        Item::Struct(item_struct) => (&item_struct.attrs, Some(&item_struct.ident)),
+        Item::Trait(item_trait) => (&item_trait.attrs, Some(&item_trait.ident)),
+        Item::Type(item_type) => (&item_type.attrs, Some(&item_type.ident)),
+        Item::Impl(item_impl) => (&item_impl.attrs, None),
+        Item::Use(item_use) => (&item_use.attrs, None),
         _ => (&[], None),
     }
 }

@@ -40,13 +40,13 @@ fn sum(all: impl Iterator<Item = Transfer>) -> Transfer {
 
 /// The largest error: of the potential by itself, of the slopes by their vector's
 /// length, of the curvature by potential over squared distance from the pad.
-fn error(it: &Transfer, exact: &Transfer, distance: f64) -> f64 {
+fn error(transfer: &Transfer, exact: &Transfer, distance: f64) -> f64 {
     let slopes = |t: &Transfer| [t.gradient, t.across[0], t.across[1]];
     let length = slopes(exact).map(|v| v * v).iter().sum::<f64>().sqrt();
-    let off = slopes(it).into_iter().zip(slopes(exact));
+    let off = slopes(transfer).into_iter().zip(slopes(exact));
     let off = off.map(|(a, b)| (a - b).abs() / length);
-    let bend = (it.curvature / exact.potential - exact.curvature / exact.potential).abs();
-    let own = (it.potential / exact.potential - 1.0).abs();
+    let bend = (transfer.curvature / exact.potential - exact.curvature / exact.potential).abs();
+    let own = (transfer.potential / exact.potential - 1.0).abs();
     off.fold(own.max(bend * distance * distance), f64::max)
 }
 
@@ -78,8 +78,8 @@ fn a_point_on_one_even_tissue_gives_one_over_two_pi_s_r() {
     let field = Field::resolved(even(4e-3, 0.2), FINE).unwrap();
     for at in places(4e-3) {
         let exact = inverse(at, [1.0; 2], 1.0 / (2.0 * PI * 0.2));
-        let it = field.transfer(&pad(POINT), at);
-        let error = error(&it, &exact, length(at));
+        let transfer = field.transfer(&pad(POINT), at);
+        let error = error(&transfer, &exact, length(at));
         assert!(error < 1e-6, "{at:?} {error}");
     }
 }
@@ -96,8 +96,8 @@ fn a_point_on_muscle_alone_gives_one_over_r_in_scaled_lengths() {
     for at in places(5e-3) {
         let scale = 1.0 / (2.0 * PI * across * along.sqrt());
         let exact = inverse(at, [along, across], scale);
-        let it = field.transfer(&pad(POINT), at);
-        let error = error(&it, &exact, length(at));
+        let transfer = field.transfer(&pad(POINT), at);
+        let error = error(&transfer, &exact, length(at));
         assert!(error < 1e-6, "{at:?} {error}");
     }
 }
@@ -119,8 +119,8 @@ fn a_point_on_two_even_layers_has_the_known_images() {
                 inverse([x, y, depth], [1.0; 2], scale)
             };
             let exact = sum((0..100).map(image));
-            let it = field.transfer(&pad(POINT), [x, y, z]);
-            let error = error(&it, &exact, length([x, y, z]));
+            let transfer = field.transfer(&pad(POINT), [x, y, z]);
+            let error = error(&transfer, &exact, length([x, y, z]));
             assert!(error < 1e-6, "{fat} {x} {y} {z} {error}");
         }
     }
@@ -150,8 +150,8 @@ fn a_pad_is_the_mean_of_its_points() {
             let scale = 1.0 / (2.0 * PI * 0.2 * points.len() as f64);
             let from = |[x, y]: &[f64; 2]| inverse([at[0] - x, at[1] - y, at[2]], [1.0; 2], scale);
             let exact = sum(points.iter().map(from));
-            let it = field.transfer(&pad(shape), at);
-            let error = error(&it, &exact, length(at));
+            let transfer = field.transfer(&pad(shape), at);
+            let error = error(&transfer, &exact, length(at));
             assert!(error < 2e-4, "{shape:?} {at:?} {error}");
         }
     }

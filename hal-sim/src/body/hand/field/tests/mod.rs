@@ -133,13 +133,19 @@ fn the_coarse_sums_are_within_a_hundredth() {
                     for y in 0..8 {
                         let at = [0.01 * f64::from(x), 0.008 * f64::from(y), depth];
                         let all = |field: &Field| {
-                            let it = field.transfer(&pad(shape), at);
-                            let [dy, dz] = it.across;
-                            [it.potential, it.gradient, it.curvature, dy, dz]
+                            let transfer = field.transfer(&pad(shape), at);
+                            let [dy, dz] = transfer.across;
+                            [
+                                transfer.potential,
+                                transfer.gradient,
+                                transfer.curvature,
+                                dy,
+                                dz,
+                            ]
                         };
-                        let (it, exact) = (all(&coarse), all(&fine));
+                        let (values, exact) = (all(&coarse), all(&fine));
                         for n in 0..5 {
-                            worst[n] = worst[n].max((it[n] - exact[n]).abs());
+                            worst[n] = worst[n].max((values[n] - exact[n]).abs());
                             largest[n] = largest[n].max(exact[n].abs());
                         }
                     }

@@ -19,8 +19,8 @@ const ROW_S: f64 = 0.02;
 const METHODS: [&str; 2] = ["one point", "two points"];
 
 /// The course of a hold.
-fn course(series: usize, it: &Hold) -> Curve {
-    let rows = it.course_deg.iter().enumerate();
+fn course(series: usize, hold: &Hold) -> Curve {
+    let rows = hold.course_deg.iter().enumerate();
     let at = rows.map(|(row, deg)| [ROW_S * (row + 1) as f64, *deg]);
     Curve::line(series, at)
 }
@@ -49,7 +49,7 @@ impl Study {
                 METHODS[usize::from(is_two)],
                 if is_best { "best" } else { "worst" }
             );
-            let Some((part, it)) = self.shown(parts, is_two, is_best) else {
+            let Some((part, course)) = self.shown(parts, is_two, is_best) else {
                 whose.push(format!("{number}: no draw has a number"));
                 continue;
             };
@@ -57,10 +57,10 @@ impl Study {
             whose.push(format!(
                 "{number}: {}, {} trial {}",
                 words.replace(", the first that has points and voltages", ""),
-                it.method.name(),
-                it.number + 1
+                course.method.name(),
+                course.number + 1
             ));
-            plots.push(followed(format!("{what}: {:.1}°", it.rmse_deg), it));
+            plots.push(followed(format!("{what}: {:.1}°", course.rmse_deg), course));
         }
         let caption = format!(
             "Wanted and measured angle of the trial with the least and with the greatest RMSE \
@@ -230,8 +230,8 @@ impl Study {
     }
 }
 
-fn followed(title: String, it: &Course) -> Plot {
-    let of = |place: usize| it.rows.iter().map(move |row| [row[0], row[place]]);
+fn followed(title: String, course: &Course) -> Plot {
+    let of = |place: usize| course.rows.iter().map(move |row| [row[0], row[place]]);
     Plot {
         title,
         x: Along::even("time (s)", [0.0, 30.0]),

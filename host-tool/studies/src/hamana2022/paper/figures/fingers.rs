@@ -140,9 +140,9 @@ impl Study {
                 .filter(|session| session.participant == who)
                 .collect();
             let mut names: Vec<&str> = Vec::new();
-            for it in own.iter().flat_map(|session| &session.conditions) {
-                if !names.contains(&&*it.name) {
-                    names.push(&it.name);
+            for condition in own.iter().flat_map(|session| &session.conditions) {
+                if !names.contains(&&*condition.name) {
+                    names.push(&condition.name);
                 }
             }
             names.sort_unstable();

@@ -255,9 +255,9 @@ impl<'s> Of<'s> {
                 continue;
             }
             ticks.push((at, after_us.to_string()));
-            if let Some(it) = self.mean_of(number) {
-                curve.points.push([at, it.median]);
-                curve.ranges.push(it.range());
+            if let Some(spread) = self.mean_of(number) {
+                curve.points.push([at, spread.median]);
+                curve.ranges.push(spread.range());
             }
         }
         let x = Along {
