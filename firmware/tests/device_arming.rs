@@ -82,7 +82,7 @@ fn nothing_is_put_out_before_an_arm_order() {
         }
         assert!(taken > 10, "{taken} orders taken");
         let driven = |levels: &Levels| *levels != Levels::ISOLATED;
-        assert!(!desk.record.levels.iter().any(|(_, it)| driven(it)));
+        assert!(!desk.record.levels.iter().any(|(_, levels)| driven(levels)));
         assert_eq!((&*desk.record.dac, &*desk.record.trips), (&[][..], &[][..]));
     }
 }

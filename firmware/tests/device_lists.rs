@@ -203,10 +203,11 @@ fn a_stop_lets_a_list_fall() {
     let falls = seen.windows(2).all(|window| window[0].2 >= window[1].2);
     assert!(!seen.is_empty() && falls, "{seen:?}");
     assert!(
-        seen.iter().all(|it| it.1 == 100 && it.2 < code(10_000)),
+        seen.iter()
+            .all(|edge| edge.1 == 100 && edge.2 < code(10_000)),
         "{seen:?}"
     );
-    assert!(seen.iter().all(|it| it.0 < from + 51_000), "{seen:?}");
+    assert!(seen.iter().all(|edge| edge.0 < from + 51_000), "{seen:?}");
     // Nothing is left of it when stimulation begins anew.
     desk.start();
     desk.must(all(1, 5_000));

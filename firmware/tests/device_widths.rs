@@ -85,7 +85,7 @@ fn a_burst_has_the_pair_that_was_ordered_before_it() {
         assert!(
             burst
                 .iter()
-                .all(|it| (it.1, it.2) == (burst[0].1, burst[0].2)),
+                .all(|edge| (edge.1, edge.2) == (burst[0].1, burst[0].2)),
             "{burst:?}"
         );
         (burst[0].1, u32::from(burst[0].2))

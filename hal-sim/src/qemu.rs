@@ -163,7 +163,7 @@ impl Process {
                 Err(e) => return Err(e.into()),
             }
             if self.0.try_wait()?.is_some() || start.elapsed() > PATIENCE {
-                return Err(StartError::Failed(self.last_words()));
+                return Err(StartError::Failed(self.remaining_output()));
             }
             sleep(Duration::from_millis(2));
         }
@@ -171,11 +171,11 @@ impl Process {
 
     /// What QEMU, or the image's panic, said before the line broke.
     fn explain(&mut self, error: io::Error) -> io::Error {
-        let words = self.last_words();
+        let words = self.remaining_output();
         io::Error::new(error.kind(), format!("QEMU: {error}. {words}"))
     }
 
-    fn last_words(&mut self) -> String {
+    fn remaining_output(&mut self) -> String {
         let _ = self.0.kill(); // it may have ended by itself
         let mut words = Vec::new();
         if let Some(mut stderr) = self.0.stderr.take() {

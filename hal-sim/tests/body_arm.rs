@@ -214,7 +214,11 @@ fn a_twitch_turns_what_is_beyond_the_joint() {
     let [shoulder, _, forearm] = turning(&spec);
     // The first axis of the forearm's frame is the hinge.
     assert!(forearm[0] > 0.3, "{forearm:?}");
-    assert!(shoulder.iter().all(|it| it.abs() < 0.3 * forearm[0]));
+    assert!(
+        shoulder
+            .iter()
+            .all(|torque_nm| torque_nm.abs() < 0.3 * forearm[0])
+    );
     spec.imu_faults = [
         ImuFault::None,
         ImuFault::Missing,
@@ -233,16 +237,16 @@ fn what_no_arm_can_have_is_named() {
         Arm::new(spec).unwrap_err()
     };
     assert_eq!(
-        refused(|it| it.mass_kg = 0.0),
+        refused(|spec| spec.mass_kg = 0.0),
         InvalidArm::NotPositive("mass_kg")
     );
     assert_eq!(
-        refused(|it| it.posture.elbow_deg = 101.0),
+        refused(|spec| spec.posture.elbow_deg = 101.0),
         InvalidArm::Posture
     );
-    assert_eq!(refused(|it| it.max_ma[4] = 1.0), InvalidArm::Range(4));
+    assert_eq!(refused(|spec| spec.max_ma[4] = 1.0), InvalidArm::Range(4));
     assert_eq!(
-        refused(|it| it.force_noise = 1.5),
+        refused(|spec| spec.force_noise = 1.5),
         InvalidArm::NotAPart("force_noise")
     );
     for index in 0..300 {

@@ -156,9 +156,9 @@ fn what_no_bench_has_is_named() {
         IsometricElbow::new(spec, 1).unwrap_err().0
     };
     // 180° less 69.9° is flexion of 110.1°, where the sources part.
-    assert_eq!(of(|it| it.included_deg = 69.9), "included_deg");
-    assert_eq!(of(|it| it.channels = [2, 2]), "channels");
-    assert_eq!(of(|it| it.muscles[0].reached[1] = 1.1), "reached");
-    assert_eq!(of(|it| it.contraction = f64::NAN), "contraction");
-    assert_eq!(of(|it| it.cell.lever_m = 0.0), "lever_m");
+    assert_eq!(of(|spec| spec.included_deg = 69.9), "included_deg");
+    assert_eq!(of(|spec| spec.channels = [2, 2]), "channels");
+    assert_eq!(of(|spec| spec.muscles[0].reached[1] = 1.1), "reached");
+    assert_eq!(of(|spec| spec.contraction = f64::NAN), "contraction");
+    assert_eq!(of(|spec| spec.cell.lever_m = 0.0), "lever_m");
 }

@@ -211,19 +211,19 @@ fn what_cannot_be_is_named() {
             .map(|invalid_shared| invalid_shared.0)
     };
     assert_eq!(wrong(&|_| ()), None);
-    assert_eq!(wrong(&|it| it.strength_n = 0.0), Some("strength_n"));
-    assert_eq!(wrong(&|it| it.pulse_takes = 1.0), Some("pulse_takes"));
-    assert_eq!(wrong(&|it| it.groups = 0), Some("groups"));
+    assert_eq!(wrong(&|spec| spec.strength_n = 0.0), Some("strength_n"));
+    assert_eq!(wrong(&|spec| spec.pulse_takes = 1.0), Some("pulse_takes"));
+    assert_eq!(wrong(&|spec| spec.groups = 0), Some("groups"));
     assert_eq!(
-        wrong(&|it| it.units_per_group = 101),
+        wrong(&|spec| spec.units_per_group = 101),
         Some("units_per_group")
     );
-    assert_eq!(wrong(&|it| it.dynamics.k = f64::NAN), Some("dynamics"));
+    assert_eq!(wrong(&|spec| spec.dynamics.k = f64::NAN), Some("dynamics"));
     let electrode = |change: &dyn Fn(&mut Electrode)| {
         wrong(&|spec| spec.electrodes[0].iter_mut().for_each(change))
     };
-    assert_eq!(electrode(&|it| it.full_ma = 10.0), Some("full_ma"));
-    assert_eq!(electrode(&|it| it.foot = 1.0), Some("foot"));
-    assert_eq!(electrode(&|it| it.reach = vec![1.0; 3]), Some("reach"));
-    assert_eq!(electrode(&|it| it.reach[2] = 1.1), Some("reach"));
+    assert_eq!(electrode(&|spec| spec.full_ma = 10.0), Some("full_ma"));
+    assert_eq!(electrode(&|spec| spec.foot = 1.0), Some("foot"));
+    assert_eq!(electrode(&|spec| spec.reach = vec![1.0; 3]), Some("reach"));
+    assert_eq!(electrode(&|spec| spec.reach[2] = 1.1), Some("reach"));
 }

@@ -291,7 +291,7 @@ fn beside_the_paper(name: &str, result: &Value) {
     let cells = papers
         .iter()
         .filter(|(id, _)| id.contains("One point's torque"));
-    assert!(cells.map(|(_, paper)| paper).all(|it| it.is_null()));
+    assert!(cells.map(|(_, paper)| paper).all(|cell| cell.is_null()));
 }
 
 const OWN: &str = "schema = 1\nname = \"X-1\"\nevidence = \"assumed\"\nsource = \"a test\"\n\

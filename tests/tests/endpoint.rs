@@ -148,7 +148,7 @@ fn stale_after(device: &DeviceName) -> (i64, i64) {
             .edges_from(epoch_us)
             .filter(|edge| edge.state.is_driven())
     };
-    assert!(driven().any(|it| it.dac_code > 0 && it.t_us + 30_000 > fault_us));
+    assert!(driven().any(|edge| edge.dac_code > 0 && edge.t_us + 30_000 > fault_us));
     let last_us = driven().map(|edge| edge.t_us).max().unwrap();
     // All of them, not only those that played.
     let mut states = std::collections::BTreeMap::new();

@@ -156,7 +156,7 @@ fn same_edges(seconds: u64) {
         assert!(
             differs.is_none(),
             "{device}: {:?}",
-            differs.map(|it| (native.get(it), other.get(it)))
+            differs.map(|index| (native.get(index), other.get(index)))
         );
         println!("{} edges are the same on {device}", native.len());
     }

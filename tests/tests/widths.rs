@@ -65,7 +65,7 @@ fn the_native_device_plays_the_ramp_and_the_list() {
     let code = (35_000_u64 * 65_535 / 100_000) as u16;
     assert_eq!(ramp[0].2, (35_000_u64 / 6 * 65_535 / 100_000) as u16);
     let full = ramp.iter().filter(|pair| pair.0 >= ramp[0].0 + 500_000);
-    assert!(full.clone().all(|it| it.2 == code));
+    assert!(full.clone().all(|edge| edge.2 == code));
     // The list, to the microsecond, between the train's own pulses.
     let listed = pulses(&edges, 1);
     let code = |ma: u64| (ma * 1_000 * 65_535 / 100_000) as u16;

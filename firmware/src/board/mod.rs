@@ -9,7 +9,7 @@
 #[cfg(all(target_os = "none", feature = "bench"))]
 pub mod bench;
 #[cfg(all(target_os = "none", any(feature = "bench", feature = "qemu")))]
-mod last_words;
+mod panic_handler;
 #[cfg(all(target_os = "none", feature = "qemu"))]
 pub mod qemu;
 #[cfg(all(target_os = "none", feature = "stm32f405"))]

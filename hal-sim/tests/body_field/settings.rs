@@ -55,11 +55,11 @@ impl Setting {
         let every = |i| (0..around).step_by(2).map(move |j| (i, j));
         for (i, j) in (1..along).step_by(2).flat_map(every) {
             let at = [x.middle(i), y.middle(j), z.middle(k)];
-            let [it, back] = [self.pad, self.mirror()].map(|pad| field.transfer(&pad, at));
+            let [forth, back] = [self.pad, self.mirror()].map(|pad| field.transfer(&pad, at));
             let known = [
-                it.potential - back.potential,
-                it.gradient - back.gradient,
-                it.curvature - back.curvature,
+                forth.potential - back.potential,
+                forth.gradient - back.gradient,
+                forth.curvature - back.curvature,
             ];
             let found = solved.along([i, j, k]);
             for n in 0..3 {

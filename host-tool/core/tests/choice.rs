@@ -112,7 +112,7 @@ fn what_nobody_uses_has_no_error() {
     let choice = choose(&session, Share(1), SEED).unwrap();
     let need = &choice.needs[0];
     assert!(!need.uses.report && !need.uses.steering);
-    assert!(need.tried.iter().all(|it| it.error() == 0.0));
+    assert!(need.tried.iter().all(|trial| trial.error() == 0.0));
     assert_eq!(need.enough, rungs().next());
 }
 

@@ -261,7 +261,7 @@ fn press(file: &SessionFile, late_us: u64, first: u64, sequences: u64) {
         assert!(
             differs.is_none(),
             "seed {seed}: {:?}",
-            differs.map(|it| it.0)
+            differs.map(|difference| difference.0)
         );
         assert_eq!(was.len(), is.len());
     }

@@ -101,7 +101,7 @@ fn intervals_are_as_wide_as_the_bound_and_cover() {
         );
         // Of 40 with 0.95: below 33 once in ten thousand.
         assert!(
-            covered.iter().all(|it| *it >= 33),
+            covered.iter().all(|count| *count >= 33),
             "{weighting:?} {covered:?}"
         );
     }

@@ -65,8 +65,8 @@ fn a_session_as_long_as_the_wearers_time_is_noted() {
         Session::parse("it.toml", &limited).unwrap().notes
     };
     let note = "the device stops after 1.94975 s";
-    assert!(at(2).iter().any(|it| it.contains(note)), "{:?}", at(2));
-    assert!(!at(3).iter().any(|it| it.contains("the device stops")));
+    assert!(at(2).iter().any(|line| line.contains(note)), "{:?}", at(2));
+    assert!(!at(3).iter().any(|line| line.contains("the device stops")));
 }
 
 #[test]

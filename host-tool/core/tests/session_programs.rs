@@ -282,7 +282,7 @@ proptest! {
         longer in 1.0..1.5_f64,
     ) {
         let bench = Bench { start: 0, limit: bench.limit.min(15_000), ..bench };
-        let [from, to] = [from, to].map(|it| bench.limit * it / 10);
+        let [from, to] = [from, to].map(|percent| bench.limit * percent / 10);
         let way = |up_us: u64, way_us: u64| {
             let up = up_us + 2 * bench.period_us;
             format!(
@@ -296,7 +296,7 @@ proptest! {
         // The reader tells how long each way needs; so it is asked.
         let needed = |text: &str, place: &str| {
             let told = Session::parse("it.toml", &bench.text(8_000, text)).err()?.lines();
-            let line = told.lines().find(|it| it.contains("E485") && it.contains(place))?.to_owned();
+            let line = told.lines().find(|candidate| candidate.contains("E485") && candidate.contains(place))?.to_owned();
             let (_, after) = line.split_once(" in ")?;
             let (number, _) = after.split_once(" s at least")?;
             Some((number.parse::<f64>().unwrap() * 1e6 * longer) as u64 + 1)
@@ -346,7 +346,7 @@ fn channels_are_staggered_and_counted() {
     };
     let on: Vec<[bool; 2]> = (0..20)
         .map(|second| is_on(second * 1_000_000 + 250_000))
-        .map(|it: Vec<bool>| [it[0], it[1]])
+        .map(|flags: Vec<bool>| [flags[0], flags[1]])
         .collect();
     let expected = |second: u64, begin: f64| {
         let since = second as f64 + 0.25 - begin;

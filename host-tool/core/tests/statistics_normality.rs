@@ -63,7 +63,7 @@ fn they_agree_with_scipy_and_pingouin() {
 #[test]
 fn what_is_no_sample_is_refused() {
     let too_few =
-        |it: Result<_, StatisticsError>| matches!(it, Err(StatisticsError::TooFew { .. }));
+        |result: Result<_, StatisticsError>| matches!(result, Err(StatisticsError::TooFew { .. }));
     assert!(too_few(shapiro_wilk(&[1.0, 2.0]).map(drop)));
     assert!(too_few(
         mauchly(&[vec![1.0, 2.0], vec![2.0, 1.0]]).map(drop)

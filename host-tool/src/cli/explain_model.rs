@@ -185,8 +185,8 @@ fn machines(session: &Session, choice: &Choice) -> Value {
             "model": rung_name(tried.rung),
             "report_pct": part(tried.report),
             "steering_pct": part(tried.steering),
-            "cycles": tried.cycles.map(|it| json!({
-                "tick": it.tick, "tick_with_pulse": it.tick_with_pulse,
+            "cycles": tried.cycles.map(|cycles| json!({
+                "tick": cycles.tick, "tick_with_pulse": cycles.tick_with_pulse,
             })),
             "worst_cycles_per_s": tried.cycles.map(|_| tried.cost()),
         })

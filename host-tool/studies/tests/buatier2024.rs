@@ -145,7 +145,7 @@ fn pulses_come_sixty_times_a_second() {
         lifted.duration_s
     );
     let (_, first) = trace.pulses[0];
-    assert_eq!(first.map(|it| it.get()), [0; 8]);
+    assert_eq!(first.map(|code| code.get()), [0; 8]);
     let most = trace
         .pulses
         .iter()

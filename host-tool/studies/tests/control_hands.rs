@@ -93,7 +93,7 @@ fn the_contenders_are_the_default_the_papers_law_and_pids() {
         "pid",
         "pid +",
     ] {
-        assert!(names.iter().any(|it| it == name), "{name}");
+        assert!(names.iter().any(|known| known == name), "{name}");
     }
 }
 

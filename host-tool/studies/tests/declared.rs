@@ -289,7 +289,7 @@ fn a_declaration_is_played_on_another_wearer() {
         .filter(|field| !fields(&whole).contains(field))
         .collect();
     let known = ["triceps_threshold_ma", "triceps_nm", "biceps_threshold_ma"];
-    assert_eq!(gone, known.map(|it| format!("body.{it}")));
+    assert_eq!(gone, known.map(|field| format!("body.{field}")));
     for file in whole.sessions(&[]).unwrap() {
         let session = file.session;
         let wall = session.wall.unwrap();

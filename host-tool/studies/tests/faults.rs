@@ -146,7 +146,7 @@ fn electrodes_are_found_but_for_a_short_at_the_limiter() {
         assert!(outcome.found > 0);
         let mut missed = outcome.listed.iter().map(|case| &case.what);
         assert!(
-            missed.all(|it| it.starts_with("short: channel 6")),
+            missed.all(|line| line.starts_with("short: channel 6")),
             "{missed:?}"
         );
     }

@@ -148,9 +148,13 @@ fn the_same_seed_gives_the_same_bytes_across_a_wrap_of_the_clock() {
         let trials = three("same", 5_000.0, name);
         let folders = fs::read_dir(folder_of(name)).unwrap().flatten();
         let files = folders.flat_map(|entry| fs::read_dir(entry.path()).unwrap().flatten());
-        let file = |it: fs::DirEntry| {
-            let inside = it.path().strip_prefix(folder_of(name)).unwrap().to_owned();
-            (inside, fs::read(it.path()).unwrap())
+        let file = |entry: fs::DirEntry| {
+            let inside = entry
+                .path()
+                .strip_prefix(folder_of(name))
+                .unwrap()
+                .to_owned();
+            (inside, fs::read(entry.path()).unwrap())
         };
         let mut bytes: Vec<_> = files.map(file).collect();
         bytes.sort();

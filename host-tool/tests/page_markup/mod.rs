@@ -199,7 +199,7 @@ fn markup_in_a_record_stays_text() {
         "session_file",
         "wearer/name",
     ] {
-        assert!(tried.accepted.iter().any(|it| it == wanted), "{wanted}");
+        assert!(tried.accepted.iter().any(|path| path == wanted), "{wanted}");
     }
     try_table(&dir, &trial.with_file_name("samples.csv"));
     try_table(&dir, &trial.with_file_name("edges.csv"));
@@ -224,7 +224,7 @@ fn markup_in_a_record_stays_text() {
         "title",
         "sheets/0/caption",
     ] {
-        assert!(tried.accepted.iter().any(|it| it == wanted), "{wanted}");
+        assert!(tried.accepted.iter().any(|path| path == wanted), "{wanted}");
     }
     edit(&result, |result| {
         result["declared"]["drawn"] = "cases".into();
@@ -233,7 +233,7 @@ fn markup_in_a_record_stays_text() {
         }
     });
     let tried = try_json(&dir, &result);
-    assert!(tried.accepted.iter().any(|it| it == "declared/drawn"));
+    assert!(tried.accepted.iter().any(|path| path == "declared/drawn"));
     edit(&result, |result| {
         let points = (0..25).map(|point| share(&format!("point {point}")));
         result["shares"] = points.collect();
@@ -309,13 +309,13 @@ fn markup_in_a_session_or_a_wearer_file_stays_text() {
     let accepted = each(&session, &|session| page_of(session, &text));
     println!("of the session: {accepted:?}");
     for wanted in ["title", "channel/0/name"] {
-        assert!(accepted.iter().any(|it| it == wanted), "{wanted}");
+        assert!(accepted.iter().any(|path| path == wanted), "{wanted}");
     }
     let accepted = each(&wearer, &|wearer| {
         page_of(&session, &toml::to_string(wearer).unwrap())
     });
     println!("of the wearer file: {accepted:?}");
-    assert!(accepted.iter().any(|it| it == "source"));
+    assert!(accepted.iter().any(|path| path == "source"));
 }
 
 /// A browser runs nothing and asks nobody, whatever a page says; its own style is shown.

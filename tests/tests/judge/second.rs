@@ -159,11 +159,11 @@ fn a_judge_that_errs_is_told() {
         account(&mut wrong);
         differences(&wrong, &said["as_built"]).len()
     };
-    assert_eq!(err(&|it| it.findings.clear()), 1);
+    assert_eq!(err(&|report| report.findings.clear()), 1);
     let first = |change: &dyn Fn(&mut Finding)| err(&|account| change(&mut account.findings[0]));
     // One that is not found, and one that the other does not find.
-    assert_eq!(first(&|it| it.count += 1), 2);
-    assert_eq!(first(&|it| it.t_us += 1), 2);
-    assert_eq!(first(&|it| it.amount *= 1.001), 1);
-    assert_eq!(err(&|it| it.direct_ua[0] += 0.01), 1);
+    assert_eq!(first(&|finding| finding.count += 1), 2);
+    assert_eq!(first(&|finding| finding.t_us += 1), 2);
+    assert_eq!(first(&|finding| finding.amount *= 1.001), 1);
+    assert_eq!(err(&|report| report.direct_ua[0] += 0.01), 1);
 }

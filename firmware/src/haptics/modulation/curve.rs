@@ -197,14 +197,14 @@ fn search(coefficients: [i64; 5]) -> (Extreme, u32) {
     let mut left: heapless::Vec<Piece, { DEPTH as usize + 1 }> = heapless::Vec::new();
     let mut piece = Some(whole);
     let mut halved = 0u32;
-    while let Some(it) = piece.take().or_else(|| left.pop()) {
-        let [a, b, c, d, e] = it.coefficients;
+    while let Some(segment) = piece.take().or_else(|| left.pop()) {
+        let [a, b, c, d, e] = segment.coefficients;
         let highest = a.max(b).max(c).max(d).max(e);
-        if highest - best.value <= SLACK || it.length < 2 {
+        if highest - best.value <= SLACK || segment.length < 2 {
             continue; // below 2^57
         }
         halved = halved.saturating_add(1);
-        let (near, far) = it.halves();
+        let (near, far) = segment.halves();
         let [middle, ..] = far.coefficients;
         best.rise(middle, far.from);
         let _ = left.push(far); // as many places as lengths

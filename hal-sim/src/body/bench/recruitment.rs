@@ -146,7 +146,10 @@ mod tests {
     #[test]
     fn force_rises_from_nothing_at_the_lowest_threshold_to_all() {
         let pool = Pool::new(8.0, 12.0, 2.5).unwrap();
-        assert_eq!([0.0, 7.9, 8.0].map(|it| pool.share(it)), [0.0; 3]);
+        assert_eq!(
+            [0.0, 7.9, 8.0].map(|current_ma| pool.share(current_ma)),
+            [0.0; 3]
+        );
         let all: Vec<f64> = (80..400)
             .map(|tenth| pool.share(f64::from(tenth) * 0.1))
             .collect();

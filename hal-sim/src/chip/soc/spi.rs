@@ -307,7 +307,10 @@ mod tests {
             spi.set(DR, word, 0);
         }
         spi.advance(1 << 20).unwrap();
-        assert_eq!(spi.words().map(|it| it.value).collect::<Vec<_>>(), [1, 3]);
+        assert_eq!(
+            spi.words().map(|word| word.value).collect::<Vec<_>>(),
+            [1, 3]
+        );
     }
 
     /// Figure 248: by CPOL and CPHA.

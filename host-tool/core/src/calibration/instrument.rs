@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn a_sensor_at_its_end_and_one_upside_down_are_named() {
-        let told = |it: Result<_, CalibrationError>| it.unwrap_err().to_string();
+        let told = |result: Result<_, CalibrationError>| result.unwrap_err().to_string();
         let full = said(1, 0.05, |noise| (50.0 + noise).min(10.0));
         assert!(told(full).starts_with("E680 "));
         let down = said(1, 0.05, |noise| noise - 3.0);

@@ -41,10 +41,10 @@ pub(crate) fn parse<T>(
             doc.say(Problem::Syntax { reason }, place);
         }
     }
-    let it = (!is_broken).then(|| read(&doc, &Table::root(&doc, &root, section)));
-    match (doc.finish(), it.flatten()) {
+    let content = (!is_broken).then(|| read(&doc, &Table::root(&doc, &root, section)));
+    match (doc.finish(), content.flatten()) {
         (Some(e), _) => Err(e),
-        (None, Some(it)) => Ok(it),
+        (None, Some(content)) => Ok(content),
         (None, None) => unreachable!("a file is read, or something is told"),
     }
 }

@@ -231,7 +231,7 @@ const DEVICE_STATES: [(DeviceState, &str); 6] = [
 
 /// Returns the word for `state`, which must be among `words`.
 fn word<S: PartialEq>(words: &[(S, &'static str)], state: S) -> &'static str {
-    let found = words.iter().find(|(it, _)| *it == state);
+    let found = words.iter().find(|(word, _)| *word == state);
     found.map_or("", |(_, word)| word)
 }
 

@@ -42,11 +42,12 @@ impl<A: Outputs, B: Outputs> Outputs for (A, B) {
 
 impl<T: Outputs> Outputs for Option<T> {
     fn take(&mut self, piece: &Trace, epoch_us: u64) {
-        self.iter_mut().for_each(|it| it.take(piece, epoch_us));
+        self.iter_mut()
+            .for_each(|output| output.take(piece, epoch_us));
     }
 
     fn end(&mut self, now_us: u64) {
-        self.iter_mut().for_each(|it| it.end(now_us));
+        self.iter_mut().for_each(|output| output.end(now_us));
     }
 }
 

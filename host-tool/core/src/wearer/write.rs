@@ -372,7 +372,7 @@ fn numbers(milli: &[i32]) -> String {
     format!("[{}]", each.join(", "))
 }
 
-fn word<T: Copy + PartialEq>(words: &[(&'static str, T)], it: T) -> &'static str {
-    let found = words.iter().find(|(_, known)| *known == it);
+fn word<T: Copy + PartialEq>(words: &[(&'static str, T)], value: T) -> &'static str {
+    let found = words.iter().find(|(_, known)| *known == value);
     found.map_or("", |(word, _)| word) // all are there
 }

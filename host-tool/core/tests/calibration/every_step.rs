@@ -93,7 +93,7 @@ fn at_every_step(way: Way) {
         let resumed = std::fs::read_to_string(&out).unwrap();
         assert_eq!(resumed, reference, "{way:?} {moment:?}");
         let found = |step: Step| {
-            let is = |entry: &&Entry| matches!(entry, Entry::Found { step: it, .. } if *it == step);
+            let is = |entry: &&Entry| matches!(entry, Entry::Found { step: found_at, .. } if *found_at == step);
             entries(&out).iter().filter(is).count()
         };
         // Nothing that was found was looked for again.

@@ -47,7 +47,7 @@ fn p(own: &Replication, claim: &Claim) -> Option<f64> {
     let pair = PAIRS
         .iter()
         .position(|pair| *pair == [a.min(b), a.max(b)])?;
-    let is = |it: &&super::tests::Tested| it.metric == claim.metric && it.height.is_none();
+    let is = |test: &&super::tests::Tested| test.metric == claim.metric && test.height.is_none();
     Some(own.tests.iter().find(is)?.pairs[pair][1])
 }
 

@@ -45,19 +45,19 @@ fn models(study: &Study) -> Vec<(&'static str, Study)> {
     vec![
         (
             "C = k itself (raw)",
-            with(&|it| it.model.scale = Scale::Raw),
+            with(&|spec| spec.model.scale = Scale::Raw),
         ),
         (
             "I = C·I₀ (scaled)",
-            with(&|it| it.model.form = Form::Scaled),
+            with(&|spec| spec.model.form = Form::Scaled),
         ),
         (
             "both: equation 4 of k itself",
-            with(&|it| (it.model.scale, it.model.form) = (Scale::Raw, Form::Scaled)),
+            with(&|spec| (spec.model.scale, spec.model.form) = (Scale::Raw, Form::Scaled)),
         ),
         (
             "no co-contraction in the model",
-            with(&|it| it.model.co_contraction = 0.0),
+            with(&|spec| spec.model.co_contraction = 0.0),
         ),
     ]
 }

@@ -140,8 +140,10 @@ impl Study {
         let mut series: Vec<&str> = open.iter().map(|condition| &*condition.id).collect();
         series.push("published");
         let plots = vec![
-            plot("force at first (% of wanted)", 120.0, &|it| it.first),
-            plot("ripple (% of mean)", 80.0, &|it| it.ripple),
+            plot("force at first (% of wanted)", 120.0, &|result| {
+                result.first
+            }),
+            plot("ripple (% of mean)", 80.0, &|result| result.ripple),
         ];
         figure(
             "Force and fatigue",

@@ -31,9 +31,9 @@ impl Study {
             };
             vec![
                 condition.id.clone(),
-                format!("{}", count(&|it| it.is_refused)),
-                format!("{}", count(&|it| it.endurance.seconds > 0.0)),
-                format!("{}", count(&|it| it.endurance.is_longer)),
+                format!("{}", count(&|result| result.is_refused)),
+                format!("{}", count(&|result| result.endurance.seconds > 0.0)),
+                format!("{}", count(&|result| result.endurance.is_longer)),
                 whole(row.ours),
                 whole(row.low),
                 whole(row.high),

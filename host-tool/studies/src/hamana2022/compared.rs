@@ -199,13 +199,15 @@ fn pattern_claims(is_torque: bool, protocol: &Protocol, all: &[Replication]) -> 
             "phase-difference",
             "phase differences differ (Friedman)".into(),
             Some(!is_torque),
-            all.iter().map(|it| significant(it.friedman)),
+            all.iter()
+                .map(|comparison| significant(comparison.friedman)),
         ),
         claim(
             "isolation",
             "conducted and isolated differ (paired t)".into(),
             Some(is_torque),
-            all.iter().map(|it| significant(it.isolation)),
+            all.iter()
+                .map(|comparison| significant(comparison.isolation)),
         ),
     ];
     if is_torque {

@@ -60,7 +60,7 @@ pub(super) fn columns(population: &Population) -> Vec<String> {
 
 /// The row of this wearer, without what was drawn.
 pub(super) fn written(drawn: &Drawn, population: &Population) -> String {
-    let Drawn::Whole(it) = drawn else {
+    let Drawn::Whole(measured) = drawn else {
         let name = MISSING.iter().find(|(_, of)| of == drawn);
         let name = name.map_or("", |(name, _)| name);
         return name.to_owned() + &",".repeat(columns(population).len() - 1);
@@ -69,11 +69,11 @@ pub(super) fn written(drawn: &Drawn, population: &Population) -> String {
     let claim = |is_set: Option<bool>| is_set.map_or_else(String::new, |flag| flag.to_string());
     let mut fields = vec![
         WHOLE.to_owned(),
-        ELECTRODES[usize::from(it.is_small)].to_owned(),
+        ELECTRODES[usize::from(measured.is_small)].to_owned(),
     ];
-    fields.extend(numbers(it).map(number));
-    fields.push(it.left_out.to_string());
-    fields.extend(it.claims().map(claim));
+    fields.extend(numbers(measured).map(number));
+    fields.push(measured.left_out.to_string());
+    fields.extend(measured.claims().map(claim));
     fields.join(",")
 }
 
@@ -123,28 +123,28 @@ pub(super) fn read(row: &str, population: &Population) -> Result<Drawn, String> 
 }
 
 /// In the order of [`NUMBERS`].
-fn numbers(it: &Numbers) -> [Option<f64>; NUMBERS.len()] {
+fn numbers(measured: &Numbers) -> [Option<f64>; NUMBERS.len()] {
     let Voltages {
         threshold_v: [va_th, vb_th],
         most_v: [va_max, vb_max],
         ratio,
-    } = it.voltages;
+    } = measured.voltages;
     let Torques {
         two,
         apart,
         one,
         one_isolated,
-    } = it.torques;
+    } = measured.torques;
     let volts = [va_th, va_max, vb_th, vb_max].map(Some).into_iter();
     let torques = [two, apart, one, one_isolated].map(Some);
-    let angles = it.postures.into_iter().flatten().map(Some);
+    let angles = measured.postures.into_iter().flatten().map(Some);
     let all = volts.chain([ratio]).chain(torques);
     let mut numbers = [None; NUMBERS.len()];
-    for (number, it) in numbers
+    for (number, value) in numbers
         .iter_mut()
-        .zip(all.chain(it.individuations).chain(angles))
+        .zip(all.chain(measured.individuations).chain(angles))
     {
-        *number = it;
+        *number = value;
     }
     numbers
 }

@@ -203,7 +203,10 @@ mod tests {
                 .channels
                 .iter()
                 .map(|channel| channel.spec.start == channel.spec.limit);
-            assert!(starts.into_iter().all(|it| it), "{method:?}");
+            assert!(
+                starts.into_iter().all(|is_settled| is_settled),
+                "{method:?}"
+            );
             assert_eq!(joint.extensor.threshold.get(), 14_000);
         }
     }

@@ -160,7 +160,7 @@ fn shares(spec: &IsometricSpec, stimulation: Stimulation, pulse: &Pulse) -> Vec<
         return Vec::new(); // no such stage here
     };
     let of = spec.muscles.iter();
-    of.map(|it| it.share(stimulation.pair(), ma, pulse.width_us.into()))
+    of.map(|recruitment| recruitment.share(stimulation.pair(), ma, pulse.width_us.into()))
         .collect()
 }
 

@@ -47,8 +47,10 @@ impl Study {
         found: &Found,
         rows: &[&[Stimulation]],
     ) -> Sheet {
-        let shown =
-            |it: &&super::course::Course| rows.iter().any(|row| row.contains(&it.test.stimulation));
+        let shown = |course: &&super::course::Course| {
+            rows.iter()
+                .any(|row| row.contains(&course.test.stimulation))
+        };
         let moments = found.courses.iter().filter(shown);
         let moments =
             moments.flat_map(|course| course.moments.iter().map(|moment| moment.measured_nm));

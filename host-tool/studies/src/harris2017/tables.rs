@@ -135,7 +135,7 @@ impl Study {
             let mut row = vec![
                 format!("{} mA × {} µs", pulse.current_ma, pulse.width_us),
                 format!("{:.2}", 1e-3 * pulse.current_ma * f64::from(pulse.width_us)),
-                median(held.iter().map(|it| it.torque_nm).collect()),
+                median(held.iter().map(|pulse| pulse.torque_nm).collect()),
             ];
             row.extend(OTHERS.map(|muscle| format!("{} of {}", has(muscle), held.len())));
             row

@@ -91,9 +91,9 @@ fn sum(text: &str) -> String {
 }
 
 /// A line of JSON, with every digit that decides.
-pub(crate) fn line(it: &impl Serialize) -> String {
+pub(crate) fn line(value: &impl Serialize) -> String {
     // Structs of numbers, words and lists always have a text.
-    serde_json::to_string(it).unwrap_or_default() + "\n"
+    serde_json::to_string(value).unwrap_or_default() + "\n"
 }
 
 impl<S: Study> Drawing for Lines<'_, S> {

@@ -45,25 +45,25 @@ impl Study {
                 "rises-f",
                 "peak force rises with frequency",
                 Some(true),
-                count(&|it| Some(it.peaks_n.iter().all(|peak_n| rise(peak_n)))),
+                count(&|session| Some(session.peaks_n.iter().all(|peak_n| rise(peak_n)))),
             ),
             said(
                 "rises-i",
                 "peak force rises with amplitude",
                 Some(true),
-                count(&|it| Some((0..3).all(|f| by_amplitude(it, f)))),
+                count(&|session| Some((0..3).all(|f| by_amplitude(session, f)))),
             ),
             said(
                 "t-rises",
                 "T_RT rises with frequency",
                 Some(true),
-                count(&|it| Some(rise(&times(it)?))),
+                count(&|session| Some(rise(&times(session)?))),
             ),
             said(
                 "t-flat",
                 "measured T_RT does not depend on amplitude",
                 Some(true),
-                count(&|it| flat(it, self.declared.claims.flat)),
+                count(&|session| flat(session, self.declared.claims.flat)),
             ),
         ]
     }

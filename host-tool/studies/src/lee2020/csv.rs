@@ -113,7 +113,7 @@ fn numbers(text: &mut String, found: &Analysed) {
             let _ = write!(
                 text,
                 ",{peak:.5},{:.3}",
-                time.map_or(f64::NAN, |it| 1e3 * it)
+                time.map_or(f64::NAN, |seconds| 1e3 * seconds)
             );
         }
         let _ = write!(text, ",{ma:.3},{:.4}", agreement.nrmse_percent);

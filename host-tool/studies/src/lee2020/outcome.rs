@@ -209,7 +209,7 @@ impl Study {
 
     /// Everybody's trains at the printed amplitudes of this replication.
     pub(super) fn of_draw<'p>(&self, parts: &'p [Part], draw: u64) -> Vec<&'p Analysed> {
-        let all = drawn(parts).filter(|it| it.draw == draw);
+        let all = drawn(parts).filter(|replication| replication.draw == draw);
         all.filter_map(|draw| draw.printed.as_ref().ok()).collect()
     }
 }

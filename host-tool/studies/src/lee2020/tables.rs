@@ -201,9 +201,9 @@ impl Study {
             };
             rows.push(vec![
                 name(subject),
-                beside(printed_is[0], of(&|it| it.t10_s), 1),
-                beside(printed_is[1], of(&|it| it.t50_s), 1),
-                beside(printed_is[2], of(&|it| it.t90_s), 1),
+                beside(printed_is[0], of(&|response| response.t10_s), 1),
+                beside(printed_is[1], of(&|response| response.t50_s), 1),
+                beside(printed_is[2], of(&|response| response.t90_s), 1),
                 beside(printed_is[3], of(&host_core::identify::Response::t_rt_s), 1),
             ]);
         }

@@ -127,7 +127,7 @@ impl Study {
     ) -> Curve {
         let own = (0..SUBJECTS).flat_map(|index| printed(parts, index));
         let own = own.flat_map(|analysis| analysis.agreements.get(from..to).unwrap_or_default());
-        let mut all = vec![(0.0, own.map(|it| it.nrmse_percent).collect::<Vec<f64>>())];
+        let mut all = vec![(0.0, own.map(|fit| fit.nrmse_percent).collect::<Vec<f64>>())];
         for size in &self.declared.foreign.sizes {
             let foreign = parts.iter().filter_map(|part| match part {
                 Part::Foreign(Ok(part)) => Some(part),

@@ -241,7 +241,7 @@ pub fn calibrated(
         }
         let name = ALL
             .get(channel)
-            .map_or("a channel", |it: &Muscle| it.name());
+            .map_or("a channel", |muscle: &Muscle| muscle.name());
         if nothing.contains(&channel) {
             return Err(EndpointError::NoTwitch(name));
         }

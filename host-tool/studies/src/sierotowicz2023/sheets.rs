@@ -23,8 +23,8 @@ pub(super) fn table_1(study: &Study, all: &[Replication]) -> Sheet {
     let line = |(place, name): (usize, &str)| {
         let mut cells = vec![name.to_owned()];
         for way in 0..2 {
-            cells.push(format!("{:.3}", cell(&|it| it.r_squared, place, way)));
-            cells.push(format!("{:.3}", cell(&|it| it.nrmse, place, way)));
+            cells.push(format!("{:.3}", cell(&|fit| fit.r_squared, place, way)));
+            cells.push(format!("{:.3}", cell(&|fit| fit.nrmse, place, way)));
         }
         let paper = if place < 2 {
             study.paper.wrench

@@ -165,7 +165,7 @@ fn named<T: Copy>(
 ) -> Result<T, &'static str> {
     all.iter()
         .copied()
-        .find(|it| written(*it) == text)
+        .find(|candidate| written(*candidate) == text)
         .ok_or(field)
 }
 

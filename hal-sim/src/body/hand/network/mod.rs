@@ -199,7 +199,9 @@ fn tissue(resistance_ohm: &[Vec<f64>], electrodes: usize) -> Result<Matrix, Inva
     if let Some((i, j)) = pairs().find(|(i, j)| !at(*i, *j).is_finite()) {
         return Err(InvalidNetwork::NotFinite(i, j));
     }
-    let largest = pairs().fold(0.0, |it: f64, (i, j)| it.max(at(i, j).abs()));
+    let largest = pairs().fold(0.0, |largest_so_far: f64, (i, j)| {
+        largest_so_far.max(at(i, j).abs())
+    });
     let differ = |(i, j): &(usize, usize)| (at(*i, *j) - at(*j, *i)).abs() > ASYMMETRY * largest;
     if let Some((i, j)) = pairs().find(differ) {
         return Err(InvalidNetwork::Asymmetric(i, j));

@@ -91,7 +91,9 @@ fn a_live_width_holds_for_a_burst_within_its_bounds() {
     // Without a live width its edges are late.
     let found = after(|scene| widen(scene, &burst, 50));
     assert!(
-        found.iter().all(|it| matches!(it.2, Rule::EdgeTime { .. })),
+        found
+            .iter()
+            .all(|finding| matches!(finding.2, Rule::EdgeTime { .. })),
         "{found:?}"
     );
     assert_eq!(found.len(), 6);

@@ -148,8 +148,8 @@ fn shares(study: &Study, all: &[Missed]) -> Vec<Share> {
             100.0 * study.expected.four_of_ten
         ),
         all.iter()
-            .map(|it| {
-                let [four, ten] = [4, 10].map(|count| share_of(&of_best(it, 0, count), made));
+            .map(|wearer| {
+                let [four, ten] = [4, 10].map(|count| share_of(&of_best(wearer, 0, count), made));
                 four >= study.expected.four_of_ten * ten
             })
             .collect(),

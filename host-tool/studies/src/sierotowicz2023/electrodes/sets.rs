@@ -76,7 +76,7 @@ fn nearest(
     let mut spec = wearer.limb.clone();
     spec.lines
         .retain(|line_spec| set >> line_spec.channel & 1 == 1);
-    let wrong = |it: &dyn std::fmt::Display| Trouble::Spec(vec![it.to_string()]);
+    let wrong = |error: &dyn std::fmt::Display| Trouble::Spec(vec![error.to_string()]);
     let limb = Limb::<Exact>::new(&spec).map_err(|limb_error| wrong(&limb_error))?;
     let jacobians: Jacobians<Exact> = limb.refresh(&wearer.posture).map_err(Trouble::from)?;
     // Forces are in the order of lines.

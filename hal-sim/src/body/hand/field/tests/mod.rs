@@ -49,14 +49,14 @@ fn errors([usual, fine]: &[Field; 2], shape: Shape, depth: f64) -> [f64; 3] {
     for distance in [0.0, 0.003, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3] {
         for (sin, cos) in [0.0f64, 0.4, 0.8, 1.2, 1.57].map(f64::sin_cos) {
             let at = [pad.x_m + distance * cos, pad.y_m + distance * sin, depth];
-            let [it, exact] = [usual, fine].map(|field| field.transfer(&pad, at));
+            let [coarse, exact] = [usual, fine].map(|field| field.transfer(&pad, at));
             let slopes = |t: &Transfer| [t.gradient, t.across[0], t.across[1]];
             let length = slopes(&exact).map(|v| v * v).iter().sum::<f64>().sqrt();
-            let off = slopes(&it).into_iter().zip(slopes(&exact));
+            let off = slopes(&coarse).into_iter().zip(slopes(&exact));
             let off = off.map(|(a, b)| (a - b).abs() / length).fold(0.0, f64::max);
-            worst[0] = worst[0].max((it.potential / exact.potential - 1.0).abs());
+            worst[0] = worst[0].max((coarse.potential / exact.potential - 1.0).abs());
             worst[1] = worst[1].max(off);
-            worst[2] = worst[2].max((it.curvature - exact.curvature).abs());
+            worst[2] = worst[2].max((coarse.curvature - exact.curvature).abs());
             largest = largest.max(exact.curvature.abs());
         }
     }
@@ -113,8 +113,11 @@ fn twice_the_directions_and_more_images_keep_resistances() {
         for (a, b) in SHAPES.iter().flat_map(|a| SHAPES.map(|b| (*a, b))) {
             for x_m in [0.0, 0.04, 0.1, 0.25] {
                 let [a, b] = [Pad { x_m, ..pad(a) }, Pad { x_m: 0.0, ..pad(b) }];
-                let [it, exact] = [&usual, &fine].map(|field| field.resistance(&a, &b));
-                assert!((it / exact - 1.0).abs() < 1e-5, "{a:?} {b:?} {it} {exact}");
+                let [coarse, exact] = [&usual, &fine].map(|field| field.resistance(&a, &b));
+                assert!(
+                    (coarse / exact - 1.0).abs() < 1e-5,
+                    "{a:?} {b:?} {coarse} {exact}"
+                );
             }
         }
     }

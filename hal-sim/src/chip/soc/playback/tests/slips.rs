@@ -27,7 +27,7 @@ fn a_request_unseen_or_unasked_shifts_its_stream_by_one() {
                 scene.sleep(first + 20 * US + 100);
                 let left = scene.ndtr();
                 let others: Vec<_> = (0..4).filter(|&n| n != place).map(|n| left[n]).collect();
-                assert!(others.iter().all(|&it| it == others[0]), "{left:?}");
+                assert!(others.iter().all(|&count| count == others[0]), "{left:?}");
                 let expected = (others[0] + shift) % LENGTH;
                 assert_eq!(left[place], expected, "{stream} {slip:?}");
             }
@@ -64,7 +64,7 @@ fn a_slave_that_stands_leaves_its_master_alone() {
         .unwrap();
     let (left, count) = (scene.ndtr(), scene.read(Block::Timer(2), tim::CNT));
     scene.sleep(first + 110 * US + 100);
-    assert_eq!(scene.ndtr(), left.map(|it| it - 100));
+    assert_eq!(scene.ndtr(), left.map(|count| count - 100));
     assert_eq!(scene.read(Block::Timer(2), tim::CNT), count);
 }
 

@@ -50,7 +50,10 @@ fn another_channel_asks_for_nothing() {
         let (mut scene, first) = turned_cr(PLAY_B, bit);
         scene.sleep(first + 30 * US + 100);
         let [play_b, others @ ..] = scene.ndtr();
-        assert!(others.iter().all(|&it| it == play_b - 20), "bit {bit}");
+        assert!(
+            others.iter().all(|&count| count == play_b - 20),
+            "bit {bit}"
+        );
     }
 }
 
@@ -126,7 +129,10 @@ fn items_of_a_byte_are_a_byte_apart() {
         .iter()
         .filter(|edge| usize::from(edge.port) == B);
     let late = edges.filter(|edge| edge.cycle > first + 12 * US);
-    assert!(late.clone().all(|it| it.changed & it.levels == it.changed));
+    assert!(
+        late.clone()
+            .all(|edge| edge.changed & edge.levels == edge.changed)
+    );
     assert!(late.count() > 0);
 }
 

@@ -1,5 +1,5 @@
-//! Last words over semihosting, which would fault on silicon without a
-//! debugger: not for the stimulator.
+//! Panic handler of the images for simulators: prints over semihosting, which would fault on
+//! silicon without a debugger. The stimulator does not use it.
 
 use core::fmt::{Debug, Write};
 use core::panic::PanicInfo;
