@@ -36,7 +36,7 @@ pub(super) fn read_amplitudes(t: &Table<'_>, setup: &SetupSpec) -> Option<Vec<(u
     // The device wants every width or none.
     let is_live = |(index, _): &(u8, Stimulus)| {
         let mut channels = setup.channels.list.iter();
-        channels.any(|it| it.index() == *index && it.has_live_width())
+        channels.any(|channel| channel.index() == *index && channel.has_live_width())
     };
     if !values.iter().any(is_live) {
         for (_, value) in &mut values {
@@ -103,7 +103,7 @@ pub(in crate::session) fn check_stimulus(
     stimulus: Stimulus,
 ) {
     let Some((channel, wearer)) = armed(found, setup) else {
-        return; // told
+        return; // already reported
     };
     let highest = channel.highest_at(stimulus.width_us, &wearer);
     if stimulus.width_us != 0 && stimulus.amplitude > highest {
@@ -142,7 +142,7 @@ pub(super) fn read_stimuli(t: &Table<'_>, setup: &SetupSpec, is_held: bool) -> O
     let items: Vec<_> = t
         .tables("points")
         .iter()
-        .take_while(|it| it.is_sound())
+        .take_while(|point| point.is_sound())
         .collect();
     for item in &items {
         let at_us = read_time(item, points.last().map(|&(at_us, _)| at_us), "point")?;
@@ -165,10 +165,10 @@ pub(super) fn read_lists(
     setup: &SetupSpec,
     duration_us: u64,
 ) -> Option<Vec<(u64, PulseList)>> {
-    let mut all: Vec<(u64, PulseList)> = Vec::new();
+    let mut lists: Vec<(u64, PulseList)> = Vec::new();
     for item in t.tables("list").iter().filter(|item| item.is_sound()) {
         let at_us = item.time("at_s", 1, duration_us)?;
-        if let Some(&(before, _)) = all.last().filter(|(before, _)| at_us <= *before) {
+        if let Some(&(before, _)) = lists.last().filter(|(before, _)| at_us <= *before) {
             item.not_after("at_s", format!("the list at {} s", before as f64 / 1e6));
             return None;
         }
@@ -184,7 +184,11 @@ pub(super) fn read_lists(
             channel: found.index(),
             pulses: Default::default(),
         };
-        for pulse in item.tables("pulses").iter().filter(|it| it.is_sound()) {
+        for pulse in item
+            .tables("pulses")
+            .iter()
+            .filter(|pulse| pulse.is_sound())
+        {
             let stimulus = read_stimulus(pulse, found)?;
             check_stimulus(pulse, found, setup, stimulus);
             let after_us: u32 = pulse.whole("after_us");
@@ -200,7 +204,7 @@ pub(super) fn read_lists(
                 width_us: stimulus.width_us,
             });
         }
-        all.push((at_us, list));
+        lists.push((at_us, list));
     }
-    Some(all)
+    Some(lists)
 }
