@@ -1,61 +1,65 @@
-//! What each channel of a trial put out: amplitude, charge, current and time.
+//! Computes the dose of each channel in a trial: amplitude, charge, current and time.
 
 use crate::record::{ChannelInfo, Edge, Sample, State, Trial};
 use firmware::pulse::{Shape, TrainSpec};
 use firmware::safety::StageSpec;
 use serde::{Deserialize, Serialize};
 
-/// What a channel put out in a trial, from what the trial recorded.
+/// The stimulation that a channel delivered in a trial, computed from the trial's record.
 ///
-/// Amplitudes, live widths and live rates are those of `samples.csv`. A width that does not
-/// change is that of the phases in `edges.csv`; where no edges were recorded, that of the
-/// session file, from which shape and rate of the train come. Charge and current are computed
-/// from these: nothing measures them while pulses play. Of a voltage stage the current is the
-/// voltage through the session's `load_ohm`, as the device judges its own limits.
+/// Amplitudes, live widths and live rates come from `samples.csv`. A width that does not change
+/// comes from the phases in `edges.csv`, or from the session file if no edges were recorded. The
+/// shape and the rate of the train also come from the session file. Charge and current are
+/// computed from these values; they are not measured during stimulation. For a voltage stage,
+/// the current is the voltage divided by the session's `load_ohm`, as in the device's own checks
+/// of its limits.
 ///
-/// A burst counts when a row shows its channel with an amplitude above 0 at the time at which
-/// the burst was due, with the amplitude and the width of that row: `samples.csv` tells the
-/// latest burst of each channel. Rows more than 0.5 s apart are not joined. The last burst of
-/// a stretch is missed where no row comes between its end and the order that silences the
-/// channel: of the shipped sessions no channel lacks more than that one.
+/// `samples.csv` shows the latest burst of each channel. A burst is counted if a row shows an
+/// amplitude above 0 for its channel at the time when the burst was due; the burst then has the
+/// amplitude and the width of that row. Rows that are more than 0.5 s apart are not joined. The
+/// last burst of a stretch is not counted if there is no row between its end and the order that
+/// silences the channel. In the shipped sessions, no channel lacks more than this one burst.
 ///
-/// `None` where the record does not tell: without a session file that this version reads, and
-/// of a channel that takes lists of pulses, whose times no row has.
+/// Optional fields are `None` if the record lacks the information: if it has no session file
+/// that this version can read, or if the channel accepts pulse lists, whose times are in no row.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ChannelDose {
     /// Number of the channel, from 1.
     pub channel: u8,
-    /// Name of the channel.
+    /// Name of the channel, as the record has it.
     pub name: String,
     /// Unit of `peak`: "mA" or "V".
     pub unit: String,
-    /// Peak amplitude: the largest of any row; 0 for a channel that played nothing.
+    /// Largest amplitude in any row, in `unit`; 0 for a channel that did not stimulate.
     pub peak: f64,
-    /// Charge per phase, µC: the largest of any pulse, amplitude times width.
+    /// Largest charge per phase of any pulse, µC: amplitude times width.
     pub charge_per_phase_uc: Option<f64>,
-    /// Delivered charge of all cathodic phases, µC.
+    /// Total charge of all cathodic phases, µC.
     pub cathodic_uc: Option<f64>,
-    /// Delivered charge of all anodic phases, µC. Grounding after a monophasic pulse is none.
+    /// Total charge of all anodic phases, µC. Grounding after a monophasic pulse does not count
+    /// as a phase.
     pub anodic_uc: Option<f64>,
-    /// Root mean square of the current over the whole length of the trial, mA: what plays
-    /// nothing counts as 0.
+    /// Root mean square of the current over the whole trial, mA; the current is 0 while no pulse
+    /// plays.
     pub rms_ma: Option<f64>,
-    /// On-time, s: each burst counts for the time until the next is due, one period of the
-    /// rate in force. A channel is on while each burst follows within that time.
+    /// Time for which the channel was on, s. Each burst adds the time until the next is due, which
+    /// is one period of the current rate. A channel is on as long as each burst follows within
+    /// that time.
     pub on_time_s: Option<f64>,
-    /// Stretches of on-time, between which the channel was off for longer than a period.
+    /// Number of stretches of on-time. Between two stretches the channel was off for longer than a
+    /// period.
     pub stretches: Option<u64>,
-    /// Pulses of more than 0; each pulse of a burst counts.
+    /// Number of pulses with an amplitude above 0; each pulse of a burst counts.
     pub pulses: Option<u64>,
-    /// Least and greatest width of a phase, µs; `None` without a pulse.
+    /// Smallest and largest width of a phase, µs; `None` if there was no pulse.
     pub width_us: Option<(f64, f64)>,
-    /// Least and greatest rate of bursts, Hz; `None` without a pulse.
+    /// Lowest and highest rate of bursts, Hz; `None` if there was no pulse.
     pub frequency_hz: Option<(f64, f64)>,
 }
 
-/// What every channel of a trial put out, in the order of the trial.
+/// Computes the dose of every channel of a trial, in the order of the trial's channels.
 ///
-/// The rows are gone through once, and none is held.
+/// Reads the rows once and keeps none of them in memory.
 #[must_use]
 pub fn doses(trial: &Trial) -> Vec<ChannelDose> {
     let session = trial.session().ok();
@@ -65,52 +69,55 @@ pub fn doses(trial: &Trial) -> Vec<ChannelDose> {
         (!spec.train.lists).then_some((spec.train, spec.stage))
     };
     let channels = trial.channels.iter().enumerate();
-    let mut counts: Vec<Count> = channels
-        .map(|(place, info)| Count::of(trial, (place, info), train(info.number)))
+    let mut counters: Vec<DoseCounter> = channels
+        .map(|(place, info)| DoseCounter::new(trial, (place, info), train(info.number)))
         .collect();
     for sample in &trial.samples {
-        counts.iter_mut().for_each(|count| count.row(&sample));
+        counters.iter_mut().for_each(|counter| counter.add(&sample));
     }
-    let counted = counts.into_iter().zip(&trial.channels);
-    counted
-        .map(|(count, info)| count.close(info, trial.duration_s))
+    let finished = counters.into_iter().zip(&trial.channels);
+    finished
+        .map(|(counter, info)| counter.finish(info, trial.duration_s))
         .collect()
 }
 
-/// Rows further apart than this are not joined: nothing was recorded there, s.
+/// Largest time between two rows that are joined, s. A longer gap means that nothing was recorded
+/// in between.
 const GAP_S: f64 = 0.5;
-/// How long a row still shows the latest pulse when a period has passed since it, s: the device
+/// Time for which a row still shows the latest pulse after its period has passed, s. The device
 /// waits 1.5 ms (`GRACE_US` in `firmware/src/device/controller/in_force.rs`).
 const GRACE_S: f64 = 0.0015;
 
-/// Least and greatest of some values.
+/// Smallest and largest of some values; `None` before the first.
 type Range = Option<(f64, f64)>;
 
+/// Widens `range` so that it includes `value`.
 fn widen(range: &mut Range, value: f64) {
     let (low, high) = range.unwrap_or((value, value));
     *range = Some((low.min(value), high.max(value)));
 }
 
-/// A train, and the current of its channel.
-struct Played {
+/// The timing of a train, and the current of its channel.
+struct TrainTiming {
     shape: Shape,
     period_s: f64,
-    /// Since the start of the trains, s; `None` of one that waits for a trigger or whose rate
-    /// changes: its first burst is taken to come with the row that shows it.
+    /// Delay of the first burst after the start of the trains, s. `None` for a train that waits
+    /// for a trigger or whose rate changes: its first burst is assumed to begin at the time of
+    /// the row that shows it.
     offset_s: Option<f64>,
     pulses_per_burst: u64,
-    /// How long a row still shows the latest burst when the next is overdue, s: from the
-    /// latest pulse of the burst, which comes after its first.
+    /// Time for which a row still shows the latest burst when the next is overdue, s. The device
+    /// counts from the last pulse of the burst, so the burst's own length is included.
     grace_s: f64,
-    /// mA for each unit of amplitude.
+    /// Current per unit of amplitude, mA.
     ma_per_unit: f64,
 }
 
-impl Played {
-    fn of(train: &TrainSpec, stage: StageSpec, is_live: bool) -> Self {
-        let is_free = train.trigger.is_none() && !is_live;
-        let further = u64::from(train.burst_count.saturating_sub(1));
-        let span_us = further * u64::from(train.burst_interval_us);
+impl TrainTiming {
+    fn new(train: &TrainSpec, stage: StageSpec, has_live_rate: bool) -> Self {
+        let is_free = train.trigger.is_none() && !has_live_rate;
+        let further_pulses = u64::from(train.burst_count.saturating_sub(1));
+        let span_us = further_pulses * u64::from(train.burst_interval_us);
         Self {
             shape: train.shape,
             period_s: f64::from(train.period_us) / 1e6,
@@ -124,9 +131,9 @@ impl Played {
         }
     }
 
-    /// Bursts in the first row of a stretch, and when the latest of them began; the row
-    /// before was at `before_s`.
-    fn first(&self, before_s: f64, t_s: f64) -> (u64, f64) {
+    /// Returns the number of bursts that the first row of a stretch adds, and the start of the
+    /// latest of them, s. The row is at `t_s` and the row before at `before_s`.
+    fn first_bursts(&self, before_s: f64, t_s: f64) -> (u64, f64) {
         let Some(offset_s) = self.offset_s else {
             return (1, t_s);
         };
@@ -139,23 +146,28 @@ impl Played {
     }
 }
 
-/// What is counted of a channel on the way through the rows.
-struct Count {
+/// Sums up the dose of one channel, row by row.
+struct DoseCounter {
+    /// Index of the channel's amplitude in a row.
     place: usize,
-    /// Places of a live width and of a live rate in a row.
+    /// Index of the live width in a row, if the channel has one.
     live_width: Option<usize>,
+    /// Index of the live rate in a row, if the channel has one.
     live_rate: Option<usize>,
-    /// A width that does not change, µs: least and greatest phase of the edges, or the train's.
+    /// Width that does not change, µs: the shortest and the longest recorded phase, or the
+    /// train's width if no edges were recorded.
     fixed_width: Range,
-    played: Option<Played>,
-    /// Time of the row before.
+    timing: Option<TrainTiming>,
+    /// Time of the row before, s.
     before_s: Option<f64>,
-    /// Beginning of the latest burst of a stretch.
+    /// Start of the latest burst of the current stretch, s; `None` outside a stretch.
     latest_s: Option<f64>,
     peak: f64,
+    /// Largest charge of one phase, µC.
     per_phase_uc: f64,
+    /// Charge of one phase of each pulse, summed over the pulses, µC.
     phases_uc: f64,
-    /// Of one phase of each pulse, mA² s.
+    /// Squared current times width of one phase, summed over the pulses, mA²·s.
     square: f64,
     on_s: f64,
     stretches: u64,
@@ -164,20 +176,22 @@ struct Count {
     rate_hz: Range,
 }
 
-impl Count {
-    fn of(
+impl DoseCounter {
+    fn new(
         trial: &Trial,
         (place, info): (usize, &ChannelInfo),
         train: Option<(TrainSpec, StageSpec)>,
     ) -> Self {
         let live_rate = trial.place(info.number, |c| c.force);
-        let typed = train.map(|(train, _)| f64::from(train.width_us));
+        let session_width = train.map(|(train, _)| f64::from(train.width_us));
         Self {
             place,
             live_width: trial.place(info.number, |c| c.live_width),
             live_rate,
-            fixed_width: phases(&trial.edges, info.number).or(typed.map(|width| (width, width))),
-            played: train.map(|(train, stage)| Played::of(&train, stage, live_rate.is_some())),
+            fixed_width: recorded_widths(&trial.edges, info.number)
+                .or(session_width.map(|width| (width, width))),
+            timing: train
+                .map(|(train, stage)| TrainTiming::new(&train, stage, live_rate.is_some())),
             before_s: None,
             latest_s: None,
             peak: 0.0,
@@ -192,24 +206,25 @@ impl Count {
         }
     }
 
-    fn row(&mut self, sample: &Sample) {
+    /// Adds the bursts that a row shows for the first time.
+    fn add(&mut self, sample: &Sample) {
         let t_s = sample.t_s;
         let before_s = self.before_s.replace(t_s);
         if before_s.is_some_and(|before_s| t_s - before_s > GAP_S) {
             self.latest_s = None;
         }
         let known = |values: &[Option<f64>], place: usize| values.get(place).copied().flatten();
-        let amplitude = known(&sample.amplitudes, self.place).filter(|value| *value > 0.0);
+        let amplitude = known(&sample.amplitudes, self.place).filter(|amplitude| *amplitude > 0.0);
         let Some(amplitude) = amplitude else {
             self.latest_s = None;
             return;
         };
         self.peak = self.peak.max(amplitude);
-        let Some(played) = &self.played else {
+        let Some(timing) = &self.timing else {
             return;
         };
         let rate = self.live_rate.map(|at| known(&sample.rates_hz, at));
-        let rate = rate.map_or(Some(1.0 / played.period_s), |live| {
+        let rate = rate.map_or(Some(1.0 / timing.period_s), |live| {
             live.filter(|rate| *rate > 0.0)
         });
         let Some(rate_hz) = rate else {
@@ -217,14 +232,14 @@ impl Count {
         };
         let (bursts, latest_s) = match self.latest_s {
             Some(latest_s) => {
-                let due = ((t_s - played.grace_s - latest_s) * rate_hz + 1e-6)
+                let due = ((t_s - timing.grace_s - latest_s) * rate_hz + 1e-6)
                     .floor()
                     .max(0.0);
                 (due as u64, latest_s + due / rate_hz)
             }
             None => {
                 self.stretches += 1;
-                played.first(before_s.unwrap_or(-1.0), t_s)
+                timing.first_bursts(before_s.unwrap_or(-1.0), t_s)
             }
         };
         self.latest_s = Some(latest_s);
@@ -235,9 +250,9 @@ impl Count {
         let (Some((low, high)), true) = (widths, bursts > 0) else {
             return;
         };
-        let current_ma = amplitude * played.ma_per_unit;
-        let pulses = bursts.saturating_mul(played.pulses_per_burst);
-        // Of edges that differ by a step of the timer the middle.
+        let current_ma = amplitude * timing.ma_per_unit;
+        let pulses = bursts.saturating_mul(timing.pulses_per_burst);
+        // Recorded widths may differ by one step of the timer: use the middle.
         let mean_us = (low + high) / 2.0;
         self.pulses = self.pulses.saturating_add(pulses);
         self.per_phase_uc = self.per_phase_uc.max(current_ma * high / 1e3);
@@ -249,9 +264,10 @@ impl Count {
         widen(&mut self.rate_hz, rate_hz);
     }
 
-    fn close(self, info: &ChannelInfo, duration_s: f64) -> ChannelDose {
-        let shape = self.played.as_ref().map(|played| played.shape);
-        // Not of a channel of which nothing is known but its amplitude.
+    /// Returns the dose of the channel in a trial of `duration_s`.
+    fn finish(self, info: &ChannelInfo, duration_s: f64) -> ChannelDose {
+        let shape = self.timing.as_ref().map(|timing| timing.shape);
+        // `None` for a channel of which only the amplitude is known.
         let known = |value: f64| shape.map(|_| value);
         let counted = |count: u64| shape.map(|_| count);
         let phase = |is_first: bool| {
@@ -270,7 +286,7 @@ impl Count {
             charge_per_phase_uc: known(self.per_phase_uc),
             cathodic_uc: phase(first_is_cathodic),
             anodic_uc: phase(!first_is_cathodic),
-            rms_ma: known(rms_ma).filter(|value| value.is_finite()),
+            rms_ma: known(rms_ma).filter(|rms| rms.is_finite()),
             on_time_s: known(self.on_s),
             stretches: counted(self.stretches),
             pulses: counted(self.pulses),
@@ -280,12 +296,12 @@ impl Count {
     }
 }
 
-/// Least and greatest phase of a channel's edges, µs, whose ends were recorded; `None`
-/// without one.
-fn phases(edges: &[Edge], channel: u8) -> Range {
-    let own = || edges.iter().filter(|edge| edge.channel == channel);
+/// Returns the shortest and the longest recorded phase of a channel, µs. Counts only phases whose
+/// end was recorded; returns `None` if there is no such phase.
+fn recorded_widths(edges: &[Edge], channel: u8) -> Range {
+    let channel_edges = || edges.iter().filter(|edge| edge.channel == channel);
     let mut range = None;
-    for (edge, next) in own().zip(own().skip(1)) {
+    for (edge, next) in channel_edges().zip(channel_edges().skip(1)) {
         if edge.dac_code > 0 && matches!(edge.state, State::Anodic | State::Cathodic) {
             widen(&mut range, next.t_us.saturating_sub(edge.t_us) as f64);
         }

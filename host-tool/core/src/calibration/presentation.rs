@@ -1,52 +1,55 @@
-//! One level given for a while, rest, and the question that is asked of it.
+//! Presentation of one level: the level is given for a set time, a question about it is asked,
+//! and the muscle rests.
 
 use super::{Phase, Plan, Refusal};
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Clock {
+enum State {
     Ready,
     On { until_us: u64 },
     Rest { until_us: u64 },
 }
 
-/// Where the presentation stands.
+/// The state of the presentation: whether a level is being given, and whether a question about it
+/// is open.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Presentation {
-    clock: Clock,
+    state: State,
     on_us: u64,
     off_us: u64,
-    /// An answer is owed.
+    /// Whether the operator must still answer the question about the last level.
     pub has_question: bool,
 }
 
 impl Presentation {
-    /// Ready, as long as the plan's.
+    /// Creates a presentation that is ready, with the plan's times for level and rest.
     pub fn new(plan: &Plan) -> Self {
         Self {
-            clock: Clock::Ready,
+            state: State::Ready,
             on_us: plan.on_us(),
             off_us: plan.off_us(),
             has_question: false,
         }
     }
 
-    /// Ready for another electrode, nothing asked.
+    /// Makes the presentation ready for another electrode, without an open question.
     pub const fn renew(&mut self) {
-        (self.clock, self.has_question) = (Clock::Ready, false);
+        (self.state, self.has_question) = (State::Ready, false);
     }
 
-    /// Whether a level is being given.
+    /// Returns whether a level is being given.
     pub const fn is_on(&self) -> bool {
-        matches!(self.clock, Clock::On { .. })
+        matches!(self.state, State::On { .. })
     }
 
-    /// A level is given from `t_us` on.
+    /// Starts the presentation of a level at `t_us`.
     pub const fn give(&mut self, t_us: u64) {
         let until_us = t_us.saturating_add(self.on_us);
-        self.clock = Clock::On { until_us };
+        self.state = State::On { until_us };
     }
 
-    /// It has ended before its time, if it was given, and nothing is asked of it.
+    /// Ends the presentation at `t_us`, before its time, without asking about the level. If a level
+    /// was being given, the muscle rests from `t_us` on.
     pub const fn end(&mut self, t_us: u64) {
         if self.is_on() {
             self.rest(t_us);
@@ -54,34 +57,39 @@ impl Presentation {
         self.has_question = false;
     }
 
+    /// Starts the rest at `t_us`.
     const fn rest(&mut self, t_us: u64) {
         let until_us = t_us.saturating_add(self.off_us);
-        self.clock = Clock::Rest { until_us };
+        self.state = State::Rest { until_us };
     }
 
-    /// Lets time pass until `t_us`; whether a level has just ended, of which is asked now.
+    /// Advances the time to `t_us`. Returns `true` if the level has just ended; the question about
+    /// it is then open.
     pub const fn pass(&mut self, t_us: u64) -> bool {
-        match self.clock {
-            Clock::On { until_us } if t_us >= until_us => {
+        match self.state {
+            State::On { until_us } if t_us >= until_us => {
                 self.rest(t_us);
                 self.has_question = true;
                 true
             }
-            Clock::Rest { until_us } if t_us >= until_us => {
-                self.clock = Clock::Ready;
+            State::Rest { until_us } if t_us >= until_us => {
+                self.state = State::Ready;
                 false
             }
             _ => false,
         }
     }
 
+    /// Checks whether a level may be given at `t_us`.
+    ///
     /// # Errors
-    /// Why nothing may be given at `t_us`.
+    /// A [`Refusal`] with the reason: a question is open, a level is being given, or the muscle
+    /// still rests.
     pub fn may_give(&self, t_us: u64) -> Result<(), Refusal> {
-        match self.clock {
+        match self.state {
             _ if self.has_question => Err(Refusal::beyond("answer the question first")),
-            Clock::On { .. } => Err(Refusal::beyond("a level is being given")),
-            Clock::Rest { until_us } if t_us < until_us => {
+            State::On { .. } => Err(Refusal::beyond("a level is being given")),
+            State::Rest { until_us } if t_us < until_us => {
                 let rest_s = (until_us - t_us) as f64 / 1e6;
                 Err(Refusal::NotNow(format!(
                     "the muscle rests for {rest_s:.1} s more"
@@ -91,13 +99,13 @@ impl Presentation {
         }
     }
 
-    /// Where it stands, and how much of that is left, s.
+    /// Returns the current phase and the time until it ends, s; 0 when ready.
     pub fn phase(&self, t_us: u64) -> (Phase, f64) {
-        let left = |until_us: u64| until_us.saturating_sub(t_us) as f64 / 1e6;
-        match self.clock {
-            Clock::Ready => (Phase::Ready, 0.0),
-            Clock::On { until_us } => (Phase::On, left(until_us)),
-            Clock::Rest { until_us } => (Phase::Rest, left(until_us)),
+        let remaining_s = |until_us: u64| until_us.saturating_sub(t_us) as f64 / 1e6;
+        match self.state {
+            State::Ready => (Phase::Ready, 0.0),
+            State::On { until_us } => (Phase::On, remaining_s(until_us)),
+            State::Rest { until_us } => (Phase::Rest, remaining_s(until_us)),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! From what was found to a wearer file.
+//! Turns the results of a calibration into a wearer file.
 
 use super::{CalibrationError, Entry, Files, Found, Head, Plan, Planned, Step};
 use crate::wearer::{Electrode, Evidence, History, Wearer};
@@ -6,7 +6,10 @@ use firmware::safety::WearerSpec;
 use firmware::units::Amplitude;
 use std::path::Path;
 
-/// Under whose head each electrode's last step was found, by what happened before `now`.
+/// Returns, for each electrode of the plan, the head under which its last step was completed.
+///
+/// A journal has one head for each time that the calibration was begun or resumed. An electrode
+/// whose last step is not among the entries `before` gets the current head, `now`.
 fn heads<'a>(plan: &Plan, before: &'a [Entry], now: &'a Head) -> Vec<&'a Head> {
     let mut heads = vec![now; plan.electrodes.len()];
     let mut begun = now;
@@ -19,7 +22,7 @@ fn heads<'a>(plan: &Plan, before: &'a [Entry], now: &'a Head) -> Vec<&'a Head> {
                 ..
             } => {
                 let electrodes = plan.electrodes.iter().zip(&mut heads);
-                for (_, head) in electrodes.filter(|(plan, _)| plan.channel == *channel) {
+                for (_, head) in electrodes.filter(|(planned, _)| planned.channel == *channel) {
                     *head = begun;
                 }
             }
@@ -29,7 +32,10 @@ fn heads<'a>(plan: &Plan, before: &'a [Entry], now: &'a Head) -> Vec<&'a Head> {
     heads
 }
 
-/// The wearer with every electrode that is complete, by rising channel.
+/// Returns the wearer with every electrode whose calibration is complete, sorted by channel.
+///
+/// `before` are the journal entries from before this run, `head` is the head of this run, and
+/// `found` has one entry for each electrode of the plan.
 pub fn wearer(
     plan: &Plan,
     before: &[Entry],
@@ -60,6 +66,8 @@ pub fn wearer(
     wearer
 }
 
+/// Returns the electrode as the wearer file has it; `None` if it was left out or
+/// a step has no result.
 fn electrode(planned: &Planned, found: &Found) -> Option<Electrode> {
     if !found.is_complete() {
         return None;
@@ -85,6 +93,7 @@ fn electrode(planned: &Planned, found: &Found) -> Option<Electrode> {
     })
 }
 
+/// Returns the history entry of an electrode that was calibrated under `head`.
 fn history(planned: &Planned, head: &Head) -> History {
     History {
         at: head.at.clone(),
@@ -99,13 +108,14 @@ fn history(planned: &Planned, head: &Head) -> History {
     }
 }
 
-/// Whether a wearer file of this plan could be written at all: tried before anything is
-/// given.
+/// Checks whether the wearer file of this plan would be valid, before any stimulation.
+///
+/// Composes the file with the plan's start levels and ceilings as results, and parses it.
 ///
 /// # Errors
-/// Everything that it would be refused for.
+/// [`CalibrationError::Plan`] with every reason for which the file would be refused.
 pub fn rehearse(plan: &Plan, head: &Head, limits: WearerSpec) -> Result<(), CalibrationError> {
-    let found = plan.electrodes.iter().map(|planned| Found {
+    let results = plan.electrodes.iter().map(|planned| Found {
         placement: Some(planned.start),
         threshold: Some(planned.start),
         limit: Some(planned.ceiling),
@@ -114,23 +124,26 @@ pub fn rehearse(plan: &Plan, head: &Head, limits: WearerSpec) -> Result<(), Cali
         moves: Some(Vec::new()),
         is_skipped: false,
     });
-    let found: Vec<Found> = found.collect();
+    let found: Vec<Found> = results.collect();
     let text = wearer(plan, &[], head, limits, &found).to_toml();
     let read = Wearer::parse("its wearer file", &text);
     read.map(drop)
         .map_err(|error| CalibrationError::Plan(plan.wearer.clone(), error.lines()))
 }
 
-/// Replaces the wearer file as a whole, once it reads back as what it is to say.
+/// Replaces the wearer file at `out` as a whole, after checking that the new text reads back
+/// unchanged.
 ///
 /// # Errors
-/// It does not, or cannot be written; the old one stays.
+/// [`CalibrationError::Wrong`] if the new text cannot be parsed or does not read back unchanged,
+/// and [`CalibrationError::Write`] if the file cannot be written. The old file stays in both
+/// cases.
 pub fn write(files: &dyn Files, out: &Path, wearer: &Wearer) -> Result<(), CalibrationError> {
     let text = wearer.to_toml();
     let name = out.display().to_string();
     let wrong = |why: String| CalibrationError::Wrong(out.to_owned(), why);
-    let back = Wearer::parse(&name, &text).map_err(|error| wrong(error.lines()))?;
-    if back.to_toml() != text {
+    let parsed = Wearer::parse(&name, &text).map_err(|error| wrong(error.lines()))?;
+    if parsed.to_toml() != text {
         return Err(wrong("it reads back as another".to_owned()));
     }
     let written = files.replace(out, &text);

@@ -1,28 +1,31 @@
-//! The better recruitment: all lines together, each between nothing and its most.
+//! Recruitment of all lines together by bounded least squares. The force of each line lies between
+//! 0 and the most that the line can make.
 
 use super::{Bounded, Forces, Posed, Trouble, WrenchVector};
 use firmware::limb::{LINES, Limb, Number, Orders};
 use nalgebra::SVector;
 
-/// What counts how much.
+/// Weights of the terms that the least squares minimise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
-    /// Of what the force at the hand misses, per N²; not below 0.
+    /// Weight of the squared error of the force at the hand, per N²; 0 or more.
     pub force: f64,
-    /// Of what the nine torques miss, those too that do not reach the hand, per
-    /// (N·m)²; not below 0.
+    /// Weight of the squared error of the nine joint torques, per (N·m)²; 0 or more. It includes
+    /// torques that have no effect at the hand.
     pub torque: f64,
-    /// Of each line's share of its most, squared: what prefers little current, and
-    /// leaves one answer where muscles could stand in for each other; above 0.
+    /// Weight of each line's squared effort, which is its force as a share of the line's most;
+    /// above 0. It prefers little current, and makes the solution unique where one muscle could
+    /// replace another.
     pub effort: f64,
-    /// Of what each line's share has changed since the last answer, squared: what keeps
-    /// it from switching; not below 0.
+    /// Weight of the squared change of each line's effort since the last solution; 0 or more. It
+    /// keeps lines from switching.
     pub change: f64,
 }
 
 impl Weights {
-    /// Declared, not tuned: a newton at the hand counts as a newton metre at a joint,
-    /// and all of one muscle as 0.3 N missed.
+    /// Weights that were declared in advance and not tuned. An error of 1 N at the hand counts as
+    /// much as one of 1 N·m at a joint, and the full effort of one muscle as much as an error of
+    /// 0.3 N.
     pub const DECLARED: Self = Self {
         force: 1.0,
         torque: 1.0,
@@ -30,13 +33,15 @@ impl Weights {
         change: 0.0,
     };
 
-    /// The same for an answer every 5 ms: a muscle takes about 100 ms to rise, and a
-    /// twentieth of it from one answer to the next counts as 1 N missed.
+    /// [`Self::DECLARED`] with a weight on change, for one solution every 5 ms. A muscle takes
+    /// about 100 ms to rise, and a change by a twentieth of its most from one solution to the next
+    /// counts as much as an error of 1 N.
     pub const SMOOTH: Self = Self {
         change: 400.0,
         ..Self::DECLARED
     };
 
+    /// Checks that every weight is finite and in its range.
     fn check(&self) -> Result<(), Trouble> {
         let rules = [
             ("force", self.force, self.force >= 0.0, "0 or more"),
@@ -57,25 +62,28 @@ impl Weights {
     }
 }
 
-/// Least squares with its memory of the last answer.
+/// Recruitment by least squares for one arm. Remembers the last solution, so that the next one can
+/// change smoothly.
 #[derive(Clone, Debug)]
 pub struct LeastSquares {
     weights: Weights,
+    /// Greatest force of each line, N.
     most: Forces,
     last: Option<Forces>,
 }
 
-/// What came of a wanted wrench.
+/// The solution for a wanted wrench.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// Of each line, N.
+    /// Force of each line, N.
     pub forces: Forces,
-    /// The wrench that they give, by the arm's own model.
+    /// Wrench at the hand that these forces make according to the model of the arm, N and N·m.
     pub given: WrenchVector,
 }
 
 impl Found {
-    /// By how much the force at the hand misses the wanted, N.
+    /// Returns the size of the difference between wanted and given force at the hand, N. Torques do
+    /// not count.
     #[must_use]
     pub fn missed_n(&self, wanted: &WrenchVector) -> f64 {
         (self.given - wanted).fixed_rows::<3>(0).norm()
@@ -83,18 +91,18 @@ impl Found {
 }
 
 impl LeastSquares {
-    /// For one arm.
+    /// Creates a recruitment for one arm, without a last solution.
     ///
     /// # Errors
-    /// [`Trouble::Weight`].
+    /// [`Trouble::Weight`] if a weight is out of its range.
     pub fn new<N: Number + super::ToDouble>(
         limb: &Limb<N>,
         weights: Weights,
     ) -> Result<Self, Trouble> {
         weights.check()?;
         let mut most = Forces::zeros();
-        for (to, from) in most.iter_mut().zip(limb.most()) {
-            *to = from.to_double();
+        for (entry, force) in most.iter_mut().zip(limb.most()) {
+            *entry = force.to_double();
         }
         Ok(Self {
             weights,
@@ -103,16 +111,16 @@ impl LeastSquares {
         })
     }
 
-    /// Forgets the last answer: nothing holds the next one back.
+    /// Forgets the last solution, so that the weight on change does not affect the next one.
     pub fn forget(&mut self) {
         self.last = None;
     }
 
-    /// The forces that give what is nearest to the wanted wrench; they need not give
-    /// it: [`Found::given`] says what they do.
+    /// Returns the forces whose wrench is nearest to the wanted one, and remembers them. They may
+    /// miss the wanted wrench: [`Found::given`] is the wrench that they make.
     ///
     /// # Errors
-    /// [`Trouble::NotConverged`], on what is not finite.
+    /// [`Trouble::NotConverged`] if an input is not finite.
     pub fn recruit(&mut self, posed: &Posed, wanted: &WrenchVector) -> Result<Found, Trouble> {
         let forces = self.problem(posed, wanted).solve()?;
         self.last = Some(forces);
@@ -122,12 +130,12 @@ impl LeastSquares {
         })
     }
 
-    /// The same, refused where the force at the hand misses the wanted by more than
-    /// `tolerance_n`; then nothing is remembered either.
+    /// Like [`Self::recruit`], but refuses a wrench if the force at the hand would miss the wanted
+    /// force by more than `tolerance_n`, N. A refused solution is not remembered.
     ///
     /// # Errors
-    /// [`Trouble::Beyond`] with the most of the wanted force that is not refused;
-    /// [`Trouble::NotConverged`].
+    /// [`Trouble::Beyond`] with the largest share of the wanted force that would not be refused;
+    /// [`Trouble::NotConverged`] if an input is not finite.
     pub fn recruit_within(
         &mut self,
         posed: &Posed,
@@ -141,13 +149,13 @@ impl LeastSquares {
         }
         self.last = last;
         let (mut low, mut high) = (0.0, 1.0);
-        // To a millionth of it.
+        // 20 bisections find the share to a millionth.
         for _ in 0..20 {
             let share = 0.5 * (low + high);
-            let part = wanted * share;
-            let forces = self.problem(posed, &part).solve()?;
-            let missed = (posed.wrench(&forces) - part).fixed_rows::<3>(0).norm();
-            match missed <= tolerance_n {
+            let scaled = wanted * share;
+            let forces = self.problem(posed, &scaled).solve()?;
+            let missed_n = (posed.wrench(&forces) - scaled).fixed_rows::<3>(0).norm();
+            match missed_n <= tolerance_n {
                 true => low = share,
                 false => high = share,
             }
@@ -155,11 +163,11 @@ impl LeastSquares {
         let [x, y, z, ..] = wanted.data.0[0];
         Err(Trouble::Beyond {
             wanted_n: wanted.fixed_rows::<3>(0).norm(),
-            nearest: [x, y, z].map(|part| part * low),
+            nearest: [x, y, z].map(|component| component * low),
         })
     }
 
-    /// The quadratic whose minimum is the answer.
+    /// Returns the bounded quadratic problem whose minimum is the solution for `wanted`.
     #[must_use]
     pub fn problem(&self, posed: &Posed, wanted: &WrenchVector) -> Bounded {
         let Weights {
@@ -175,14 +183,14 @@ impl LeastSquares {
         let mut slope = at_hand.transpose() * wanted.fixed_rows::<3>(0) * force
             + posed.levers.transpose() * posed.torques(wanted) * torque;
         let last = self.last.unwrap_or_default();
-        for n in 0..LINES {
-            // A line that is not there stays at 0 with any curvature.
-            let per_square = match self.most[n] > 0.0 {
-                true => 1.0 / (self.most[n] * self.most[n]),
+        for line in 0..LINES {
+            // The force of a missing line is 0, whatever its curvature.
+            let per_square = match self.most[line] > 0.0 {
+                true => 1.0 / (self.most[line] * self.most[line]),
                 false => 1.0,
             };
-            curvature[(n, n)] += (effort + change) * per_square;
-            slope[n] += change * per_square * last[n];
+            curvature[(line, line)] += (effort + change) * per_square;
+            slope[line] += change * per_square * last[line];
         }
         Bounded {
             curvature,
@@ -192,16 +200,18 @@ impl LeastSquares {
     }
 }
 
-/// The channels' amplitudes for forces of the lines.
+/// Returns the amplitudes of the channels for the forces of the lines, N. Forces above a line's
+/// most get the amplitude of its most.
 #[must_use]
 pub fn amplitudes(limb: &Limb, forces: &Forces) -> Orders {
     let forces: [f32; LINES] = forces.data.0[0].map(|force| force as f32);
     limb.orders(&forces)
 }
 
-/// A force alone, N: backward, to the right, upward.
+/// Returns a wrench that has a force and no torque. The components, N, point backward, to the right
+/// and upward.
 #[must_use]
-pub fn force(parts: [f64; 3]) -> WrenchVector {
-    let [x, y, z] = parts;
+pub fn force(components: [f64; 3]) -> WrenchVector {
+    let [x, y, z] = components;
     SVector::from([x, y, z, 0.0, 0.0, 0.0])
 }

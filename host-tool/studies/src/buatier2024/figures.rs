@@ -1,4 +1,4 @@
-//! Figures 3 and 4, and the tables beside them.
+//! Figures 3 and 4 of the paper, redrawn from simulated wearers, and the tables that go with them.
 
 use super::calibration::{ARMS, Curves, curves};
 use super::control::Learnt;
@@ -14,37 +14,38 @@ use super::way::{RATE_HZ, places};
 use crate::laboratory::{Along, Bar, Curve, Grid, Plot, Plots, Sheet};
 use host_core::statistics::{Spread, mean};
 
-/// Names of the stimulated muscles.
 const MUSCLES: [&str; 4] = [
     "biceps",
     "triceps",
     "deltoid, anterior",
     "deltoid, posterior",
 ];
-/// Seconds of figure 3.
+/// Time that figure 3 shows, s.
 const SHOWN_S: f64 = 30.0;
-/// k is drawn in thousandths: the triceps' is little.
+/// Scale of k in plots, which show thousandths because the k of the triceps is small.
 const THOUSAND: f64 = 1e3;
-/// Points of another height's way are this far, degrees; those of one are nearer.
-const APART_DEG: f64 = 3.0;
-/// A point of a drawn line every so many steps.
-const EVERY: usize = 10;
+/// Smallest angle between the last point of one height's trajectory and the first of the next,
+/// degrees. Successive points of one trajectory are nearer.
+const NEXT_HEIGHT_DEG: f64 = 3.0;
+/// Number of simulation steps per point of a drawn line.
+const STEPS_PER_POINT: usize = 10;
 
-/// Hands of one person over the first 30 s of the second target set of each condition.
+/// Draws figure 3: the right hand of one wearer over the first 30 s of the second target set of
+/// each condition.
 pub(super) fn hands(study: &Study, person: &Person) -> Result<Sheet, LiftError> {
-    let own = &person.arms[0];
-    let curves = curves(study, own.stature_m, own.mass_kg)?;
+    let arm = &person.arms[0];
+    let curves = curves(study, arm.stature_m, arm.mass_kg)?;
     let mut plots = Vec::new();
     let mut paths = Vec::new();
     for condition in Condition::ALL {
-        let (held, back) = course(study, person, (&curves, condition))?;
+        let (held, back) = hand_paths(study, person, (&curves, condition))?;
         let over = |axis: usize| {
             let held = held
                 .iter()
-                .map(move |lift| Curve::line(0, lift.iter().map(|pair| [pair.0, pair.1[axis]])));
+                .map(move |lift| Curve::line(0, lift.iter().map(|(t, place)| [*t, place[axis]])));
             let back = back
                 .iter()
-                .map(move |items| Curve::line(1, items.iter().map(|pair| [pair.0, pair.1[axis]])));
+                .map(move |path| Curve::line(1, path.iter().map(|(t, place)| [*t, place[axis]])));
             held.chain(back).collect()
         };
         plots.push(Plot {
@@ -56,7 +57,7 @@ pub(super) fn hands(study: &Study, person: &Person) -> Result<Sheet, LiftError> 
         });
         let path = held
             .iter()
-            .map(|lift| Curve::line(0, lift.iter().map(|pair| pair.1)));
+            .map(|lift| Curve::line(0, lift.iter().map(|(_, place)| *place)));
         paths.push(Plot {
             title: condition.name().to_owned(),
             x: Along::even("forward (m)", [0.3, 0.7]),
@@ -85,15 +86,16 @@ pub(super) fn hands(study: &Study, person: &Person) -> Result<Sheet, LiftError> 
     ))
 }
 
-/// Times with places.
-type Line = Vec<(f64, [f64; 2])>;
+/// Points of a hand's path: time, s, and place, m.
+type TimedPath = Vec<(f64, [f64; 2])>;
 
-/// Lifts of the second target set, and the ways back.
-fn course(
+/// Simulates two target sets and returns the paths of the right hand in the second: those of its
+/// lifts, and those back to the table after each lift.
+fn hand_paths(
     study: &Study,
     person: &Person,
     (curves, condition): (&Curves, Condition),
-) -> Result<(Vec<Line>, Vec<Line>), LiftError> {
+) -> Result<(Vec<TimedPath>, Vec<TimedPath>), LiftError> {
     let mut worker = Worker::new(study, person)?;
     let mut device = Device::new(study, curves, condition, &person.told)?;
     let day = person.aim_of_day_m(condition as u64);
@@ -113,31 +115,32 @@ fn course(
         if nth < lifts || t > SHOWN_S {
             continue;
         }
-        let step = |(n, hands): (usize, &[[f64; 2]; ARMS])| (t + n as f64 / RATE_HZ, hands[1]);
-        let line: Line = trace
+        let point = |(n, hands): (usize, &[[f64; 2]; ARMS])| (t + n as f64 / RATE_HZ, hands[1]);
+        let path: TimedPath = trace
             .hands_m
             .iter()
             .enumerate()
-            .step_by(EVERY)
-            .map(step)
+            .step_by(STEPS_PER_POINT)
+            .map(point)
             .collect();
-        let Some(&(end_s, end_m)) = line.last() else {
+        let Some(&(end_s, end_m)) = path.last() else {
             continue;
         };
         t = end_s + study.way.return_s;
         let [start, ..] = places(study, worker.reach_m(), height);
         back.push(vec![(end_s, end_m), (t, start)]);
-        held.push(line);
+        held.push(path);
     }
     Ok((held, back))
 }
 
-/// k and C of a wearer in the middle.
+/// Draws k by angle, and tabulates the quartics of C, for a wearer whose numbers are in the middle
+/// of their ranges.
 pub(super) fn activations(study: &Study) -> Result<[Sheet; 2], LiftError> {
     let nominal = Person::new(study, middle(study), 0)?;
-    let own = &nominal.arms[0];
-    let found = curves(study, own.stature_m, own.mass_kg)?;
-    let plots = (0..MUSCLES.len()).map(|muscle| activation(&found, muscle));
+    let arm = &nominal.arms[0];
+    let curves = curves(study, arm.stature_m, arm.mass_kg)?;
+    let plots = (0..MUSCLES.len()).map(|muscle| activation_plot(&curves, muscle));
     let series = ["static optimisation, three heights", "quartic"];
     let caption = "Along the declared way, muscles as the sources have them, a wearer in the \
                    middle. The paper's curves are a picture and their coefficients unpublished.";
@@ -151,37 +154,37 @@ pub(super) fn activations(study: &Study) -> Result<[Sheet; 2], LiftError> {
             plots: plots.collect(),
         },
     );
-    Ok([figure, quartics(&found)])
+    Ok([figure, quartic_table(&curves)])
 }
 
-/// Activation of a muscle, and its quartic.
-fn activation(found: &Curves, muscle: usize) -> Plot {
-    let curve = &found.muscles[muscle];
+/// Plots the activation of a muscle by the angle of its joint, and the quartic fitted to it.
+fn activation_plot(curves: &Curves, muscle: usize) -> Plot {
+    let curve = &curves.muscles[muscle];
     let joint = ["elbow flexion (°)", "shoulder flexion (°)"][muscle / 2];
-    let range = found.range_deg[muscle / 2];
-    let at = |deg: f64| {
-        let own = curve.per_degree.iter().rev();
-        THOUSAND * curve.peak * own.fold(0.0, |sum, a| sum * deg + a)
+    let range = curves.range_deg[muscle / 2];
+    let quartic = |deg: f64| {
+        let coefficients = curve.per_degree.iter().rev();
+        THOUSAND * curve.peak * coefficients.fold(0.0, |sum, a| sum * deg + a)
     };
-    let angles = curve.points.iter().map(|point| point[0]);
+    let angles = curve.points.iter().map(|[deg, _]| *deg);
     let (low, high) = angles.fold((f64::MAX, f64::MIN), |(low, high), deg| {
         (low.min(deg), high.max(deg))
     });
-    let line = (0..=40).map(|n| low + (high - low) * f64::from(n) / 40.0);
-    let way = |points: &[[f64; 2]]| Curve {
+    let angles = (0..=40).map(|n| low + (high - low) * f64::from(n) / 40.0);
+    let marks = |points: &[[f64; 2]]| Curve {
         marked: true,
         ..Curve::line(
             0,
             points
                 .iter()
                 .step_by(3)
-                .map(|point| [point[0], THOUSAND * point[1]]),
+                .map(|[deg, k]| [*deg, THOUSAND * k]),
         )
     };
-    let ways = curve
+    let heights = curve
         .points
-        .chunk_by(|a, b| (a[0] - b[0]).abs() < APART_DEG);
-    let fitted = Curve::line(1, line.map(|deg| [deg, at(deg)]));
+        .chunk_by(|a, b| (a[0] - b[0]).abs() < NEXT_HEIGHT_DEG);
+    let fitted = Curve::line(1, angles.map(|deg| [deg, quartic(deg)]));
     Plot {
         title: format!("{}, {}", MUSCLES[muscle], ["lift", "drop"][muscle % 2]),
         x: Along::even(joint, range),
@@ -189,25 +192,20 @@ fn activation(found: &Curves, muscle: usize) -> Plot {
             "k (thousandths)",
             [0.0, 1.2 * THOUSAND * curve.peak.max(0.01)],
         ),
-        curves: ways.map(way).chain([fitted]).collect(),
+        curves: heights.map(marks).chain([fitted]).collect(),
         ..Plot::default()
     }
 }
 
-/// Equation 3 with what is left.
-fn quartics(found: &Curves) -> Sheet {
+/// Tabulates the quartics of equation 3 and their residuals.
+fn quartic_table(curves: &Curves) -> Sheet {
     let heads = [
         "muscle", "peak k", "a0", "a1", "a2", "a3", "a4", "left", "most", "device",
     ];
-    let rows = found.muscles.iter().zip(MUSCLES).map(|(curve, name)| {
+    let rows = curves.muscles.iter().zip(MUSCLES).map(|(curve, name)| {
         let mut row = vec![name.to_owned(), format!("{:.4}", curve.peak)];
-        row.extend(
-            curve
-                .per_degree
-                .iter()
-                .map(|per_degree| format!("{per_degree:.3e}")),
-        );
-        row.extend(curve.left.iter().map(|value| format!("{value:.3}")));
+        row.extend(curve.per_degree.iter().map(|a| format!("{a:.3e}")));
+        row.extend(curve.left.iter().map(|residual| format!("{residual:.3}")));
         row.push(format!("{:.3}", curve.left_on_device[0]));
         row
     });
@@ -221,18 +219,17 @@ fn quartics(found: &Curves) -> Sheet {
     Sheet::table("Equation 3", "quartics of C", caption.to_owned(), grid)
 }
 
-/// Bars of figure 4: means over all persons, with the 5th to 95th percentile of the studies'.
+/// Draws figure 4: means over all wearers, with the 5th to 95th percentile of the means of the
+/// simulated studies.
 pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
     let values = |condition: Condition, metric: Metric, height: Option<usize>| {
         let means: Vec<f64> = all
             .iter()
-            .map(|own| {
-                let each: Vec<f64> = (own.people.iter())
-                    .filter_map(|participant| {
-                        Some(participant.of(condition)?.value(metric, height))
-                    })
+            .map(|replication| {
+                let values: Vec<f64> = (replication.people.iter())
+                    .filter_map(|person| Some(person.of(condition)?.value(metric, height)))
                     .collect();
-                mean_and_error(&each)[0]
+                mean_and_error(&values)[0]
             })
             .collect();
         let spread = Spread::of(&means)?;
@@ -243,7 +240,7 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
         for (place, height) in heights.iter().enumerate() {
             for (series, condition) in Condition::ALL.into_iter().enumerate() {
                 let left = place as f64 - 0.4 + 0.27 * series as f64;
-                let name = height.map(|height| &study.way.heights[height].name);
+                let name = height.map(|index| &study.way.heights[index].name);
                 bars.extend(
                     values(condition, metric, *height).map(|(value, range)| Bar {
                         series,
@@ -252,14 +249,11 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
                         range: Some(range),
                     }),
                 );
-                let printed = study.printed.iter().find(|printed_value| {
-                    (
-                        printed_value.metric,
-                        printed_value.condition,
-                        printed_value.height.as_ref(),
-                    ) == (metric, condition, name)
+                let printed = study.printed.iter().find(|number| {
+                    (number.metric, number.condition, number.height.as_ref())
+                        == (metric, condition, name)
                 });
-                paper.extend(printed.map(|printed_value| [left + 0.12, printed_value.mean]));
+                paper.extend(printed.map(|number| [left + 0.12, number.mean]));
             }
         }
         let (name, unit) = metric.named();
@@ -302,23 +296,23 @@ pub(super) fn bars(study: &Study, all: &[Replication]) -> Sheet {
     )
 }
 
-/// What the paper's tests say, over studies.
+/// Tabulates in how many of the simulated studies each of the paper's tests (section IV.D) is
+/// significant.
 pub(super) fn tests(study: &Study, all: &[Replication]) -> Sheet {
     let level = study.protocol.level;
     let rows = families()
         .into_iter()
         .enumerate()
-        .map(|(at, (metric, height))| {
-            let own: Vec<&Tested> = all
-                .iter()
-                .filter_map(|replication| replication.tests.get(at))
+        .map(|(family, (metric, height))| {
+            let tests: Vec<&Tested> = (all.iter())
+                .filter_map(|replication| replication.tests.get(family))
                 .collect();
-            let share = |is: &dyn Fn(&Tested) -> bool| {
-                let count = own.iter().filter(|test| is(test)).count();
-                format!("{count}/{}", own.len())
+            let share = |is_significant: &dyn Fn(&Tested) -> bool| {
+                let count = tests.iter().filter(|test| is_significant(test)).count();
+                format!("{count}/{}", tests.len())
             };
-            let at = height.map_or("all", |height| &*study.way.heights[height].name);
-            let mut row = vec![format!("{}, {at}", metric.named().0)];
+            let name = height.map_or("all", |index| &*study.way.heights[index].name);
+            let mut row = vec![format!("{}, {name}", metric.named().0)];
             row.push(share(&|test| test.normal_p.iter().any(|p| *p < level)));
             row.push(share(&|test| test.sphericity_p < level));
             row.push(share(&|test| test.anova[1] < level));

@@ -1,4 +1,4 @@
-//! Thresholds and greatest voltages, found as Hamana 2022 found them (III-A2, III-C1).
+//! Searches thresholds and greatest voltages with the procedure of Hamana 2022 (III-A2, III-C1).
 
 use super::error::TwoPointsError;
 use super::pattern::{PERIOD_US, Pattern, WIDTH_US};
@@ -9,32 +9,36 @@ use hal_sim::body::hand::spec::{A, B, E};
 use hal_sim::body::hand::{Hand, Segment};
 use serde::{Deserialize, Serialize};
 
-/// Steps of the search, and its end, V: what the stimulator gives is assumed, for the
-/// paper's greatest is 40 V.
+/// Step of the search, V.
 pub(super) const STEP_V: f64 = 2.0;
+/// Voltage at which the search ends, V. The range of the stimulator is an assumption: the greatest
+/// voltage in the paper is 40 V.
 pub(super) const MOST_V: f64 = 44.0;
-/// Above this the index finger counts as alone (III-A2).
+/// Individuation index above which the index finger counts as moving alone (III-A2).
 pub const SELECTIVE: f64 = 0.8;
-/// Steps of r (III-C1).
-const STEPS_OF_R: u32 = 10;
-/// Part of the wrist's extensors at which it is barely extended. Assumed.
-const BARELY: f64 = 0.1;
-/// Between which factors of all thresholds a wearer's is looked for, and how closely.
-const FACTORS: [f64; 2] = [1e-9, 1e9];
+/// Number of steps in which the ratio r rises to 1 (III-C1).
+const RATIO_STEPS: u32 = 10;
+/// Force at which the wrist counts as barely extended, as a part of all that its extensors have.
+/// Assumed.
+const WRIST_BARELY_EXTENDED: f64 = 0.1;
+/// Smallest and largest factor of all thresholds that [`calibrate`] considers.
+const FACTOR_RANGE: [f64; 2] = [1e-9, 1e9];
+/// Number of bisections of that range.
 const BISECTIONS: u32 = 24;
 
-/// What a search finds.
+/// Results of [`Voltages::search`] for one hand.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Voltages {
-    /// Lowest that visibly bends the index finger, at A and B, V.
+    /// Lowest voltages at A and B that visibly bend the index finger, V.
     pub threshold_v: [f64; 2],
-    /// Highest at which it is alone, V.
+    /// Highest voltages at A and B at which the index finger moves alone, V.
     pub most_v: [f64; 2],
-    /// The least part of both at which the usual pattern visibly bends it.
+    /// Smallest ratio r of both greatest voltages at which [`Pattern::usual`] visibly bends the
+    /// index finger; `None` if none does.
     pub ratio: Option<f64>,
 }
 
-/// The index finger's angle above rest, °.
+/// Returns how far the pattern bends the index finger from rest, °. `volts` are those of A and B.
 pub(super) fn bent_deg(
     hand: &mut Hand,
     pattern: Pattern,
@@ -44,10 +48,10 @@ pub(super) fn bent_deg(
     Ok(response.angles_deg()[INDEX] - REST_DEG[INDEX])
 }
 
-/// How far the extensor's point at these volts, the others floating, extends the index
-/// finger, °; and what it makes of the wrist's extensors, as a part of all they have.
+/// Stimulates the extensor's point at `volts` while A and B float. Returns how far the index finger
+/// extends from rest, °, and the force of the wrist's extensors as a part of all that they have.
 pub(super) fn extended_deg(hand: &mut Hand, volts: f64) -> Result<(f64, f64), TwoPointsError> {
-    let with = |terminal, lasts_us| {
+    let segment = |terminal, lasts_us| {
         let mut terminals = [Terminal::Floating; 3];
         terminals[E] = terminal;
         Segment {
@@ -56,25 +60,26 @@ pub(super) fn extended_deg(hand: &mut Hand, volts: f64) -> Result<(f64, f64), Tw
         }
     };
     let response = hand.respond(&[
-        with(Terminal::Driven(-volts), WIDTH_US),
-        with(Terminal::Grounded, PERIOD_US - WIDTH_US),
+        segment(Terminal::Driven(-volts), WIDTH_US),
+        segment(Terminal::Grounded, PERIOD_US - WIDTH_US),
     ])?;
     let extended = REST_DEG[INDEX] - response.angles_deg()[INDEX];
     Ok((extended, response.wrist))
 }
 
-/// Threshold and greatest voltage of the extensor's point, up to `end_v`: from where on it visibly
-/// extends the index finger, and up to where the wrist is barely extended (Hamana 2022,
-/// III-C1). `None` where nothing extends it, or the wrist comes first.
+/// Searches threshold and greatest voltage of the extensor's point up to `end_v`, V (Hamana 2022,
+/// III-C1). The threshold is the lowest voltage that visibly extends the index finger; at the
+/// greatest voltage the wrist is still at most barely extended. Returns `None` if no voltage
+/// extends the index finger, or if the wrist extends first.
 ///
 /// # Errors
-/// Its circuit cannot be solved.
+/// The hand's circuit cannot be solved.
 pub fn search_extensor(hand: &mut Hand, end_v: f64) -> Result<Option<[f64; 2]>, TwoPointsError> {
     let mut found: Option<[f64; 2]> = None;
     let mut volts = STEP_V;
     while volts <= end_v {
         let (extended, wrist) = extended_deg(hand, volts)?;
-        if wrist > BARELY {
+        if wrist > WRIST_BARELY_EXTENDED {
             break;
         }
         match &mut found {
@@ -87,12 +92,13 @@ pub fn search_extensor(hand: &mut Hand, end_v: f64) -> Result<Option<[f64; 2]>, 
     Ok(found)
 }
 
-/// Makes `hand` one whose point A is visible from `threshold_v` on.
+/// Scales the thresholds of `hand` so that point A visibly bends the index finger from
+/// `threshold_v` on, V.
 ///
 /// # Errors
-/// Its circuit cannot be solved.
+/// The hand's circuit cannot be solved.
 pub fn calibrate(hand: &mut Hand, threshold_v: f64) -> Result<(), TwoPointsError> {
-    let [mut low, mut high] = FACTORS;
+    let [mut low, mut high] = FACTOR_RANGE;
     for _ in 0..BISECTIONS {
         hand.factor = (low * high).sqrt();
         match bent_deg(hand, Pattern::alone(A), [threshold_v; 2])? >= VISIBLE_DEG {
@@ -105,23 +111,24 @@ pub fn calibrate(hand: &mut Hand, threshold_v: f64) -> Result<(), TwoPointsError
 }
 
 impl Voltages {
-    /// Of this hand, up to `end_v`; `None` where a point has none: nothing moves up to the greatest
-    /// voltage, or the index finger is not alone when it does.
+    /// Searches the voltages of points A and B up to `end_v`, V. Returns `None` if a point has no
+    /// threshold: nothing moves visibly up to `end_v`, or the index finger does not move alone when
+    /// it first does.
     ///
     /// # Errors
-    /// Its circuit cannot be solved.
+    /// The hand's circuit cannot be solved.
     pub fn search(hand: &mut Hand, end_v: f64) -> Result<Option<Self>, TwoPointsError> {
-        let mut found = [[0.0; 2]; 2];
+        let mut voltages = [[0.0; 2]; 2];
         for point in [A, B] {
-            let Some(of_point) = search_point(hand, point, end_v)? else {
+            let Some(found) = search_point(hand, point, end_v)? else {
                 return Ok(None);
             };
-            found[point] = of_point;
+            voltages[point] = found;
         }
-        let most_v = found.map(|values| values[1]);
+        let most_v = voltages.map(|[_, most_v]| most_v);
         let mut ratio = None;
-        for step in 1..=STEPS_OF_R {
-            let r = f64::from(step) / f64::from(STEPS_OF_R);
+        for step in 1..=RATIO_STEPS {
+            let r = f64::from(step) / f64::from(RATIO_STEPS);
             let bent = bent_deg(hand, Pattern::usual(), most_v.map(|v| r * v))?;
             if bent >= VISIBLE_DEG {
                 ratio = Some(r);
@@ -129,47 +136,49 @@ impl Voltages {
             }
         }
         Ok(Some(Self {
-            threshold_v: found.map(|values| values[0]),
+            threshold_v: voltages.map(|[threshold_v, _]| threshold_v),
             most_v,
             ratio,
         }))
     }
 }
 
-/// A step of the search at one point.
+/// Response at one step of the search at one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Searched {
-    /// At the point, V.
+    /// Voltage at the point, V.
     pub volts: f64,
-    /// Free digits above rest, as parts of their ranges (equation 2).
+    /// Flexion of the free digits above rest, as parts of their ranges (equation 2).
     pub flexed: [f64; DIGITS],
-    /// Equation 1; `None` where the index finger does not move.
+    /// Individuation index (equation 1); `None` if the index finger does not move.
     pub individuation: Option<f64>,
 }
 
-/// Every step of the search at `point` up to `end_v`, beyond its greatest voltage too.
+/// Returns the response at every step of the search at `point` up to `end_v`, V, including steps
+/// above the point's greatest voltage.
 ///
 /// # Errors
-/// Its circuit cannot be solved.
+/// The hand's circuit cannot be solved.
 pub fn searched(
     hand: &mut Hand,
     point: usize,
     end_v: f64,
 ) -> Result<Vec<Searched>, TwoPointsError> {
-    let (mut all, mut volts) = (Vec::new(), STEP_V);
+    let (mut steps, mut volts) = (Vec::new(), STEP_V);
     while volts <= end_v {
         let response = hand.respond(&Pattern::alone(point).period([volts; 2]))?;
-        all.push(Searched {
+        steps.push(Searched {
             volts,
             flexed: normalised(&response.angles_deg()),
             individuation: response.individuation(),
         });
         volts += STEP_V;
     }
-    Ok(all)
+    Ok(steps)
 }
 
-/// Threshold and greatest voltage of one point.
+/// Searches threshold and greatest voltage of one point up to `end_v`, V; `None` as in
+/// [`Voltages::search`].
 fn search_point(
     hand: &mut Hand,
     point: usize,
@@ -183,10 +192,10 @@ fn search_point(
         let is_visible = bent >= VISIBLE_DEG;
         let is_alone = response
             .individuation()
-            .is_some_and(|individuation| individuation > SELECTIVE);
+            .is_some_and(|index| index > SELECTIVE);
         match &mut found {
             None if is_visible && is_alone => found = Some([volts; 2]),
-            // It is visible, but others move too.
+            // The index finger moves visibly, but not alone.
             None if is_visible => return Ok(None),
             None => {}
             Some(found) if is_alone => found[1] = volts,

@@ -1,5 +1,5 @@
-//! The device at work on an arm that it was told of: `firmware::limb` as it is flashed, the
-//! same in double precision, and the bounded least squares of `host_core::limb`.
+//! Recruitment of the muscles of one configured arm, by three methods: `firmware::limb` as it is
+//! flashed, the same in double precision, and the bounded least squares of `host_core::limb`.
 
 use super::error::EndpointError;
 use super::model::{Model, turned};
@@ -9,18 +9,18 @@ use hal_sim::body::arm::ELECTRODES;
 use host_core::limb::{Exact, Forces, ToDouble, Trouble, WrenchVector, amplitudes};
 use nalgebra::{Matrix3, Vector3};
 
-/// A way to share a wanted force out among muscles.
+/// Method that distributes a wanted force among muscles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// Algorithm 1 in the device's own numbers.
+    /// Algorithm 1 (nearest neighbour) in the device's own numbers.
     Nearest,
-    /// The same in double precision.
+    /// Algorithm 1 in double precision.
     Exact,
-    /// Least squares with bounds, as `Weights::DECLARED` weighs.
+    /// Bounded least squares with the weights `Weights::DECLARED`.
     Squares,
 }
 
-/// A device that was told of an arm, at its posture.
+/// A device that is configured for one arm, in the posture of the arm's model.
 #[derive(Clone, Debug)]
 pub struct Device {
     limb: Limb,
@@ -30,13 +30,14 @@ pub struct Device {
 }
 
 impl Device {
+    /// Configures a device for the arm of `model`.
+    ///
     /// # Errors
-    /// E700, E701, E704: the model, all its mistakes; its posture.
+    /// E700 with all mistakes of the model; E701 and E704 for its posture.
     pub fn new(model: &Model) -> Result<Self, EndpointError> {
         let (spec, posture) = (model.spec(), model.frame.angles());
         let arm = Arm::new(&spec, &posture)?;
-        let limb =
-            Limb::new(&spec).map_err(|limb_error| Trouble::Spec(vec![limb_error.to_string()]))?;
+        let limb = Limb::new(&spec).map_err(|error| Trouble::Spec(vec![error.to_string()]))?;
         let jacobians = limb.refresh(&posture).map_err(Trouble::from)?;
         let radians = arm.limb.radians(&posture).map_err(Trouble::from)?;
         Ok(Self {
@@ -47,8 +48,8 @@ impl Device {
         })
     }
 
-    /// Force of each muscle for a wanted force at the hand (the body's axes), N, beyond
-    /// what it has where the nearest neighbour asks for more.
+    /// Returns the force of each muscle, N, for a wanted force at the hand, N, in the axes of the
+    /// simulated arm. The nearest neighbour may ask for more force than a muscle has.
     ///
     /// # Errors
     /// E706.
@@ -56,7 +57,7 @@ impl Device {
         let wanted = turned(wanted_n);
         Ok(match method {
             Method::Nearest => {
-                let [x, y, z] = wanted.map(|value| value as f32);
+                let [x, y, z] = wanted.map(|component| component as f32);
                 limb::chosen(choices(&self.jacobians, Vector::new(x, y, z)))
             }
             Method::Exact => self.arm.nearest(wanted),
@@ -66,7 +67,8 @@ impl Device {
         })
     }
 
-    /// The currents for these forces, mA, each at most its greatest; none of no force.
+    /// Returns the current of each channel for these forces, mA. A current is at most the channel's
+    /// greatest, and 0 if the muscle makes no force.
     #[must_use]
     pub fn currents_ma(&self, forces_n: &Forces) -> [f64; ELECTRODES] {
         let mut currents = [0.0; ELECTRODES];
@@ -78,39 +80,40 @@ impl Device {
         currents
     }
 
-    /// Whether a muscle would have to be stronger than its greatest current makes it: what
-    /// the device refuses, and the study plays at the greatest current.
+    /// Returns whether a muscle would need more force than its greatest current makes. The device
+    /// refuses such a force; the study stimulates at the greatest current instead.
     #[must_use]
     pub fn is_beyond(&self, forces_n: &Forces) -> bool {
-        // Half a microampere is no more.
-        let more = |(force, most): (&f64, &f64)| *force > most * (1.0 + 1e-4);
-        forces_n.iter().zip(&self.arm.most).any(more)
+        // Tolerates a difference of half a microampere.
+        let exceeds = |(force, most): (&f64, &f64)| *force > most * (1.0 + 1e-4);
+        forces_n.iter().zip(&self.arm.most).any(exceeds)
     }
 
-    /// Each force as a part of what its muscle has, at most 1.
+    /// Returns each force as a part of the greatest force of its muscle, at most 1.
     #[must_use]
     pub fn parts(&self, forces_n: &Forces) -> [f64; ELECTRODES] {
-        std::array::from_fn(|at| (forces_n[at] / self.arm.most[at]).min(1.0))
+        std::array::from_fn(|muscle| (forces_n[muscle] / self.arm.most[muscle]).min(1.0))
     }
 
-    /// The size of a force along `direction` at which the first muscle at shoulder or elbow
-    /// that the nearest neighbour takes is at its greatest current; of a direction that only
-    /// the girdle helps, there; zero where nothing helps.
+    /// Returns the size of the force along `direction`, N, at which the first of the muscles that
+    /// the nearest neighbour chooses at shoulder and elbow reaches its greatest current. If only a
+    /// muscle at the girdle helps, that muscle decides; if no muscle helps, returns 0.
     #[must_use]
     pub fn reachable_n(&self, direction: [f64; 3]) -> f64 {
         let [x, y, z] = turned(direction).map(Exact);
         let [girdle, shoulder, elbow] = choices(&self.arm.jacobians, Vector::new(x, y, z));
         let size = |choice: Option<(u8, f64)>| {
-            let (at, force) = choice?;
-            self.arm.most.get(usize::from(at)).map(|most| most / force)
+            let (muscle, force) = choice?;
+            let most = self.arm.most.get(usize::from(muscle));
+            most.map(|most| most / force)
         };
-        let arm = [shoulder, elbow].into_iter().filter_map(size);
-        let arm = arm.reduce(f64::min).or_else(|| size(girdle));
-        arm.unwrap_or(0.0)
+        let sizes = [shoulder, elbow].into_iter().filter_map(size);
+        let reached = sizes.reduce(f64::min).or_else(|| size(girdle));
+        reached.unwrap_or(0.0)
     }
 
-    /// Torque of one newton of a channel's muscle about its own joint, m, the device's axes
-    /// in space.
+    /// Returns the torque of a channel's muscle about its own joint per newton, m, in the device's
+    /// axes in space; 0 for a channel without a muscle.
     #[must_use]
     pub fn arm_m(&self, channel: usize) -> Vector3<f64> {
         let line = self.arm.limb.lines().get(channel);
@@ -118,45 +121,46 @@ impl Device {
             let torques = line.torques(&self.pose);
             torques.get(usize::from(line.joint())).copied()
         });
-        torque.map_or_else(Vector3::zeros, vector)
+        torque.map_or_else(Vector3::zeros, to_vector3)
     }
 
-    /// The torques about the nine axes with which the hand exerts `wrench` (the body's axes,
-    /// N and N m), N m (equation 8).
+    /// Returns the torques about the nine axes, N·m, with which the hand exerts `wrench` (N and
+    /// N·m, in the axes of the simulated arm; equation 8).
     #[must_use]
     pub fn torques(&self, wrench: &[f64; 6]) -> Vec<f64> {
         let [x, y, z, a, b, c] = *wrench;
         let (force, torque) = (turned([x, y, z]), turned([a, b, c]));
-        let both = WrenchVector::from_iterator(force.into_iter().chain(torque));
-        self.arm.posed.torques(&both).iter().copied().collect()
+        let wrench = WrenchVector::from_iterator(force.into_iter().chain(torque));
+        self.arm.posed.torques(&wrench).iter().copied().collect()
     }
 
-    /// Origins of the four segments and how they are turned (columns are their axes), the
-    /// device's axes in space, m.
+    /// Returns the origin, m, and the orientation of the four segments, in the device's axes in
+    /// space. The columns of each matrix are the axes of the segment.
     #[must_use]
     pub fn segments(&self) -> [(Vector3<f64>, Matrix3<f64>); 4] {
         self.pose.segments.map(|(origin, rotation)| {
-            let axes = [rotation.x, rotation.y, rotation.z].map(vector);
-            (vector(origin), Matrix3::from_columns(&axes))
+            let axes = [rotation.x, rotation.y, rotation.z].map(to_vector3);
+            (to_vector3(origin), Matrix3::from_columns(&axes))
         })
     }
 }
 
-fn vector(item: Vector<Exact>) -> Vector3<f64> {
-    item.to_array().map(ToDouble::to_double).into()
+fn to_vector3(vector: Vector<Exact>) -> Vector3<f64> {
+    vector.to_array().map(ToDouble::to_double).into()
 }
 
-/// How smoothly muscles follow as the wanted direction goes around three great circles in
-/// steps of a degree.
+/// How smoothly the forces of the muscles change while the wanted direction goes around three great
+/// circles in steps of 1°.
 #[derive(Clone, Copy, Debug, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Switches {
-    /// Steps in which some muscle changed by more than the jump.
+    /// Number of steps in which some muscle changed by more than the jump.
     pub jumps: usize,
-    /// Greatest change of a muscle in one step, as a part of what it has.
+    /// Greatest change of a muscle in one step, as a part of its greatest force.
     pub greatest: f64,
 }
 
-/// The same of `method`, with a force of `size_n`; a jump is `jump` of a range.
+/// Computes [`Switches`] of `method` for a wanted force of `size_n`. A change counts as a jump if
+/// it exceeds `jump`, a part of a muscle's greatest force.
 ///
 /// # Errors
 /// E706.
@@ -166,7 +170,7 @@ pub fn switches(
     size_n: f64,
     jump: f64,
 ) -> Result<Switches, EndpointError> {
-    let mut all = Switches::default();
+    let mut switches = Switches::default();
     for plane in 0..3 {
         let parts = |deg: u32| {
             let wanted = around(plane, f64::from(deg).to_radians(), size_n);
@@ -178,15 +182,16 @@ pub fn switches(
             let now = parts(deg)?;
             let change = before.iter().zip(&now).map(|(a, b)| (a - b).abs());
             let change = change.fold(0.0, f64::max);
-            all.jumps += usize::from(change > jump);
-            all.greatest = all.greatest.max(change);
+            switches.jumps += usize::from(change > jump);
+            switches.greatest = switches.greatest.max(change);
             before = now;
         }
     }
-    Ok(all)
+    Ok(switches)
 }
 
-/// A force of `size_n` at `angle` (rad) of one of three great circles.
+/// Returns a force of `size_n` at `angle` (rad) on one of three great circles. `plane` (0 to 2) is
+/// the index of the axis that points to angle 0.
 #[must_use]
 pub fn around(plane: usize, angle: f64, size_n: f64) -> [f64; 3] {
     let mut wanted = [0.0; 3];

@@ -1,39 +1,40 @@
-//! From wanted and measured forces to numbers: alignment, correlations, errors.
+//! Computes alignment, correlations and errors from wanted and measured forces.
 
 use super::error::EndpointError;
 use host_core::statistics;
 use host_core::statistics::{StatisticsError, student_t_p};
 use serde::{Deserialize, Serialize};
 
-/// A target: what was wanted and what was measured.
+/// A target: the wanted force and the measured wrench.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Target {
-    /// Number of its command among twelve: direction times magnitudes, then magnitude.
+    /// Number of the command among twelve: direction times the number of magnitudes, plus
+    /// magnitude.
     pub command: usize,
-    /// Wanted force, N.
+    /// Wanted force at the hand, N.
     pub wanted_n: [f64; 3],
-    /// Measured wrench, baseline subtracted, N and N m.
+    /// Measured wrench after subtraction of the baseline, N and N·m.
     pub measured: [f64; 6],
-    /// Currents, mA.
+    /// Current of each muscle, mA.
     pub currents_ma: [f64; 9],
-    /// Whether a muscle was at its greatest current and would have to be stronger.
+    /// Whether a muscle was at its greatest current and would have needed more.
     pub is_beyond: bool,
 }
 
-/// Pearson's correlation with its right-tailed p.
+/// Pearson's correlation and its right-tailed p.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Correlation {
-    /// Coefficient.
+    /// Correlation coefficient, −1 to 1.
     pub r: f64,
-    /// Upper tail.
+    /// Right-tailed p, 0 to 1.
     pub p: f64,
 }
 
-/// Pearson's correlation of pairs and the right tail of its t with n - 2 degrees of
-/// freedom (Student 1908).
+/// Returns Pearson's correlation of pairs and the right tail of its t with n - 2 degrees of freedom
+/// (Student 1908). Both slices must have the same length.
 ///
 /// # Errors
-/// Fewer than three pairs, unequal lengths, values that do not vary.
+/// There are fewer than three pairs, or the values do not vary.
 pub fn pearson(first: &[f64], second: &[f64]) -> Result<Correlation, StatisticsError> {
     let n = first.len();
     if n < 3 {
@@ -43,7 +44,7 @@ pub fn pearson(first: &[f64], second: &[f64]) -> Result<Correlation, StatisticsE
             least: 3,
         });
     }
-    let mean = |all: &[f64]| all.iter().sum::<f64>() / n as f64;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / n as f64;
     let (a, b) = (mean(first), mean(second));
     let pairs = first.iter().zip(second).map(|(x, y)| (x - a, y - b));
     let [xy, xx, yy] = pairs.fold([0.0; 3], |[xy, xx, yy], (x, y)| {
@@ -60,8 +61,9 @@ pub fn pearson(first: &[f64], second: &[f64]) -> Result<Correlation, StatisticsE
     Ok(Correlation { r, p })
 }
 
-/// Turns measured wrenches about the vertical so that forces lie nearest to the wanted
-/// ones (Kabsch's problem with its axis given: one angle, in closed form). The angle, rad.
+/// Rotates the measured wrenches about the vertical so that their forces lie nearest to the wanted
+/// ones, and returns the angle, rad. This is Kabsch's problem with a given axis; its only angle has
+/// a closed form.
 pub fn align(targets: &mut [Target]) -> f64 {
     let (mut across, mut along) = (0.0, 0.0);
     for target in &*targets {
@@ -72,52 +74,58 @@ pub fn align(targets: &mut [Target]) -> f64 {
     let angle = across.atan2(along);
     let (sine, cosine) = angle.sin_cos();
     for target in targets {
-        for at in [0, 3] {
-            let (x, y) = (target.measured[at], target.measured[at + 1]);
-            target.measured[at] = cosine * x - sine * y;
-            target.measured[at + 1] = sine * x + cosine * y;
+        for first in [0, 3] {
+            let (x, y) = (target.measured[first], target.measured[first + 1]);
+            target.measured[first] = cosine * x - sine * y;
+            target.measured[first + 1] = sine * x + cosine * y;
         }
     }
     angle
 }
 
-/// What a condition comes to.
+/// Correlations and errors of the targets of one condition.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measures {
-    /// Correlation of wanted component (row) with measured component (column), of
-    /// directions (unit vectors).
+    /// Correlation of each wanted component (row) with each measured component (column). The
+    /// components are those of unit vectors, so they describe directions.
     pub correlations: [[Correlation; 3]; 3],
-    /// Root mean square error of each component and of the vector's size, N.
+    /// Root mean square error of each component, and root mean square of the error vector's size,
+    /// N.
     pub rmse_n: [f64; 4],
     /// Size of each target's error, N.
     pub errors_n: Vec<f64>,
-    /// Angle between wanted and measured force of each target, degrees.
+    /// Angle between the wanted and the measured force of each target, degrees.
     pub angles_deg: Vec<f64>,
-    /// Greatest wanted component of each axis and greatest size, N.
+    /// Greatest absolute wanted component of each axis, and greatest size of a wanted force, N.
     pub range_n: [f64; 4],
 }
 
-fn unit(of: [f64; 3]) -> [f64; 3] {
-    let size = size(of);
-    of.map(|value| if size > 0.0 { value / size } else { 0.0 })
+/// Returns the unit vector along `vector`, or 0 for a vector of size 0.
+fn unit(vector: [f64; 3]) -> [f64; 3] {
+    let size = size(vector);
+    vector.map(|component| if size > 0.0 { component / size } else { 0.0 })
 }
 
 /// Euclidean norm.
 #[must_use]
-pub fn size(of: [f64; 3]) -> f64 {
-    of.iter().map(|value| value * value).sum::<f64>().sqrt()
+pub fn size(vector: [f64; 3]) -> f64 {
+    vector
+        .iter()
+        .map(|component| component * component)
+        .sum::<f64>()
+        .sqrt()
 }
 
-/// Force of a wrench.
+/// Returns the force of a wrench.
 #[must_use]
 pub const fn force([x, y, z, ..]: [f64; 6]) -> [f64; 3] {
     [x, y, z]
 }
 
-/// What these targets, aligned, come to.
+/// Computes the measures of aligned targets.
 ///
 /// # Errors
-/// E721: too few, or nothing varies.
+/// E721 if there are too few targets, or if a component does not vary.
 pub fn measures(targets: &[Target]) -> Result<Measures, EndpointError> {
     let wrong = |error| EndpointError::Statistics("a condition's targets", error);
     let component = |of: &dyn Fn(&Target) -> [f64; 3], axis: usize| -> Vec<f64> {
@@ -134,27 +142,27 @@ pub fn measures(targets: &[Target]) -> Result<Measures, EndpointError> {
             *cell = pearson(&first, &second).map_err(wrong)?;
         }
     }
-    let off = |target: &Target| -> [f64; 3] {
+    let error_n = |target: &Target| -> [f64; 3] {
         std::array::from_fn(|axis| target.measured[axis] - target.wanted_n[axis])
     };
-    let mean_square = |of: &dyn Fn(&Target) -> f64| {
+    let root_mean_square = |of: &dyn Fn(&Target) -> f64| {
         let sum: f64 = targets.iter().map(|target| of(target).powi(2)).sum();
         (sum / targets.len() as f64).sqrt()
     };
     let greatest = |of: &dyn Fn(&Target) -> f64| targets.iter().map(of).fold(0.0, f64::max);
-    let angle = |target: &Target| {
-        let (w, m) = (unit(target.wanted_n), unit(force(target.measured)));
-        let dot: f64 = w.iter().zip(m).map(|(a, b)| a * b).sum();
+    let angle_deg = |target: &Target| {
+        let (wanted, measured) = (unit(target.wanted_n), unit(force(target.measured)));
+        let dot: f64 = wanted.iter().zip(measured).map(|(a, b)| a * b).sum();
         dot.clamp(-1.0, 1.0).acos().to_degrees()
     };
     Ok(Measures {
         correlations,
         rmse_n: std::array::from_fn(|axis| match axis {
-            0..3 => mean_square(&|target| off(target)[axis]),
-            _ => mean_square(&|target| size(off(target))),
+            0..3 => root_mean_square(&|target| error_n(target)[axis]),
+            _ => root_mean_square(&|target| size(error_n(target))),
         }),
-        errors_n: targets.iter().map(|target| size(off(target))).collect(),
-        angles_deg: targets.iter().map(angle).collect(),
+        errors_n: targets.iter().map(|target| size(error_n(target))).collect(),
+        angles_deg: targets.iter().map(angle_deg).collect(),
         range_n: std::array::from_fn(|axis| match axis {
             0..3 => greatest(&|target| target.wanted_n[axis].abs()),
             _ => greatest(&|target| size(target.wanted_n)),
@@ -163,21 +171,22 @@ pub fn measures(targets: &[Target]) -> Result<Measures, EndpointError> {
 }
 
 impl Measures {
-    /// Coefficients of its matrix's diagonal.
+    /// Returns the coefficients on the diagonal of the correlation matrix.
     #[must_use]
     pub fn diagonal(&self) -> [f64; 3] {
         std::array::from_fn(|axis| self.correlations[axis][axis].r)
     }
 
-    /// Median size of the error, N.
+    /// Returns the median size of the error, N.
     #[must_use]
     pub fn median_n(&self) -> f64 {
         median(&self.errors_n)
     }
 }
 
-/// The middle value, NaN of none: what [`host_core::statistics::bootstrap_bca`] resamples.
+/// Returns the median, or NaN if there are no values. This is the statistic that
+/// [`host_core::statistics::bootstrap_bca`] resamples.
 #[must_use]
-pub fn median(all: &[f64]) -> f64 {
-    statistics::median(all).unwrap_or(f64::NAN)
+pub fn median(values: &[f64]) -> f64 {
+    statistics::median(values).unwrap_or(f64::NAN)
 }

@@ -1,5 +1,5 @@
-//! The search that gives every law its numbers: the same seed, the same plants,
-//! the same number of evaluations for each.
+//! Searches the parameters of the control laws. Every law gets the same seed, the same plants and
+//! the same number of evaluations.
 
 use super::TrackingError;
 use super::candidate::{Candidate, Equipment, Genome};
@@ -15,41 +15,43 @@ use methods::control::Form;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Draws of the training plants and of the search itself. Campaigns refuse it.
+/// Seed of the training plants and of the search itself. Campaigns refuse this seed.
 pub const TRAINING_SEED: u64 = 0x7EAC;
-/// Plants every evaluation runs on, one- and two-point: the nominal wearer and so
-/// many of the earlier wearers, and so many of the widened.
+/// Numbers of earlier and of widened wearers on which every evaluation runs, besides the nominal
+/// wearer. Each is stimulated at one point and at two points.
 pub const TRAINING_PLANTS: (u64, u64) = (7, 12);
-/// An evaluation is broken off after this many exercises if it is worse than the
-/// worst parent by [`HOPELESS`] by then; it counts as one all the same.
-const GLANCE: usize = 14;
-const HOPELESS: f64 = 1.3;
-/// The best so many are the parents of what is tried next.
+/// Number of exercises after which an evaluation stops if the cost so far is hopeless. A stopped
+/// evaluation counts as an evaluation.
+const EARLY_CHECK: usize = 14;
+/// A cost is hopeless if it exceeds that of the worst parent by this factor.
+const HOPELESS_FACTOR: f64 = 1.3;
+/// Number of best candidates that are the parents of the next ones.
 const PARENTS: usize = 6;
-/// Tried at once, however many cores there are: what is tried next depends on them.
+/// Number of candidates that are tried at once. It does not depend on the number of cores, because
+/// the next candidates depend on it.
 const BATCH: usize = 8;
 
-/// What all laws are trained on.
+/// Exercises on which all laws are trained.
 #[derive(Debug)]
 pub struct Training {
     exercises: Vec<(Wearers, Exercise)>,
 }
 
-/// The best numbers found for one law.
+/// The best parameters that a search found for one law.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Found<T> {
-    /// The law with them.
+    /// The law with these parameters.
     pub candidate: T,
-    /// What [`Training::cost`] says of it, degrees.
+    /// Cost of the candidate as [`Training::cost`] defines it, degrees.
     pub cost: f64,
 }
 
-/// Quadratic means of the RMSE on earlier and on widened wearers, degrees.
+/// Sum of squared RMSE (degrees²) and number of exercises, for earlier and for widened wearers.
 #[derive(Clone, Copy, Default)]
 struct Sums([(f64, u32); 2]);
 
 impl Sums {
-    fn take(&mut self, wearers: Wearers, rmse: f64) {
+    fn add(&mut self, wearers: Wearers, rmse: f64) {
         let [earlier, widened] = &mut self.0;
         let (sum, n) = match wearers {
             Wearers::Earlier => earlier,
@@ -59,7 +61,8 @@ impl Sums {
         *n += 1;
     }
 
-    /// Their geometric mean: a hundredth less of either counts the same.
+    /// Returns the geometric mean of the two quadratic means, degrees. A reduction of either by a
+    /// hundredth has the same effect.
     fn cost(&self) -> f64 {
         let mean = |(sum, n): (f64, u32)| sum / f64::from(n.max(1));
         let [earlier, widened] = self.0.map(mean);
@@ -68,10 +71,10 @@ impl Sums {
 }
 
 impl Training {
-    /// The training plants, both kinds in turn.
+    /// Creates the training plants: the nominal one, then widened and earlier wearers in turn.
     ///
     /// # Errors
-    /// [`TrackingError`] if one cannot be.
+    /// [`TrackingError`] if a plant is not valid.
     pub fn new() -> Result<Self, TrackingError> {
         let (earlier, widened) = TRAINING_PLANTS;
         let nominal = (
@@ -97,12 +100,12 @@ impl Training {
         Ok(Self { exercises })
     }
 
-    /// Geometric mean of two quadratic means of the RMSE, degrees: over the earlier
-    /// and over the widened training plants, one- and two-point. Infinite once
-    /// `is_hopeless` says so of the first exercises'.
+    /// Returns the cost of a law, degrees: the geometric mean of two quadratic means of the RMSE,
+    /// one over the earlier and one over the widened training plants, with one and two points.
+    /// Returns infinity if `is_hopeless` holds for the cost of the first exercises.
     ///
     /// # Errors
-    /// [`TrackingError`] if the candidate is no law.
+    /// [`TrackingError`] if the candidate is not a valid law.
     pub fn cost(
         &self,
         driver: impl Fn(Points) -> Result<Box<dyn Driver>, TrackingError>,
@@ -112,18 +115,19 @@ impl Training {
         for (n, (wearers, exercise)) in self.exercises.iter().enumerate() {
             let mut driver = driver(exercise.points)?;
             let attempt = run(&exercise.plant, &mut *driver, &exercise.wanted)?;
-            sums.take(*wearers, exercise.rmse(&attempt.angles));
-            if n + 1 == GLANCE && is_hopeless(sums.cost()) {
+            sums.add(*wearers, exercise.rmse(&attempt.angles));
+            if n + 1 == EARLY_CHECK && is_hopeless(sums.cost()) {
                 return Ok(f64::INFINITY);
             }
         }
         Ok(sums.cost())
     }
 
-    /// The best numbers of a law in floats, in exactly `evaluations`.
+    /// Searches the best parameters of a law in floating point, with exactly `evaluations`
+    /// evaluations. Reports the completed part, 0 to 1, to `progress`.
     ///
     /// # Errors
-    /// [`TrackingError`] if a candidate is no law.
+    /// [`TrackingError`] if a candidate is not a valid law.
     pub fn search(
         &self,
         form: Form,
@@ -145,34 +149,34 @@ impl Training {
         }))
     }
 
-    /// The best numbers of the device's default in fixed point, by their names, in
-    /// exactly `evaluations`.
+    /// Searches the best parameters, by name, of the device's default law in fixed point, with
+    /// exactly `evaluations` evaluations. Reports the completed part, 0 to 1, to `progress`.
     ///
     /// # Errors
-    /// [`TrackingError`] if the device refuses numbers within the bounds.
+    /// [`TrackingError`] if the device refuses parameters within their bounds.
     pub fn search_default(
         &self,
         evaluations: usize,
         progress: impl FnMut(f64),
     ) -> Result<Option<Found<BTreeMap<String, f64>>>, TrackingError> {
-        let all = &default::PARAMETERS;
-        let names = all.map(|p| p.name);
+        let parameters = &default::PARAMETERS;
+        let names = parameters.map(|p| p.name);
         let shipped = default::shipped();
-        let first = Genome::at(|name| shipped.get(name).copied(), all);
+        let first = Genome::at(|name| shipped.get(name).copied(), parameters);
         let driver = |genome: &Genome, points| -> Result<Box<dyn Driver>, _> {
-            let spec = default::joint(&genome.values(all), points);
+            let spec = default::joint(&genome.values(parameters), points);
             Ok(Box::new(Device::new(&spec)?))
         };
         let best = self.best(&names, first, driver, evaluations, progress)?;
         Ok(best.map(|(cost, genome)| Found {
-            candidate: genome.values(all),
+            candidate: genome.values(parameters),
             cost,
         }))
     }
 
-    /// First `first`, the rest of the first third anywhere, then around the best,
-    /// ever closer. A batch at a time; the result does not depend on which is done
-    /// first.
+    /// Returns the best candidate and its cost. Tries `first`, then random candidates for the rest
+    /// of the first third of the evaluations, then candidates ever closer to the best. Evaluates
+    /// one batch at a time; the result does not depend on the order in which a batch is completed.
     fn best(
         &self,
         names: &[&'static str],
@@ -192,19 +196,22 @@ impl Training {
                     if n == 0 {
                         first.clone()
                     } else if n < broad || best.is_empty() {
-                        anywhere(names, &mut draws)
+                        random_genome(names, &mut draws)
                     } else {
                         let rest = (n - broad) as f64 / (evaluations - broad) as f64;
-                        near(&best, 0.25 * (1.0 - rest) + 0.03, &mut draws)
+                        mutated(&best, 0.25 * (1.0 - rest) + 0.03, &mut draws)
                     }
                 })
                 .collect();
-            let bar = match best.last() {
-                Some((worst, _)) if best.len() == PARENTS => worst * HOPELESS,
+            let hopeless_cost = match best.last() {
+                Some((worst, _)) if best.len() == PARENTS => worst * HOPELESS_FACTOR,
                 _ => f64::INFINITY,
             };
             let costs = tried.into_par_iter().map(|genome| {
-                let cost = self.cost(|points| driver(&genome, points), |glance| glance > bar)?;
+                let cost = self.cost(
+                    |points| driver(&genome, points),
+                    |cost_so_far| cost_so_far > hopeless_cost,
+                )?;
                 Ok((cost, genome))
             });
             best.extend(costs.collect::<Result<Vec<_>, TrackingError>>()?);
@@ -217,17 +224,21 @@ impl Training {
     }
 }
 
-fn anywhere(names: &[&'static str], draws: &mut Draws) -> Genome {
+/// Returns a genome that is uniformly random within all bounds.
+fn random_genome(names: &[&'static str], draws: &mut Draws) -> Genome {
     Genome {
-        places: names.iter().map(|n| (*n, draws.even(0.0, 1.0))).collect(),
+        places: names
+            .iter()
+            .map(|name| (*name, draws.even(0.0, 1.0)))
+            .collect(),
         choices: [(); 6].map(|()| draws.even(0.0, 1.0)),
     }
 }
 
-/// Near one of the parents, the best of them most often.
-fn near(parents: &[(f64, Genome)], spread: f64, draws: &mut Draws) -> Genome {
-    let which = draws.even(0.0, 1.0).powi(2) * parents.len() as f64;
-    let (_, parent) = &parents[(which as usize).min(parents.len() - 1)];
+/// Returns a random variation of one of the parents. Better parents are chosen more often.
+fn mutated(parents: &[(f64, Genome)], spread: f64, draws: &mut Draws) -> Genome {
+    let rank = draws.even(0.0, 1.0).powi(2) * parents.len() as f64;
+    let (_, parent) = &parents[(rank as usize).min(parents.len() - 1)];
     let mut child = parent.clone();
     for place in child.places.values_mut() {
         *place = (*place + draws.even(-spread, spread)).clamp(0.0, 1.0);
