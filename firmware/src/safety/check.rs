@@ -18,8 +18,7 @@ const SLACK_COUNTS: u32 = 2;
 /// The tolerance in µA.
 pub(super) const SLACK_UA: u32 = SLACK_COUNTS * SENSE_FULL_SCALE_UA / SENSE_FULL_SCALE as u32;
 
-/// Time from the start of a window to the refill that gets its reading, µs. Pulses that begin at
-/// that refill play a window later.
+/// Time from the start of a window to the refill that gets its reading, µs.
 pub(super) const SENSED_US: u32 = 2 * WINDOW_US;
 
 /// Distance between the check pulses of two channels, µs: one window for each phase.
@@ -239,8 +238,8 @@ pub(super) const fn is_above_limit(reading: Reading, max: MicroAmps) -> bool {
     reading.current().get() > max + max / 20 + SLACK_UA
 }
 
-/// Returns the smallest load consistent with the reading `found` on a voltage stage, Ω. Two counts
-/// are subtracted from the reading; `None` if nothing is left.
+/// Returns the upper bound on the load that the reading `found` on a voltage stage proves, Ω. Two
+/// counts are subtracted from the reading; `None` if nothing is left.
 #[must_use]
 pub(super) fn least_load_ohm(found: Load) -> Option<u32> {
     let ua = current(found.raw).get().checked_sub(SLACK_UA)?;
@@ -296,7 +295,7 @@ mod tests {
         }
     }
 
-    /// 2 V through 1 kΩ give 68 counts; two counts less correspond to at least 1035 Ω.
+    /// 2 V through 1 kΩ give 68 counts; two counts less correspond to 1035 Ω.
     #[test]
     fn a_load_is_taken_with_two_counts_less() {
         let found = |raw| Load {

@@ -41,13 +41,13 @@ pub enum Fault {
     /// 15: device time disagrees with the core's cycle counter, the cycle counter with its
     /// crystal, or device time with the host's frames.
     TimeBase,
-    /// 16: a register that decides edges is not what it was set to.
+    /// 16: a register that decides edges does not hold the value that was written.
     Registers,
-    /// 17: one phase of a channel's pulses carries nothing, the other does.
+    /// 17: one phase of a channel's pulses carries no current, while the other does.
     PhaseLost,
-    /// 18: the current sense was asked and did not answer.
+    /// 18: the current sense was triggered and gave no reading.
     ReadingMissing,
-    /// 19: a channel's load is far above that at arming, or comes and goes.
+    /// 19: a channel's load is far above the load at arming, or comes and goes.
     LoadWanders,
     /// 20: the program wrote to code or constants, executed data, or accessed memory that is not
     /// its own.
