@@ -86,16 +86,17 @@ pub enum Rule {
     /// The pulse width may change on a channel with a muscle model, but the recruitment by
     /// amplitude holds for only one width.
     WidthChanges,
-    /// Force control without a muscle.
+    /// A channel has force control but no muscle.
     NoMuscle,
-    /// Force control or a line of a channel that something else drives.
+    /// A channel has force control or a line of action, but another controller drives it.
     Controlled,
-    /// A train of a fixed number of pulses on a channel that something drives whose
-    /// amplitudes rise.
+    /// A controller whose amplitudes rise drives a channel with a train of a fixed number of
+    /// pulses.
     CountedControlled,
     /// Lines of action are configured without an arm.
     NoLimb,
-    /// There is a joint or a wall, and a measurement would be of both.
+    /// The setup has an arm beside a joint or a wall, so that it would be ambiguous to which a
+    /// measurement belongs.
     JointAndLimb,
     /// The setup has a joint whose stimulation follows its angle beside a joint, a wall or an arm,
     /// so that it would be ambiguous to which a measurement belongs.

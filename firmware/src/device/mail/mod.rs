@@ -124,11 +124,11 @@ const PARTS: usize = CHANNELS + 1 + JOINTS;
 /// Answer to an angle, a force, a measurement or a change of the muscle's model level.
 #[derive(Clone, Debug)]
 pub struct ControlVerdict {
-    /// The request's number.
+    /// Number of the request that is answered.
     pub seq: u16,
-    /// When it was decided.
+    /// Time at which the request was decided.
     pub at: Micros,
-    /// The decision.
+    /// `Ok` if the request was accepted, else the reason for its refusal.
     pub result: Result<(), Refusal<'static>>,
     /// Whether the request was a setpoint.
     pub setpoint: bool,
