@@ -85,7 +85,7 @@ pub enum GroupError {
     Members(OutOfRange),
     /// Channel `channel` has no train.
     NoTrain {
-        /// The member without a train.
+        /// The member without a train, from 0.
         channel: u8,
     },
     /// Channel `channel` is already in another group.
@@ -110,7 +110,7 @@ pub enum GroupError {
     /// Disconnecting `channel` interrupts its grounding, and no uninterrupted stretch of the
     /// configured length remains before its next burst.
     NoTimeToGround {
-        /// The channel that is grounded after its pulses.
+        /// The channel that is grounded after its pulses, from 0.
         channel: u8,
     },
 }

@@ -18,14 +18,14 @@ pub enum State {
     Grounded = 0b11,
 }
 
-/// The state of all outputs: bits 2i and 2i+1 are channel i, bit 20 is sync out.
+/// State of all outputs: bits 2i and 2i+1 are the lines of channel i, bit 20 is the sync output.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Levels(pub u32);
 
 impl Levels {
-    /// Every channel isolated, sync low.
+    /// Levels with every channel disconnected and sync low.
     pub const ISOLATED: Self = Self(0);
-    /// Every channel grounded, sync low.
+    /// Levels with every channel grounded and sync low.
     pub const GROUNDED: Self = Self((1 << (2 * CHANNELS)) - 1);
     /// Bit of the sync output.
     pub const SYNC: u32 = 1 << (2 * CHANNELS);
@@ -150,7 +150,7 @@ pub const MAX_PULSES: usize = 2 * CHANNELS;
 /// The next window, ready to be painted on the pulse tape or recorded.
 #[derive(Clone, Debug)]
 pub struct WindowPlan {
-    /// Time of slot 0.
+    /// Device time of slot 0.
     pub start: Micros,
     /// Levels at the start of the window, before the first change.
     pub initial: Levels,

@@ -49,7 +49,7 @@ pub enum Trigger {
     Gated,
 }
 
-/// A train as a host asks for it; nothing in it is trusted.
+/// A pulse train as a host configures it, with all values unchecked.
 ///
 /// ```
 /// use firmware::pulse::{TrainError, TrainSpec};

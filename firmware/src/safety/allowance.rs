@@ -20,7 +20,7 @@ const IS_OPEN: u32 = 1;
 const HEAD: usize = 4;
 const WORDS: usize = HEAD + 3 * CHANNELS + 1;
 
-/// One copy in memory.
+/// Encoded words of one copy, with their checksum at the end.
 pub type AllowanceWords = [u32; WORDS];
 
 /// Stimulation time and charge spent since power came up.

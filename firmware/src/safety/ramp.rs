@@ -401,7 +401,7 @@ mod tests {
         assert_eq!(later, [0, 5_000]);
     }
 
-    /// Limits so small that a part of them is less than a thousandth still rise.
+    /// An amplitude also rises if the limit is so small that a step is less than a thousandth.
     #[test]
     fn the_slope_never_stands_still() {
         let played = play(
@@ -412,7 +412,7 @@ mod tests {
         assert_eq!(played.last(), Some(&30));
     }
 
-    /// Every rise that a wearer may have, with a burst in each window.
+    /// Tests every rise that a wearer may have, with a burst in each window.
     #[test]
     fn no_rise_is_quicker_than_the_wearers() {
         let full = Amplitude::new(100_000);

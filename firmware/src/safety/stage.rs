@@ -11,13 +11,13 @@ use serde::{Deserialize, Serialize};
 pub enum StageSpec {
     /// Current-controlled stage. Amplitudes are µA; DAC code 65 535 gives `full_scale_ua`.
     Current {
-        /// Full scale, 1000–100 000 µA.
+        /// Current at DAC code 65 535, 1000–100 000 µA.
         full_scale_ua: u32,
     },
     /// Voltage-controlled stage. Amplitudes are mV; DAC code 65 535 gives `full_scale_mv`.
     /// Voltages are converted with the configured load and then compared with the current limits.
     Voltage {
-        /// Full scale, 1000–150 000 mV.
+        /// Voltage at DAC code 65 535, 1000–150 000 mV.
         full_scale_mv: u32,
         /// Assumed load of the electrodes, 200–100 000 Ω; 2000 Ω is usual.
         load_ohm: u32,

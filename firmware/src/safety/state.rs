@@ -105,7 +105,7 @@ pub enum Denied {
     /// With the load that the electrode check measured, the channel's limit exceeds the wearer's
     /// limits.
     LoadTooLow {
-        /// The channel, from 0.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
         /// Upper bound of the measured load, Ω.
         ohm: u32,
@@ -125,7 +125,7 @@ pub enum Denied {
     },
     /// A controller drives this channel, so a host may not.
     Controlled {
-        /// The channel, from 0.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
     },
     /// The wearer's longest stimulation time is over until power is removed.
@@ -136,7 +136,7 @@ pub enum Denied {
     /// The channel has output the wearer's largest charge; it may output more only after power was
     /// removed.
     DoseReached {
-        /// The channel, from 0.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
         /// Largest charge of the channel, mC.
         max_mc: u32,
@@ -145,7 +145,7 @@ pub enum Denied {
     AllowanceLost,
     /// The amplitude rises by more than the wearer allows from burst to burst or within a second.
     TooLargeStep {
-        /// The channel, from 0.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
         /// The largest amplitude that would be accepted now, in the stage's thousandths.
         highest: Amplitude,
@@ -155,7 +155,7 @@ pub enum Denied {
     Together(SumError),
     /// The channel's train does not allow this pulse width.
     Width {
-        /// The channel, from 0.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
         /// Smallest allowed width, µs.
         min_us: u16,
@@ -164,7 +164,7 @@ pub enum Denied {
     },
     /// The channel's train does not allow the width of a listed pulse.
     ListedWidth {
-        /// The channel, from 0.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
         /// Smallest allowed width, µs.
         min_us: u16,
@@ -173,34 +173,34 @@ pub enum Denied {
     },
     /// At this width the amplitude is above the wearer's charge limit.
     Charge {
-        /// The channel, from 0.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
         /// The largest amplitude at this width, in the stage's thousandths.
         highest: Amplitude,
     },
     /// A listed pulse comes too soon after the previous one, or too late.
     Listed {
-        /// The channel, from 0.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
         /// Shortest allowed delay after the previous pulse, µs.
         least_us: u32,
     },
     /// The channel's train takes no lists of pulses.
     NoLists {
-        /// The channel, from 0.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
     },
     /// Another list of pulses is in progress.
     ListPlays,
     /// The channel has not finished its rise from zero, which lists cannot do.
     NotRisen {
-        /// The channel, from 0.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
     },
     /// A train of a fixed number of pulses would begin below the ordered amplitude, because that
     /// is above the channel's `start`.
     AboveStart {
-        /// The channel, from 0.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
         /// Number of pulses that would be below the ordered amplitude.
         pulses: u32,
@@ -209,7 +209,7 @@ pub enum Denied {
     },
     /// A listed pulse rises above the previous one by more than a burst may.
     ListedSlope {
-        /// The channel, from 0.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
         /// The largest amplitude of this width at that place in the list, in the stage's
         /// thousandths.
@@ -226,7 +226,7 @@ pub enum Denied {
     },
     /// The amplitude is above the wearer's limit.
     AboveLimit {
-        /// The channel, from 0.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
         /// The channel's limit, in the stage's thousandths.
         limit: Amplitude,
@@ -248,7 +248,7 @@ pub enum Notice {
     Recovered,
     /// The electrode check measured the current of a channel.
     Electrode {
-        /// The channel, from 0.
+        /// Channel that was measured, from 0.
         channel: u8,
         /// Applied amplitude, in the stage's thousandths.
         applied: Amplitude,

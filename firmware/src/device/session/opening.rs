@@ -31,7 +31,7 @@ pub struct Identity {
 /// device reports it to any host that sends `Hello`, so it is no secret.
 #[must_use]
 pub fn first_session(seed: &[u32]) -> u16 {
-    // FNV-1a, folded.
+    // FNV-1a hash, folded to 16 bits.
     let hash = seed.iter().fold(0x811C_9DC5_u32, |hash, &word| {
         let bytes = word.to_le_bytes().into_iter();
         bytes.fold(hash, |hash, byte| {

@@ -360,8 +360,8 @@ impl Guard {
         Ok(change.or(read))
     }
 
-    /// Whether [`Self::tick`] would change nothing and find nothing: `false` where
-    /// that is not plain. For simulators, which may then leave the tick out.
+    /// Returns whether [`Self::tick`] would change nothing and find no fault; `false` if this
+    /// cannot be decided easily. For simulators, which may then omit the tick.
     #[must_use]
     #[inline]
     pub fn is_at_rest(&self, now: Micros, inputs: &Inputs, scheduler: &Scheduler) -> bool {

@@ -53,7 +53,7 @@ pub enum Origin {
 /// The stages of one board, by channel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct StageTable {
-    /// Source of the table.
+    /// Whether the owner or a session determined the stages.
     pub origin: Origin,
     /// Supply of the stages. `None` in a table from before this field existed, which counts as
     /// common.
