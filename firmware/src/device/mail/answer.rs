@@ -7,8 +7,11 @@ use crate::units::Micros;
 /// Kind of order that a verdict answers, as far as the session needs it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Answered {
+    /// A `Start`, which the session counts until it is answered.
     Start,
+    /// Amplitudes or a list of pulses.
     Setpoint,
+    /// Any other order.
     Other,
 }
 

@@ -39,9 +39,13 @@ pub struct Order {
 pub enum OrderKind {
     /// Arm the setup in the setup mailbox.
     Arm,
+    /// Begin stimulation; the device must be armed.
     Start,
+    /// Clear the latched fault after a last grounding.
     Acknowledge,
+    /// Report state, counters and fault in a [`Report::Status`].
     Status,
+    /// Note that the host still runs.
     KeepAlive,
     /// Decide whether another host may take over, or whether the device may restart.
     Release {
@@ -50,9 +54,11 @@ pub enum OrderKind {
     },
     /// Play the list in the list mailbox.
     Pulses,
+    /// Set the amplitudes and widths of several channels.
     Amplitudes {
         /// Device time from which the amplitudes hold; `None` means on arrival.
         at: Option<Micros>,
+        /// Amplitudes and widths by channel.
         stimuli: Stimuli,
     },
     /// Drop the queued timed setpoints: the session ends and its host has another. This is the
