@@ -1,4 +1,4 @@
-//! What is wrong with a setup, by part and rule; and its number on the wire.
+//! Mistakes in a setup, by part and rule, and their error codes in the protocol.
 
 use crate::control::SpecError;
 use crate::haptics::{ModulationError, WallError};
@@ -8,24 +8,24 @@ use crate::range::OutOfRange;
 use crate::safety::SetupError;
 use crate::units::Amplitude;
 
-/// A rule that a part of a setup breaks.
+/// A rule that a part of a setup breaks, with the part.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mistake {
-    /// Which part is at fault.
+    /// The part at fault.
     pub part: Part,
-    /// What it breaks.
+    /// The rule that it breaks.
     pub rule: Rule,
 }
 
-/// A part of a setup. Channels count from 0.
+/// A part of a setup, named in a [`Mistake`]. Channels count from 0.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Part {
-    /// The whole.
+    /// The setup as a whole.
     Setup,
     /// The wearer's limits.
     Wearer,
-    /// A channel's train, stage or limit; with force control its highest and lowest
-    /// rate as well.
+    /// A channel's train, stage or limit; with force control also its highest and lowest pulse
+    /// rate.
     Channel(u8),
     /// A channel's muscle.
     Muscle(u8),
@@ -33,25 +33,24 @@ pub enum Part {
     Force(u8),
     /// The groups; the rule names the channel.
     Groups,
-    /// Sync out.
+    /// The channel of the sync output.
     Sync,
-    /// The joint; the rule names the point by its channel.
+    /// The controlled joint; the rule names the point by its channel.
     Joint,
-    /// The wall; the same.
+    /// The virtual wall; the rule names the channel.
     Wall,
-    /// The arm.
+    /// The arm whose hand exerts a wanted force.
     Limb,
     /// The line of action of a channel's muscle.
     Line(u8),
-    /// A joint whose stimulation follows its angle, by its number; the rule names the
-    /// channel.
+    /// A joint whose stimulation follows its angle, by its number; the rule names the channel.
     Modulation(u8),
 }
 
-/// What a part of a setup can break.
+/// A rule that a part of a setup can break.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Rule {
-    /// A field is out of its range.
+    /// A field is outside its range.
     Range(OutOfRange),
     /// A channel or a group breaks a limit.
     Setup(SetupError),
@@ -59,56 +58,58 @@ pub enum Rule {
     Muscle(LadderError),
     /// A joint cannot be controlled.
     Joint(SpecError),
-    /// A wall cannot be made felt.
+    /// A virtual wall cannot be rendered.
     Wall(WallError),
     /// A joint's stimulation cannot follow its angle.
     Modulation(ModulationError),
-    /// No channel is configured.
+    /// No channel is configured, so there is nothing to arm.
     NothingToArm,
-    /// It uses a channel without a train.
+    /// The part uses a channel without a train.
     NoTrain {
-        /// That channel.
+        /// The channel without a train, from 0.
         channel: u8,
     },
-    /// It may ask for more than its channel's limit.
+    /// The part may ask for an amplitude above its channel's limit.
     AboveLimit {
-        /// That channel.
+        /// The channel whose limit is exceeded, from 0.
         channel: u8,
-        /// Which of the part's fields asks.
+        /// Name of the part's field that exceeds the limit.
         field: &'static str,
-        /// The channel's limit.
+        /// The channel's limit, in the stage's thousandths.
         limit: Amplitude,
     },
-    /// There is a joint already, and the device measures one angle.
+    /// The setup has both a joint and a wall, but the device measures only one angle.
     JointAndWall {
-        /// A channel of both, if any.
+        /// A channel that both use, from 0; `None` if there is none.
         shared: Option<u8>,
     },
-    /// A muscle under pulses whose width may change: how amplitude recruits it holds at
-    /// one width.
+    /// The pulse width may change on a channel with a muscle model, but the recruitment by
+    /// amplitude holds for only one width.
     WidthChanges,
-    /// Force control without a muscle.
+    /// A channel has force control but no muscle.
     NoMuscle,
-    /// Force control or a line of a channel that something else drives.
+    /// A channel has force control or a line of action, but another controller drives it.
     Controlled,
-    /// A train of a fixed number of pulses on a channel that something drives whose
-    /// amplitudes rise.
+    /// A controller whose amplitudes rise drives a channel with a train of a fixed number of
+    /// pulses.
     CountedControlled,
-    /// Lines without an arm.
+    /// Lines of action are configured without an arm.
     NoLimb,
-    /// There is a joint or a wall, and a measurement would be of both.
+    /// The setup has an arm beside a joint or a wall, so that it would be ambiguous to which a
+    /// measurement belongs.
     JointAndLimb,
-    /// There is a joint, a wall or an arm, and a measurement would be of both.
+    /// The setup has a joint whose stimulation follows its angle beside a joint, a wall or an arm,
+    /// so that it would be ambiguous to which a measurement belongs.
     JointAndModulation,
-    /// The joint that is to tell the phase is none of the setup's.
+    /// The joint that determines the phase is not part of the setup.
     NoPhaseJoint {
-        /// Its number.
+        /// Number of that joint.
         joint: u8,
     },
 }
 
 impl Mistake {
-    /// Makes a part's errors its mistakes.
+    /// Returns a function that converts an error of this part into a mistake.
     pub(super) fn of<R: Into<Rule>>(part: Part) -> impl FnOnce(R) -> Self {
         move |rule| Self {
             part,
@@ -154,7 +155,7 @@ impl From<WallError> for Rule {
 }
 
 impl Part {
-    /// Its name where a refusal has no field to name.
+    /// Returns the part's name, for refusals without a field.
     const fn name(self) -> &'static str {
         match self {
             Self::Force(_) => "force",

@@ -1,11 +1,10 @@
-//! The three owners wired together, and nothing else.
+//! The three parts of the device program ("owners"), connected with one another.
 //!
-//! [`Pulser`] refills 250 µs windows, [`Controller`] ticks at 1 kHz,
-//! [`Session`] takes bytes. Each is owned by one execution context and talks
-//! to the others through the single-producer mailboxes of [`Mailboxes`].
-//! [`Draft`] is the one place of the rules between parts of a setup: the device and
-//! hosts ask it. `lockstep` runs the three in virtual time, for the native simulator and
-//! for QEMU; a board runs them from its interrupts and executors.
+//! [`Pulser`] refills 250 µs windows, [`Controller`] ticks at 1 kHz, [`Session`] receives and
+//! sends bytes. Each runs in one execution context and communicates with the others through the
+//! single-producer mailboxes of [`Mailboxes`]. [`Draft`] alone contains the rules between parts of
+//! a setup; the device and hosts both use it. `lockstep` runs the three in virtual time, for the
+//! native simulator and for QEMU; a board runs them from its interrupts and executors.
 
 mod controller;
 mod draft;
@@ -23,8 +22,8 @@ pub use part::Muscle;
 pub use pulser::Pulser;
 pub use session::{Identity, Session, first_session};
 
-/// Windows from one control tick to the next: 1 kHz.
+/// Number of windows from one control tick to the next, which gives 1 kHz.
 pub const WINDOWS_PER_TICK: u32 = 4;
 
-/// From a window's start to the refill of the next one, µs.
+/// Time from a window's start to the refill of the next window, µs.
 pub const REFILL_OFFSET_US: u32 = 2;

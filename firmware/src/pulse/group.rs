@@ -1,4 +1,4 @@
-//! Channels that share a muscle, and what one does while another pulses
+//! Groups of channels that share a muscle, and the state of each member while another pulses
 //! (Hamana 2022, section II-D and figure 6).
 
 use super::{CHANNELS, Train};
@@ -6,28 +6,28 @@ use crate::range::{OutOfRange, Range};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Groups a device can hold: every one needs at least two of ten channels.
+/// Largest number of groups on a device: each needs at least two of ten channels.
 pub const MAX_GROUPS: usize = CHANNELS / 2;
 
 /// State of a member that does not pulse while another member does.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub enum Partner {
-    /// Grounded, so that current may return through it.
+    /// The member is grounded, so that current may return through it.
     Conducted,
-    /// Isolated from the stimulator.
+    /// The member is disconnected from the stimulator.
     Isolated,
 }
 
-/// A group as a host asks for it.
+/// A group of channels as a host configures it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub struct GroupSpec {
-    /// Bit i is channel i. At least two, each in one group only.
+    /// Members of the group, bit i for channel i: at least two, each in one group only.
     pub members: u16,
-    /// What a silent member does.
+    /// State of a member that does not pulse while another member does.
     pub partner: Partner,
 }
 
-/// A group whose members exist and whose trains obey its rule.
+/// A group whose members exist and whose trains satisfy its rule.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Group {
     members: u16,
@@ -35,17 +35,17 @@ pub struct Group {
 }
 
 impl GroupSpec {
-    /// How many groups there may be.
+    /// Range of the number of groups.
     pub const COUNT: Range = Range::new("groups", 0, MAX_GROUPS as i32);
-    /// Of [`Self::members`].
+    /// Range of [`Self::members`].
     pub const MEMBERS: Range = Range::new("members", 0, (1 << CHANNELS) - 1);
-    /// How many members a group may have.
+    /// Range of the number of members of a group.
     pub const SIZE: Range = Range::new("number of members", 2, CHANNELS as i32);
 
-    /// Checks it against the trains it joins.
+    /// Checks the group against the trains it joins.
     ///
     /// # Errors
-    /// The first rule between them that it breaks.
+    /// Returns the first rule between them that the group breaks.
     pub fn check(&self, trains: &[Option<Train>; CHANNELS]) -> Result<Group, GroupError> {
         let &Self { members, partner } = self;
         if let Some(channel) = channels(members).find(|&c| train(trains, c).is_none()) {
@@ -65,61 +65,61 @@ impl From<OutOfRange> for GroupError {
 }
 
 impl Group {
-    /// Bit i is channel i.
+    /// Returns the members of the group, bit i for channel i.
     #[must_use]
     pub const fn members(&self) -> u16 {
         self.members
     }
 
-    /// What a silent member does.
+    /// Returns the state of a member that does not pulse while another member does.
     #[must_use]
     pub const fn partner(&self) -> Partner {
         self.partner
     }
 }
 
-/// Why a set of groups cannot be kept.
+/// The reason why a set of groups is not possible.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum GroupError {
     /// A group needs two or more of the ten channels.
     Members(OutOfRange),
-    /// `channel` has no train.
+    /// Channel `channel` has no train.
     NoTrain {
-        /// The member without a train.
+        /// The member without a train, from 0.
         channel: u8,
     },
-    /// `channel` is already in another group.
+    /// Channel `channel` is already in another group.
     TwoGroups {
-        /// The shared member.
+        /// The channel in both groups, from 0.
         channel: u8,
     },
-    /// Pulses of the two channels overlap at some time, so neither can be
-    /// isolated while the other pulses.
+    /// Pulses of the two channels overlap at some time, so neither can be disconnected while the
+    /// other pulses.
     IsolationOverlaps {
-        /// One channel.
+        /// One of the two channels, from 0.
         channel: u8,
-        /// The other.
+        /// The other of the two channels, from 0.
         other: u8,
     },
-    /// `channel` may change its pulse rate: pulses of an isolated group keep
-    /// apart by their phases, which hold at the trains' own rates only.
+    /// Channel `channel` may change its pulse rate. Pulses of an isolated group are kept apart by
+    /// their phase offsets, which hold at the trains' own rates only.
     RateChanges {
-        /// The member.
+        /// The member whose rate may change, from 0.
         channel: u8,
     },
-    /// Isolating `channel` interrupts its grounding, and no uninterrupted
-    /// stretch of the asked length remains before its next burst.
+    /// Disconnecting `channel` interrupts its grounding, and no uninterrupted stretch of the
+    /// configured length remains before its next burst.
     NoTimeToGround {
-        /// The channel that is grounded after its pulses.
+        /// The channel that is grounded after its pulses, from 0.
         channel: u8,
     },
 }
 
-/// Checks what groups say of themselves: their number, and that each has two or
-/// more of the ten channels, none of them in two groups.
+/// Checks groups without their trains: the number of groups, and that each has two or more of the
+/// ten channels, none of them in two groups.
 ///
 /// # Errors
-/// The first rule that some group breaks.
+/// Returns the first rule that some group breaks.
 pub fn check_members(specs: &[GroupSpec]) -> Result<(), GroupError> {
     let mut taken = 0u16;
     GroupSpec::COUNT.check(specs.len() as i64)?;
@@ -162,9 +162,9 @@ fn check_isolation(mask: u16, trains: &[Option<Train>; CHANNELS]) -> Result<(), 
     Ok(())
 }
 
-/// Whether driven parts of two endless trains ever coincide. Start times
-/// differ by a fixed amount modulo the greatest common divisor of the
-/// periods, and every residue occurs, so one residue check is exact.
+/// Returns whether driven parts of two endless trains ever coincide. Start times differ by a fixed
+/// amount modulo the greatest common divisor of the periods, and every residue occurs, so one
+/// residue check is exact.
 fn can_overlap(a: &Train, b: &Train) -> bool {
     if a.spec().trigger != b.spec().trigger {
         return true; // two epochs: any distance occurs
@@ -184,7 +184,7 @@ fn start(train: &Train, pulse: u8) -> i64 {
     i64::from(train.spec().offset_us) + i64::from(train.pulse_offset_us(pulse))
 }
 
-/// The greatest common divisor.
+/// Returns the greatest common divisor.
 pub(crate) const fn gcd(mut a: u32, mut b: u32) -> u32 {
     while b != 0 {
         (a, b) = (b, a % b); // b != 0 here
@@ -192,10 +192,9 @@ pub(crate) const fn gcd(mut a: u32, mut b: u32) -> u32 {
     a
 }
 
-/// Whether each pulse of a member that is grounded finds `ground_us` of
-/// uninterrupted grounding, restarted after every interruption, before the
-/// member's next pulse and, after a burst, two windows before its next burst.
-/// Needs a period common to the group; otherwise the answer is no.
+/// Returns whether each pulse of a member that is grounded finds `ground_us` of uninterrupted
+/// grounding, restarted after every interruption, before the member's next pulse and, after a
+/// burst, two windows before its next burst. Returns `false` if the group has no common period.
 fn can_ground(channel: u8, mask: u16, trains: &[Option<Train>; CHANNELS]) -> bool {
     let Some(own) = train(trains, channel) else {
         return false;
@@ -216,7 +215,7 @@ fn can_ground(channel: u8, mask: u16, trains: &[Option<Train>; CHANNELS]) -> boo
             begin + i64::from(own.spec().burst_interval_us) - i64::from(super::DEAD_TIME_US)
         };
         let mut free = begin + i64::from(own.driven_us());
-        // Every interruption moves `free` forward, so this ends.
+        // Every interruption moves `free` forward, so this loop ends.
         while let Some(end) = first_interruption(free, free + ground, channel, mask, trains) {
             free = end;
             if free > deadline {
@@ -227,7 +226,7 @@ fn can_ground(channel: u8, mask: u16, trains: &[Option<Train>; CHANNELS]) -> boo
     })
 }
 
-/// End of a pulse of another member that touches `from..to`, if any.
+/// Returns the end of a pulse of another member that overlaps `from..to`, if any.
 fn first_interruption(
     from: i64,
     to: i64,

@@ -1,9 +1,9 @@
-//! Pulse trains as states played back one word per microsecond.
+//! Pulse trains, rendered as output states and played back one word per microsecond.
 //!
-//! Lives here: the validated [`Train`], groups, the [`Scheduler`] that renders
-//! the next window, and the tape's port words. Not here: amplitudes and
-//! permission to pulse — `safety` supplies both through [`Supply`].
-//! In: trains, an epoch, triggers. Out: a [`WindowPlan`] per 250 µs.
+//! Contents: the validated [`Train`], groups, the [`Scheduler`] that renders the next window, and
+//! the port words of the pulse tape. Not here: amplitudes and permission to pulse, which `safety`
+//! supplies through [`Supply`].
+//! Input: trains, an epoch, triggers. Output: a [`WindowPlan`] per 250 µs.
 
 use crate::board::wiring::BOARD;
 
@@ -21,13 +21,13 @@ pub(crate) use scheduler::bits;
 pub use scheduler::{Burst, BurstTime, Middle, RenderError, Scheduler, Supply};
 pub use train::{Shape, Train, TrainError, TrainSpec, Trigger};
 
-/// One window of the tape: what a refill renders, in µs and in slots.
+/// Length of one window of the pulse tape, which one refill renders: in µs, and in slots.
 pub const WINDOW_US: u32 = 250;
 
-/// Isolation between anodic and cathodic drive of one channel, in µs: what the board's output
-/// stages need.
+/// Shortest disconnected time between anodic and cathodic drive of one channel, in µs, which the
+/// board's output stages need.
 pub const DEAD_TIME_US: u16 = BOARD.stages.dead_time_us;
 
-/// From a captured trigger edge to the epoch of triggered trains, in µs. Two
-/// windows are rendered ahead, so anything above 500 µs can be kept exactly.
+/// Delay from a captured trigger edge to the epoch of triggered trains, in µs. Two windows are
+/// rendered ahead, so any delay above 500 µs can be kept exactly.
 pub const TRIGGER_DELAY_US: u32 = 1000;

@@ -1,10 +1,10 @@
-//! What a refill produces: the output states of one window and its DAC writes.
+//! The result of a refill: the output states of one window and its DAC writes.
 
 use super::{BANKS, CHANNELS};
 use crate::units::{DacCode, Micros};
 use heapless::Vec;
 
-/// State of one channel's two output lines.
+/// State of the two output lines of a channel.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[repr(u8)]
 pub enum State {
@@ -18,23 +18,24 @@ pub enum State {
     Grounded = 0b11,
 }
 
-/// The state of all outputs: bits 2i and 2i+1 are channel i, bit 20 is sync out.
+/// State of all outputs: bits 2i and 2i+1 are the lines of channel i, bit 20 is the sync output.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Levels(pub u32);
 
 impl Levels {
-    /// Every channel isolated, sync low.
+    /// Levels with every channel disconnected and sync low.
     pub const ISOLATED: Self = Self(0);
-    /// Every channel grounded, sync low.
+    /// Levels with every channel grounded and sync low.
     pub const GROUNDED: Self = Self((1 << (2 * CHANNELS)) - 1);
-    /// The sync output's bit.
+    /// Bit of the sync output.
     pub const SYNC: u32 = 1 << (2 * CHANNELS);
 
-    /// The channels of `mask` (bit i is channel i) grounded, the others
-    /// isolated; sync low.
+    /// Returns levels in which the channels of `mask` (bit i for channel i) are grounded and the
+    /// others disconnected; sync low.
     #[must_use]
     pub const fn grounded(mask: u16) -> Self {
-        // Spreads bit i to bit 2i: halves, quarters, pairs, single bits apart.
+        // Spreads bit i to bit 2i: first halves, then quarters, pairs and single bits are moved
+        // apart.
         let mut bits = mask as u32;
         bits = (bits | bits << 8) & 0x00FF_00FF;
         bits = (bits | bits << 4) & 0x0F0F_0F0F;
@@ -43,48 +44,48 @@ impl Levels {
         Self((bits | bits << 1) & Self::GROUNDED.0)
     }
 
-    /// The same levels with `channel` (below [`CHANNELS`]) in `state`.
+    /// Returns the levels with `channel` (below [`CHANNELS`]) in `state`.
     #[must_use]
     pub const fn with(self, channel: usize, state: State) -> Self {
         let shift = 2 * (channel % CHANNELS);
         Self(self.0 & !(0b11 << shift) | (state as u32) << shift)
     }
 
-    /// The same without the sync output.
+    /// Returns the levels with sync low.
     #[must_use]
     pub const fn without_sync(self) -> Self {
         Self(self.0 & !Self::SYNC)
     }
 
-    /// The channels whose state is another in `other`, bit i for channel i.
+    /// Returns the channels whose state differs in `other`, bit i for channel i.
     #[must_use]
     pub const fn changed(self, other: Self) -> u16 {
         let lines = self.0 ^ other.0;
         of_pairs(lines | lines >> 1)
     }
 
-    /// The grounded channels, bit i for channel i.
+    /// Returns the grounded channels, bit i for channel i.
     #[must_use]
     pub const fn grounded_channels(self) -> u16 {
         of_pairs(self.0 & self.0 >> 1)
     }
 
-    /// Whether `channel` (below [`CHANNELS`]) drives current.
+    /// Returns whether `channel` (below [`CHANNELS`]) drives current.
     #[must_use]
     pub const fn drives(self, channel: usize) -> bool {
         matches!(self.state(channel), State::Cathodic | State::Anodic)
     }
 
-    /// Whether `channel` (below [`CHANNELS`]), and no other, drives current.
+    /// Returns whether `channel` (below [`CHANNELS`]), and no other, drives current.
     #[must_use]
     #[inline]
     pub const fn drives_alone(self, channel: usize) -> bool {
-        // Bit 2i is channel i, whose two lines differ.
+        // Bit 2i is set if the two lines of channel i differ.
         let driven = (self.0 ^ self.0 >> 1) & 0x5_5555;
         driven == 1 << (2 * (channel % CHANNELS))
     }
 
-    /// State of `channel` (below [`CHANNELS`]).
+    /// Returns the state of `channel` (below [`CHANNELS`]).
     #[must_use]
     pub const fn state(self, channel: usize) -> State {
         match self.0 >> (2 * (channel % CHANNELS)) & 0b11 {
@@ -96,7 +97,7 @@ impl Levels {
     }
 }
 
-/// Bit 2i of `bits` as bit i, of the channels.
+/// Returns bit 2i of `bits` as bit i, for all channels.
 const fn of_pairs(bits: u32) -> u16 {
     let mut bits = bits & 0x5_5555;
     bits = (bits | bits >> 1) & 0x3333_3333;
@@ -105,71 +106,71 @@ const fn of_pairs(bits: u32) -> u16 {
     (bits | bits >> 8) as u16 // ten bits
 }
 
-/// From `slot` on, the outputs are at `levels`.
+/// A change of the outputs at one slot of a window.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Change {
-    /// Microsecond inside the window, 0–249.
+    /// Slot of the change, in µs after the start of the window, 0–249.
     pub slot: u8,
-    /// The outputs from there on.
+    /// The outputs from that slot on.
     pub levels: Levels,
 }
 
-/// A pulse that this window starts.
+/// A pulse that starts in this window.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct PulseStart {
-    /// Channel, below [`CHANNELS`].
+    /// Channel that pulses, below [`CHANNELS`].
     pub channel: u8,
-    /// Leading edge of the first phase.
+    /// Time of the leading edge of the first phase.
     pub at: Micros,
-    /// Amplitude in force.
+    /// DAC code of the amplitude in force.
     pub code: DacCode,
-    /// Of each of its phases, µs.
+    /// Width of each phase, µs.
     pub width_us: u16,
 }
 
-/// A moment at which the current sense samples one channel.
+/// A time at which the current sense samples one channel.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Sample {
-    /// Channel, below [`CHANNELS`].
+    /// Channel that is sampled, below [`CHANNELS`].
     pub channel: u8,
-    /// In the second phase of its pulse, not in the first.
+    /// Whether the second phase of the pulse is sampled, not the first.
     pub second: bool,
-    /// The moment; it lies inside the phase.
+    /// Time of the sample; it is inside the phase.
     pub at: Micros,
 }
 
-/// Distinct edge times one window can hold. With burst intervals of at least
-/// 200 µs a channel starts at most two pulses in 250 µs; each has at most four
-/// edges, and an earlier pulse has at most three left: 11 × 10 channels.
+/// Largest number of distinct edge times in one window. With burst intervals of at least 200 µs a
+/// channel starts at most two pulses in 250 µs; each has at most four edges, and an earlier pulse
+/// has at most three left: 11 × 10 channels.
 pub const MAX_CHANGES: usize = 112;
 
-/// Pulses one window can start: two for each channel, see [`MAX_CHANGES`].
+/// Largest number of pulses that one window can start: two for each channel, see [`MAX_CHANGES`].
 pub const MAX_PULSES: usize = 2 * CHANNELS;
 
-/// The next window, ready to be painted on the tape or recorded.
+/// The next window, ready to be painted on the pulse tape or recorded.
 #[derive(Clone, Debug)]
 pub struct WindowPlan {
-    /// Time of slot 0.
+    /// Device time of slot 0.
     pub start: Micros,
-    /// Levels before the first change.
+    /// Levels at the start of the window, before the first change.
     pub initial: Levels,
-    /// Level changes, by increasing slot.
+    /// Level changes, in the order of their slots.
     pub changes: Vec<Change, MAX_CHANGES>,
-    /// Amplitudes to write now, before the window plays: at most one burst
-    /// start per channel and window, because periods exceed two windows.
+    /// Amplitudes to write now, before the window plays: at most one burst start per channel and
+    /// window, because periods exceed two windows.
     pub dac: Vec<(u8, DacCode), CHANNELS>,
-    /// Levels of the banks' comparators to write now, if any: at arming.
+    /// Trip levels of the banks' comparators to write now, if any: at arming.
     pub trips: Option<[DacCode; BANKS]>,
     /// Pulses started in this window, for the muscle model.
     pub pulses: Vec<PulseStart, MAX_PULSES>,
-    /// What the current sense is asked to sample.
+    /// The sample that the current sense takes in this window, if any.
     pub sample: Option<Sample>,
-    /// Whether the pump bit toggles, which keeps the output supply up.
+    /// Whether the pump's line toggles in this window, which keeps the output supply on.
     pub pump: bool,
 }
 
 impl WindowPlan {
-    /// An isolated window without a pump.
+    /// Returns a window in which every channel is disconnected and the pump is off.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -196,7 +197,7 @@ impl WindowPlan {
         self.pump = false;
     }
 
-    /// Whether `channel` is the only one that is driven from `slot` of this window on
+    /// Returns whether `channel` is the only channel that is driven from `slot` of this window on,
     /// for the 2 µs in which a sample is held.
     #[must_use]
     #[inline]
@@ -213,7 +214,7 @@ impl WindowPlan {
         is_alone(levels)
     }
 
-    /// Levels at the end of the window.
+    /// Returns the levels at the end of the window.
     #[must_use]
     pub fn last_levels(&self) -> Levels {
         self.changes.last().map_or(self.initial, |c| c.levels)

@@ -1,4 +1,4 @@
-//! One channel's pulse train: what a host asks for and its validated form.
+//! One channel's pulse train: a host's request and its validated form.
 
 use super::{DEAD_TIME_US, WINDOW_US};
 use crate::range::{OutOfRange, Range};
@@ -21,7 +21,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Whether a second, opposite phase balances the first.
+    /// Returns whether a second, opposite phase balances the first.
     #[must_use]
     pub const fn is_biphasic(self) -> bool {
         matches!(
@@ -30,26 +30,26 @@ impl Shape {
         )
     }
 
-    /// Whether the first phase is cathodic.
+    /// Returns whether the first phase is cathodic.
     #[must_use]
     pub const fn cathodic_first(self) -> bool {
         matches!(self, Self::BiphasicCathodicFirst | Self::MonophasicCathodic)
     }
 }
 
-/// What the trigger input does to a train that waits for it.
+/// The effect of the trigger input on a train that waits for it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub enum Trigger {
-    /// An edge starts it.
+    /// An edge starts the train.
     Start,
-    /// An edge starts it, and the next one ends it: no pulse begins after that.
+    /// An edge starts the train, and the next edge ends it: no pulse begins after that.
     Toggle,
-    /// It plays while the input is held: an edge starts it, its release ends it. Nothing
-    /// begins before the input was seen released.
+    /// The train plays while the input is active: an edge starts it, the release ends it. No train
+    /// begins before the input was sampled as released.
     Gated,
 }
 
-/// A train as a host asks for it; nothing in it is trusted.
+/// A pulse train as a host configures it, with all values unchecked.
 ///
 /// ```
 /// use firmware::pulse::{TrainError, TrainSpec};
@@ -68,45 +68,45 @@ pub struct TrainSpec {
     pub shape: Shape,
     /// Width of one phase, 10–500 µs.
     pub width_us: u16,
-    /// Largest width that a setpoint may ask for, `width_us`–500 µs; 0 for a width that
-    /// never changes. Everything a train is checked for holds at this width.
+    /// Largest width that a setpoint may ask for, `width_us`–500 µs; 0 for a width that never
+    /// changes. Every check of a train holds at this width too.
     pub max_width_us: u16,
-    /// Interphase gap, 0–200 µs. The phases of a biphasic pulse are isolated
-    /// for this long, and never shorter than [`DEAD_TIME_US`]. 0 for monophasic.
+    /// Interphase gap, 0–200 µs. Between the phases of a biphasic pulse the output is disconnected
+    /// for this time, but at least for [`DEAD_TIME_US`]. 0 for monophasic pulses.
     pub gap_us: u16,
-    /// Grounding after each pulse, 1000–20 000 µs. 0 after biphasic ones for none: what
-    /// their phases differ by is then direct current (docs/hardware.md, series capacitor).
+    /// Grounding after each pulse, 1000–20 000 µs. 0 means none, which only biphasic pulses may
+    /// have: a difference between their phases is then direct current (docs/hardware.md, series
+    /// capacitor).
     pub ground_us: u16,
-    /// Burst start to burst start, 5000–2 000 000 µs (0.5–200 Hz).
+    /// Time from burst start to burst start, 5000–2 000 000 µs (0.5–200 Hz).
     pub period_us: u32,
-    /// Phase offset of the first burst against the common epoch, 0–period, µs.
+    /// Phase offset of the first burst relative to the common epoch, 0–period, µs.
     pub offset_us: u32,
-    /// Pulses per burst: 1 (single) to 8 (octuplet).
+    /// Number of pulses per burst: 1 (single) to 8 (octuplet).
     pub burst_count: u8,
-    /// Pulse start to pulse start inside a burst, 200–50 000 µs; 0 for singles.
+    /// Time from pulse start to pulse start inside a burst, 200–50 000 µs; 0 for single pulses.
     pub burst_interval_us: u16,
-    /// Bursts to play, 0 for until stopped.
+    /// Number of bursts to play; 0 means until stopped.
     pub repeats: u16,
-    /// What the trigger input does to it; none starts at the common epoch.
+    /// Effect of the trigger input; a train without one starts at the common epoch.
     pub trigger: Option<Trigger>,
-    /// Takes lists of pulses, which come when they are asked for: endless single pulses
-    /// from the common epoch only.
+    /// Whether the train takes lists of pulses, which play when they are ordered. Only endless
+    /// single pulses from the common epoch may.
     pub lists: bool,
 }
 
-/// Why a train cannot be played.
+/// The reason why a train cannot be played.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum TrainError {
-    /// A field outside its range.
+    /// A field is outside its range.
     Range(OutOfRange),
-    /// Pulses of a burst would overlap: the interval must be at least
-    /// `min_interval_us`.
+    /// Pulses of a burst would overlap: the interval must be at least `min_interval_us`.
     BurstOverlaps {
         /// Shortest allowed interval for this waveform, µs.
         min_interval_us: u32,
     },
-    /// The last edge of a burst plus two windows passes the next burst:
-    /// the period must be at least `min_period_us`.
+    /// The last edge of a burst plus two windows comes after the start of the next burst: the
+    /// period must be at least `min_period_us`.
     BurstTooLong {
         /// Shortest allowed period for this burst, µs.
         min_period_us: u32,
@@ -119,15 +119,15 @@ impl From<OutOfRange> for TrainError {
     }
 }
 
-/// A train that can be played as it is. Only [`TrainSpec::validate`] makes one.
+/// A train that passed [`TrainSpec::validate`] and can be played without further checks.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Train {
     spec: TrainSpec,
     gap_us: u16,
 }
 
-/// In words as they lie in memory, for it is summed with every burst, three times: a bit
-/// that changes in any field changes its word.
+/// Hashes words as they are stored in memory, because the checksum over them is computed three
+/// times at every burst. A bit flip in any field changes its word.
 impl Hash for TrainSpec {
     #[inline]
     fn hash<H: Hasher>(&self, state: &mut H) {
@@ -152,28 +152,28 @@ impl Hash for TrainSpec {
 }
 
 impl TrainSpec {
-    /// Of [`Self::width_us`].
+    /// Range of [`Self::width_us`].
     pub const WIDTH_US: Range = Range::new("width_us", 10, 500);
-    /// Of [`Self::max_width_us`], of a width that may change.
+    /// Range of [`Self::max_width_us`], if the width may change.
     pub const MAX_WIDTH_US: Range = Range {
         field: "max_width_us",
         ..Self::WIDTH_US
     };
-    /// Of [`Self::gap_us`], of a biphasic pulse.
+    /// Range of [`Self::gap_us`] of biphasic pulses.
     pub const GAP_US: Range = Range::new("gap_us", 0, 200);
-    /// Of [`Self::ground_us`], of pulses that are grounded; monophasic ones must be.
+    /// Range of [`Self::ground_us`] of pulses that are grounded; monophasic pulses must be.
     pub const GROUND_US: Range = Range::new("ground_us", 1_000, 20_000);
-    /// Of [`Self::period_us`].
+    /// Range of [`Self::period_us`].
     pub const PERIOD_US: Range = Range::new("period_us", 5_000, 2_000_000);
-    /// Of [`Self::offset_us`], at the longest period.
+    /// Range of [`Self::offset_us`], at the longest period.
     pub const OFFSET_US: Range = Range::new("offset_us", 0, Self::PERIOD_US.max);
-    /// Of [`Self::burst_count`].
+    /// Range of [`Self::burst_count`].
     pub const BURST_COUNT: Range = Range::new("burst_count", 1, 8);
-    /// Of [`Self::burst_interval_us`], of a burst of several pulses.
+    /// Range of [`Self::burst_interval_us`] of bursts with several pulses.
     pub const BURST_INTERVAL_US: Range = Range::new("burst_interval_us", 200, 50_000);
 
-    /// Endless single pulses, cathodic phase first, every `period_us` from the epoch
-    /// on.
+    /// Returns endless single biphasic pulses, cathodic phase first, every `period_us` from the
+    /// epoch on.
     #[must_use]
     pub const fn biphasic(width_us: u16, gap_us: u16, period_us: u32) -> Self {
         Self {
@@ -192,7 +192,8 @@ impl TrainSpec {
         }
     }
 
-    /// The same of one cathodic phase and grounding.
+    /// Returns endless single pulses of one cathodic phase and grounding, every `period_us` from
+    /// the epoch on.
     #[must_use]
     pub const fn monophasic(width_us: u16, ground_us: u16, period_us: u32) -> Self {
         Self {
@@ -205,11 +206,11 @@ impl TrainSpec {
     /// Checks every field and the relations between them.
     ///
     /// # Errors
-    /// The first violated rule, with the values that would be allowed.
+    /// Returns the first violated rule, with the values that would be allowed.
     pub fn validate(&self) -> Result<Train, TrainError> {
         let biphasic = self.shape.is_biphasic();
         let burst = self.burst_count > 1;
-        // What does not apply must be 0.
+        // Fields that do not apply must be 0.
         let only_if = |applies, range: Range| {
             if applies {
                 range
@@ -233,7 +234,7 @@ impl TrainSpec {
         Self::BURST_COUNT.check(self.burst_count)?;
         only_if(burst, Self::BURST_INTERVAL_US).check(self.burst_interval_us)?;
         if self.lists {
-            // What does not go with lists.
+            // Fields that lists exclude.
             Self::BURST_COUNT.up_to(1).check(self.burst_count)?;
             Range::new("repeats", 0, 0).check(self.repeats)?;
             Range::new("trigger", 0, 0).check(self.trigger.is_some())?;
@@ -246,7 +247,7 @@ impl TrainSpec {
                 0
             },
         };
-        // Largest: 1200 + 20 000 µs; all sums below stay under 2^20.
+        // The largest value is 1200 + 20 000 µs; all sums below stay under 2^20.
         let min_interval_us = train.occupied_us(train.widest_us()) + u32::from(DEAD_TIME_US);
         if burst && u32::from(self.burst_interval_us) < min_interval_us {
             return Err(TrainError::BurstOverlaps { min_interval_us });
@@ -260,20 +261,20 @@ impl TrainSpec {
 }
 
 impl Train {
-    /// What was asked for.
+    /// Returns the specification that was validated.
     #[must_use]
     pub const fn spec(&self) -> &TrainSpec {
         &self.spec
     }
 
-    /// Isolated time between the two phases, dead time included, in µs; 0 for
+    /// Returns the disconnected time between the two phases, dead time included, in µs; 0 for
     /// monophasic pulses.
     #[must_use]
     pub const fn gap_us(&self) -> u16 {
         self.gap_us
     }
 
-    /// The largest width of a phase, in µs: the train's own if it never changes.
+    /// Returns the largest width of a phase, in µs: the train's own if it never changes.
     #[must_use]
     pub const fn widest_us(&self) -> u16 {
         if self.has_live_width() {
@@ -283,14 +284,14 @@ impl Train {
         }
     }
 
-    /// Whether a setpoint may ask for another width than the train's own.
+    /// Returns whether a setpoint may ask for a width other than the train's own.
     #[must_use]
     #[inline]
     pub const fn has_live_width(&self) -> bool {
         self.spec.max_width_us > self.spec.width_us
     }
 
-    /// The widths that a setpoint may ask for, µs.
+    /// Returns the widths that a setpoint may ask for, µs.
     #[must_use]
     #[inline]
     pub const fn widths(&self) -> RangeInclusive<u16> {
@@ -301,21 +302,22 @@ impl Train {
         }
     }
 
-    /// Time driven in one burst with phases of `width_us`, in µs: every phase of every
-    /// pulse.
+    /// Returns the driven time in one burst with phases of `width_us`, in µs, summed over every
+    /// phase of every pulse.
     #[must_use]
     pub const fn on_us(&self, width_us: u16) -> u32 {
         let phases = if self.spec.shape.is_biphasic() { 2 } else { 1 };
         phases * width_us as u32 * self.spec.burst_count as u32 // at most 8000
     }
 
-    /// First edge to the end of the last driven phase of one pulse at its widest, in µs.
+    /// Returns the time from the first edge to the end of the last driven phase of one pulse at
+    /// its largest width, in µs.
     #[must_use]
     pub const fn driven_us(&self) -> u32 {
         self.driven_at(self.widest_us())
     }
 
-    /// The same with phases of `width_us`.
+    /// Returns the same time with phases of `width_us`.
     const fn driven_at(&self, width_us: u16) -> u32 {
         if self.spec.shape.is_biphasic() {
             2 * width_us as u32 + self.gap_us as u32
@@ -324,21 +326,21 @@ impl Train {
         }
     }
 
-    /// First to last edge of one pulse with phases of `width_us`, grounding included, in
-    /// µs.
+    /// Returns the time from the first to the last edge of one pulse with phases of `width_us`,
+    /// grounding included, in µs.
     #[must_use]
     pub const fn occupied_us(&self, width_us: u16) -> u32 {
         self.driven_at(width_us) + self.spec.ground_us as u32
     }
 
-    /// First to last edge of one burst at its widest, in µs.
+    /// Returns the time from the first to the last edge of one burst at its largest width, in µs.
     #[must_use]
     pub const fn burst_us(&self) -> u32 {
         self.pulse_offset_us(self.spec.burst_count.saturating_sub(1))
             + self.occupied_us(self.widest_us())
     }
 
-    /// Burst start to the start of its pulse `index`, in µs.
+    /// Returns the time from the burst's start to the start of its pulse `index`, in µs.
     #[must_use]
     pub const fn pulse_offset_us(&self, index: u8) -> u32 {
         // At most 255 × 65 535 < 2^24.
@@ -350,7 +352,7 @@ impl Train {
 pub(crate) mod tests {
     use super::*;
 
-    /// 200 µs biphasic at 50 Hz.
+    /// Endless biphasic pulses of 200 µs per phase at 50 Hz.
     pub(crate) const PLAIN: TrainSpec = TrainSpec::biphasic(200, 100, 20_000);
 
     #[test]

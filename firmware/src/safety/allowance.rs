@@ -1,77 +1,78 @@
-//! Time and charge spent of what a wearer allows, as they outlive a reset: two copies in
-//! memory that a reset leaves alone, each with a check word. Not here: who counts
-//! (`guard::allowance`), who writes (the board's thread; `lockstep` in simulators).
+//! Stimulation time and charge spent of a wearer's allowance, stored so that they survive a reset:
+//! two copies in memory that a reset does not clear, each with a checksum. Not here: counting
+//! (`guard::allowance`) and writing (the board's thread; `lockstep` in simulators).
 
 use crate::crc::CRC;
 use crate::pulse::CHANNELS;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// What an open copy adds after a reset, µs: it is written more often.
+/// Time that an open copy adds after a reset, µs. Copies are written more often than this.
 pub const OPEN_US: u32 = 250_000;
 
-/// 256ths of a pC in 1 nC.
+/// Charge units, 256ths of a pC, in 1 nC.
 const PER_NC: u64 = 256_000;
 
-/// Marks a copy as ours and tells its format.
+/// Marks a copy as an allowance and identifies its format.
 const MAGIC: u32 = 0x464C_0100;
 const IS_OPEN: u32 = 1;
-/// Words before the channels: magic, number, time.
+/// Number of words before the channels: magic, entry number, and two words of time.
 const HEAD: usize = 4;
 const WORDS: usize = HEAD + 3 * CHANNELS + 1;
 
-/// A copy in memory.
+/// Encoded words of one copy, with their checksum at the end.
 pub type AllowanceWords = [u32; WORDS];
 
-/// Time and charge spent since power came up.
+/// Stimulation time and charge spent since power came up.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Hash)]
 pub struct Spent {
-    /// Time of stimulation, µs.
+    /// Stimulation time, µs.
     pub time_us: u64,
-    /// Charge of each channel, in 256ths of a pC; of the two phases of a pulse one counts.
+    /// Charge of each channel, in 256ths of a pC. One of the two phases of a pulse counts.
     pub charge: [u64; CHANNELS],
 }
 
-/// Time and charge as a copy stores them.
+/// Time and charge as one copy stores them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Entry {
-    /// Up to when it was made.
+    /// Time and charge spent up to the moment at which the entry was made.
     pub spent: Spent,
-    /// Stimulation may go on after it was made: a reset adds [`OPEN_US`] and `most_nc`.
+    /// Whether stimulation may continue after the entry was made. A reset then adds [`OPEN_US`]
+    /// and `most_nc`.
     pub is_open: bool,
-    /// Largest charge of each channel within [`OPEN_US`], nC.
+    /// Largest charge that each channel can output within [`OPEN_US`], nC.
     pub most_nc: [u32; CHANNELS],
 }
 
-/// Time and charge left of the wearer's limits.
+/// Time and charge left of the wearer's allowance.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct Left {
-    /// Time of stimulation, ms.
+    /// Stimulation time left, ms.
     pub time_ms: u32,
     /// The channel that has the least charge left, from 0.
     pub channel: u8,
-    /// That charge, µC; the largest number stands for more.
+    /// Charge left on that channel, µC; the largest number stands for that or more.
     pub dose_uc: u32,
 }
 
-/// What a boot knows of what was spent before it.
+/// The time and charge spent before a boot, as far as the boot can know them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Found {
-    /// This much.
+    /// The known amount.
     Spent(Spent),
-    /// Neither copy is whole, and power did not come up: nothing may be armed.
+    /// Unknown, because no copy is undamaged although power was not lost. Nothing may be armed.
     Lost,
 }
 
 impl Default for Found {
-    /// Nothing is spent.
+    /// Returns that nothing is spent.
     fn default() -> Self {
         Self::Spent(Spent::default())
     }
 }
 
 impl Entry {
-    /// Time and charge that count as spent after a reset.
+    /// Returns the time and charge that count as spent after a reset.
     fn after_reset(&self) -> Spent {
         let mut spent = self.spent;
         if self.is_open {
@@ -98,7 +99,7 @@ impl Entry {
         words
     }
 
-    /// The entry and its number; `None` if the copy is not whole.
+    /// Decodes a copy into its entry number and entry; `None` if the copy is damaged.
     #[inline(never)]
     fn read(words: &AllowanceWords) -> Option<(u32, Self)> {
         let [content @ .., check] = words;
@@ -125,19 +126,19 @@ impl Entry {
     }
 }
 
-/// Who writes the copies: knows which of them to write first, so that one is whole at
+/// Writer of the two copies. It knows which copy to write first, so that one copy is undamaged at
 /// every moment.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Ledger {
-    /// Number of the latest entry.
+    /// Number of the latest entry; it wraps.
     number: u32,
-    /// The copy that is written first, for the other may be the only whole one.
+    /// Index of the copy that is written first, because the other may be the only undamaged one.
     first: usize,
 }
 
 impl Ledger {
-    /// What `copies` say. `is_power_on`: power came up, and they say nothing, however
-    /// whole; then the caller writes [`Self::write`] of an empty entry before anything else.
+    /// Reads the two copies. If `is_power_on`, power came up, and the copies are ignored even if
+    /// undamaged; the caller then writes [`Self::write`] of an empty entry before anything else.
     #[must_use]
     pub fn open(copies: [&AllowanceWords; 2], is_power_on: bool) -> (Self, Found) {
         if is_power_on {
@@ -145,7 +146,7 @@ impl Ledger {
         }
         let [a, b] = copies.map(Entry::read);
         let newest = match (a, b) {
-            // Numbers wrap; no more than one lies between two copies.
+            // Numbers wrap; the two copies are at most one number apart.
             (Some((a, _)), Some((b, _))) => usize::from(b.wrapping_sub(a) as i32 > 0),
             (None, Some(_)) => 1,
             (_, None) => 0,
@@ -159,8 +160,8 @@ impl Ledger {
         (ledger, found)
     }
 
-    /// The words of `entry`, to be written into both copies, one after the other in this
-    /// order.
+    /// Returns the words of `entry` and the order of the two copies, into which the words are to
+    /// be written one after the other.
     pub fn write(&mut self, entry: &Entry) -> ([usize; 2], AllowanceWords) {
         self.number = self.number.wrapping_add(1);
         ([self.first, 1 - self.first], entry.words(self.number))
@@ -228,7 +229,8 @@ mod tests {
         for (n, charge) in more.charge.iter_mut().enumerate() {
             *charge += (1_000 + n as u64) * 256_000;
         }
-        // As often as it is read: a boot that resets again adds no more.
+        // The result is the same however often the copies are read: a boot that resets again adds
+        // no more.
         assert_eq!(found(&copies), Found::Spent(more));
         assert_eq!(found(&copies), Found::Spent(more));
     }
@@ -265,7 +267,7 @@ mod tests {
         }
     }
 
-    /// A reset at each step of a writing, after any history of damage that left one copy.
+    /// Resets the device at each step of a write, after damage to neither or one of the copies.
     #[test]
     fn a_reset_within_a_writing_finds_the_old_entry_or_the_new() {
         for damaged in [None, Some(0), Some(1)] {

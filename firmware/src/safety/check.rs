@@ -1,42 +1,43 @@
-//! The electrode check before arming: pulses that rise from DAC code 1, and what one
-//! reading of the current says of an electrode.
+//! The electrode check before arming: pulses that rise from DAC code 1, and the judgement of one
+//! reading of the current.
 
 use super::{Setup, Stage};
 use crate::board::wiring::BOARD;
 use crate::pulse::{CHANNELS, Train, TrainSpec, WINDOW_US};
 use crate::units::{Amplitude, DacCode, MicroAmps};
 
-/// Current sense at 4095 counts, µA.
+/// Current at the largest reading of the current sense, 4095 counts, in µA.
 const SENSE_FULL_SCALE_UA: u32 = BOARD.stages.sense_full_scale_ua;
-// So that twelve bits of it fit into a word.
+// A reading of twelve bits times this fits in a word.
 const _: () = assert!(SENSE_FULL_SCALE_UA < 1 << 20);
-/// Largest conversion.
+/// Largest 12-bit reading.
 const SENSE_FULL_SCALE: u16 = 4095;
 
-/// Two counts of the sense: its offset and its rounding. Nothing is judged by less.
+/// Tolerance of two counts: the offset and the rounding of the current sense.
 const SLACK_COUNTS: u32 = 2;
-/// The same, µA.
+/// The tolerance in µA.
 pub(super) const SLACK_UA: u32 = SLACK_COUNTS * SENSE_FULL_SCALE_UA / SENSE_FULL_SCALE as u32;
 
-/// From a window to the refill that has its reading, and what begins in the next.
+/// Time from the start of a window to the refill that gets its reading, µs.
 pub(super) const SENSED_US: u32 = 2 * WINDOW_US;
 
-/// Distance between the check pulses of two channels, µs: one for each phase.
+/// Distance between the check pulses of two channels, µs: one window for each phase.
 const SPACING_US: u32 = 2 * WINDOW_US;
 
-/// Amplitudes of the check, from code 1 to its last.
+/// Number of amplitudes in the check, from code 1 to the last.
 const STEPS: u32 = 4;
 
-/// From the beginning of a check to that of the next at least, µs, however it ended: so no
-/// host gets more than 24 pulses of it in any second on a channel, the eight of three
-/// checks, by stopping and arming again and again, and the answer to `Arm` comes within the
-/// half second that hosts wait for one. They are sub-threshold and at most 0.2 µC each, so
-/// they count towards neither time nor dose. An `Arm` that comes sooner waits: it is no
-/// error of its host.
+/// Shortest time from the start of one check to the start of the next, µs, however the check
+/// ended. A host that stops and arms again and again thus causes at most 24 check pulses on a
+/// channel in any second, eight in each of three checks, and the answer to `Arm` comes within the
+/// half second that hosts wait for it. Check pulses are below the motor threshold and have at most
+/// 0.2 µC each, so they count towards neither time nor charge. An `Arm` that comes sooner waits
+/// and is not refused, because it is no error of the host.
 pub const CHECK_PAUSE_US: u32 = 400_000;
 
-/// Two sub-threshold pulses of 100 µs a phase, a window apart, [`STEPS`] times: the
-/// sense takes the first phase of one and the second phase of the other.
+/// Check train: two pulses of 100 µs per phase, one window apart and below the motor threshold,
+/// repeated [`STEPS`] times. The current sense samples the first phase of one pulse and the second
+/// phase of the other.
 const PROBE: TrainSpec = TrainSpec {
     repeats: STEPS as u16,
     burst_count: 2,
@@ -44,29 +45,29 @@ const PROBE: TrainSpec = TrainSpec {
     ..TrainSpec::biphasic(100, 25, CHANNELS as u32 * SPACING_US)
 };
 
-// A check pulse begins with a window and ends inside it, so that a check can be
-// broken off between any two windows without truncating a pulse.
+// A check pulse begins with a window and ends inside it, so that a check can be stopped between
+// any two windows without truncating a pulse.
 const _: () = assert!(2 * PROBE.width_us as u32 + PROBE.gap_us as u32 <= WINDOW_US);
 
-/// A mid-phase current sample.
+/// Current sampled in the middle of a phase.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Reading {
-    /// Channel that was pulsing, from 0.
+    /// Channel whose pulse was sampled, from 0.
     pub channel: u8,
-    /// Whether it was in the second phase.
+    /// Whether the second phase was sampled.
     pub second: bool,
-    /// 12-bit conversion.
+    /// Reading of the converter, 12 bits.
     pub raw: u16,
 }
 
 impl Reading {
-    /// The current.
+    /// Returns the measured current, µA.
     #[must_use]
     pub const fn current(&self) -> MicroAmps {
         current(self.raw)
     }
 
-    /// The conversion that `current` gives on the reference board, saturating.
+    /// Returns the reading that `current` gives on the reference board, saturating at 4095 counts.
     #[must_use]
     pub fn of(channel: u8, second: bool, current: MicroAmps) -> Self {
         let raw =
@@ -84,7 +85,7 @@ const fn current(raw: u16) -> MicroAmps {
     MicroAmps::new(raw * SENSE_FULL_SCALE_UA / SENSE_FULL_SCALE as u32)
 }
 
-/// A conversion and the amplitude that gave it: a conductance.
+/// A reading and the amplitude that caused it, which together give a conductance.
 #[derive(Clone, Copy, Default, Debug, PartialEq, Eq)]
 pub(super) struct Load {
     pub(super) raw: u16,
@@ -92,21 +93,21 @@ pub(super) struct Load {
 }
 
 impl Load {
-    /// Of `reading` at `applied`.
+    /// Returns the load that `reading` at `applied` shows.
     pub(super) const fn of(reading: Reading, applied: Amplitude) -> Self {
         let raw = reading.raw & 0xFFF; // twelve bits
         Self { raw, applied }
     }
 
-    /// Both in one word, for it is summed with every burst: a bit that changes in it
-    /// changes the word.
+    /// Returns both values in one word, because the checksum over it is computed at every burst. A
+    /// bit flip in either value changes the word.
     #[inline]
     pub(super) fn word(self) -> u32 {
         self.applied.get().rotate_left(12) ^ u32::from(self.raw)
     }
 
-    /// Whether this is more than `times` the load `of`, by two counts each; both of a
-    /// voltage stage.
+    /// Returns whether this load is more than `times` the load `of`, with a tolerance of two
+    /// counts each. Both must come from a voltage stage.
     pub(super) fn is_above(self, times: u32, of: Self) -> bool {
         // At most 4097 · 4 · 150 000, below 2^32: nothing wraps.
         let (this, of_raw) = (u32::from(self.raw) + SLACK_COUNTS, u32::from(of.raw));
@@ -117,33 +118,34 @@ impl Load {
                 .wrapping_mul(self.applied.get())
     }
 
-    /// Whether both were taken at amplitudes so near that no load follows from one.
+    /// Returns whether both were taken at similar amplitudes, at most 25 % apart, so that a
+    /// difference between them is due to the load.
     pub(super) fn is_near(self, other: Self) -> bool {
         let (a, b) = (self.applied.get(), other.applied.get()); // at most 150 000
         4 * a <= 5 * b && 4 * b <= 5 * a
     }
 }
 
-/// What one reading says of a channel's electrode.
+/// Judgement of a channel's electrode from one reading.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Electrode {
     /// Plausible current.
     Fine,
-    /// Too little.
+    /// Too little current: the electrode is off.
     Off,
-    /// Too much.
+    /// Too much current: the electrode is shorted.
     Short,
 }
 
-/// A check under way: which phases of which channels still owe a reading.
+/// An electrode check in progress: the phases of channels that still owe a plausible reading.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct ElectrodeCheck {
-    /// First and second phases; bit i is channel i.
+    /// Channels whose first and whose second phase owe a reading; bit i is channel i.
     pending: [u16; 2],
 }
 
 impl ElectrodeCheck {
-    /// A check of every channel in `setup`.
+    /// Returns a check of every channel in `setup`.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         let mut pending = 0;
@@ -157,7 +159,7 @@ impl ElectrodeCheck {
         }
     }
 
-    /// The check pulses, one channel after the other.
+    /// Returns the trains of the check pulses, one channel after the other.
     #[must_use]
     pub fn trains(&self) -> [Option<Train>; CHANNELS] {
         let [pending, _] = self.pending;
@@ -174,21 +176,20 @@ impl ElectrodeCheck {
         trains
     }
 
-    /// From the check's epoch to its verdict, µs: every pulse, and time for the last
-    /// reading.
+    /// Returns the time from the check's start to its result, µs: every pulse, and time for the
+    /// last reading.
     #[must_use]
     pub const fn length_us() -> u32 {
         STEPS * PROBE.period_us + 4 * SPACING_US
     }
 
-    /// Which of the check's amplitudes is put out `elapsed_us` after its epoch; the
-    /// last for `true`.
+    /// Returns whether the last amplitude of the check is output `elapsed_us` after its start.
     pub(super) const fn is_last_step(elapsed_us: u32) -> bool {
         elapsed_us / PROBE.period_us + 1 >= STEPS
     }
 
-    /// The DAC code `elapsed_us` after the check's epoch: 1 first, then with even
-    /// ratios, as far as bits go, to that of `last`.
+    /// Returns the DAC code `elapsed_us` after the check's start: first 1, then with equal ratios
+    /// (as far as bit shifts allow) up to `last`.
     pub(super) const fn code(last: DacCode, elapsed_us: u32) -> DacCode {
         let bits = u16::BITS - last.get().leading_zeros();
         let step = elapsed_us / PROBE.period_us;
@@ -197,15 +198,15 @@ impl ElectrodeCheck {
         DacCode::new(last.get() >> (bits.saturating_sub(1) * left / (STEPS - 1)))
     }
 
-    /// Ticks off a phase that read plausibly.
+    /// Marks a phase as passed, because its reading was plausible.
     pub const fn passed(&mut self, channel: u8, second: bool) {
         let [of_first, of_second] = &mut self.pending;
         let pending = if second { of_second } else { of_first };
         *pending &= !(1u16 << (channel % 16));
     }
 
-    /// The first channel still owing a plausible reading; `true` if the other phase's
-    /// was.
+    /// Returns the first channel that still owes a plausible reading; `true` if only one of its
+    /// two phases owes it.
     #[must_use]
     pub fn missing(&self) -> Option<(u8, bool)> {
         let [first, second] = self.pending;
@@ -215,7 +216,7 @@ impl ElectrodeCheck {
     }
 }
 
-/// Judges `reading` on a channel put to `amplitude` by `stage`.
+/// Judges `reading` on a channel that `stage` drives with `amplitude`.
 #[must_use]
 pub fn judge(reading: Reading, stage: &Stage, amplitude: Amplitude) -> Electrode {
     let (low, high) = stage.plausible(amplitude);
@@ -229,16 +230,16 @@ pub fn judge(reading: Reading, stage: &Stage, amplitude: Amplitude) -> Electrode
     }
 }
 
-/// Whether `reading` is above `max`, what the limits of its channel allow: by more than
-/// 5 % and two counts.
+/// Returns whether `reading` is above `max`, the current that the channel's limits allow, by more
+/// than 5 % and two counts.
 #[must_use]
 pub(super) const fn is_above_limit(reading: Reading, max: MicroAmps) -> bool {
     let max = max.get(); // at most 100 000
     reading.current().get() > max + max / 20 + SLACK_UA
 }
 
-/// The smallest load that `found` on a voltage stage makes certain, Ω: with two counts
-/// less than were read. `None` if that is nothing.
+/// Returns the upper bound on the load that the reading `found` on a voltage stage proves, Ω. Two
+/// counts are subtracted from the reading; `None` if nothing is left.
 #[must_use]
 pub(super) fn least_load_ohm(found: Load) -> Option<u32> {
     let ua = current(found.raw).get().checked_sub(SLACK_UA)?;
@@ -294,7 +295,7 @@ mod tests {
         }
     }
 
-    /// 2 V through 1 kΩ are 68 counts; two less are 1035 Ω at least.
+    /// 2 V through 1 kΩ give 68 counts; two counts less correspond to 1035 Ω.
     #[test]
     fn a_load_is_taken_with_two_counts_less() {
         let found = |raw| Load {

@@ -1,26 +1,25 @@
-//! What all channels together put through the common return: every one of them flows
-//! back through the same electrode.
+//! Total current of all channels through the common return, the electrode through which all their
+//! currents flow back.
 
 use super::{Channel, Sums};
 use crate::pulse::{CHANNELS, Train, TrainSpec, gcd};
 use crate::units::MicroAmps;
 
-/// Most phases of one sign in a burst.
+/// Largest number of phases of one sign in a burst.
 const MOST_PULSES: usize = TrainSpec::BURST_COUNT.max as usize;
 
 impl Sums {
-    /// Of these channels. Exact for trains of one period from the common epoch, and so
-    /// is the root of the sum of squares where no two phases of one sign meet; never too
-    /// low for others: phases count as meeting where their periods' greatest common
-    /// divisor lets them, and those of triggered trains, of lists, of rates that may change
-    /// and of
-    /// bursts with another period wherever they have the same sign, as do second phases
-    /// whose beginning a live width moves; first ones last as long as they may. Of two
-    /// channels that
-    /// meet, the product of their rms currents stands for the mean of their product
-    /// (Cauchy and Schwarz).
+    /// Returns the sums of these channels. The peak is exact for trains of one period from the
+    /// common epoch; so is the rms, as the root of the sum of squares, where no two phases of one
+    /// sign overlap. For other trains the sums are never too low: phases count as overlapping
+    /// wherever the greatest common divisor of their periods allows it. Phases of triggered
+    /// trains, of lists, of rates that may change and of bursts with another period count as
+    /// overlapping wherever they have the same sign, as do second phases whose beginning shifts
+    /// with a variable width; first phases count with their largest width. For two channels that
+    /// overlap, the product of their rms currents bounds the mean of their product (Cauchy and
+    /// Schwarz).
     ///
-    /// No search over time: a few thousand distances at most.
+    /// The computation needs no search over time: it checks a few thousand distances at most.
     #[must_use]
     pub fn of(channels: &[Option<Channel>; CHANNELS]) -> Self {
         let used = || channels.iter().flatten();
@@ -49,13 +48,13 @@ impl Sums {
         }
     }
 
-    /// The same, or more, after `channel` turned out to drive what `now` does: the whole
-    /// difference is added, for to search once more where pulses meet is no refill's
-    /// work. Never too low: at an instant no more can come to it, and the rms of a sum is
-    /// at most the sum of rms (Minkowski).
+    /// Adds the difference when `channel` turned out to drive the current of `now`. The whole
+    /// difference is added, because searching again for overlapping pulses takes too long for a
+    /// refill. The result is never too low: at any instant no more current can be added, and the
+    /// rms of a sum is at most the sum of the rms values (Minkowski).
     pub(super) fn add(&mut self, channel: &Channel, now: &Channel) {
         let more = now.current().get().saturating_sub(channel.current().get());
-        // At most 20 mA each: a voltage stage's limiter.
+        // At most 20 mA each: the limiter of a voltage stage.
         self.peak = MicroAmps::new(self.peak.get() + more);
         self.rms = MicroAmps::new(self.rms.get() + now.rms_of(more));
     }
@@ -66,26 +65,28 @@ impl Channel {
         self.stage.current(self.limit)
     }
 
-    /// Rms current at its limit and highest rate, rounded up.
+    /// Returns the rms current at the channel's limit and highest rate, rounded up.
     #[must_use]
     pub fn rms(&self) -> MicroAmps {
         MicroAmps::new(self.rms_of(self.current().get()))
     }
 
-    /// Rms current of phases of `ua`, at most 1e5, at its highest rate, rounded up, µA.
+    /// Returns the rms current of phases of `ua`, at most 1e5, at the highest rate, rounded up,
+    /// µA.
     #[inline(never)]
     fn rms_of(&self, ua: u32) -> u32 {
         root_up(self.mean_square(ua))
     }
 
-    /// Its square, µA².
+    /// Returns the mean square current of phases of `ua` at the highest rate, µA².
     fn mean_square(&self, ua: u32) -> u64 {
         let ua = u64::from(ua);
         let square = ua * ua * u64::from(self.train.on_us(self.judged_width_us));
         square.div_ceil(self.min_period_us.max(1).into())
     }
 
-    /// The most that flows at the start of one of its phases of a sign.
+    /// Returns the largest sum of currents at the start of one of this channel's phases of one
+    /// sign, µA.
     fn peak_with<'c>(&self, channels: impl Iterator<Item = &'c Self>, is_cathodic: bool) -> u32 {
         let Some(lag) = Lag::of(&self.train, is_cathodic) else {
             return 0;
@@ -103,7 +104,7 @@ impl Channel {
         pulses.copied().max().unwrap_or(0)
     }
 
-    /// Whether phases of one sign of the two can be driven at the same time.
+    /// Returns whether phases of one sign of the two channels can be driven at the same time.
     fn meets(&self, other: &Self) -> bool {
         let begins_in = |a: &Self, b: &Self, is_cathodic| {
             let Some(lag) = Lag::of(&a.train, is_cathodic) else {
@@ -119,23 +120,23 @@ impl Channel {
         either(true) || either(false)
     }
 
-    /// Whether its pulses keep their distance from the common epoch.
+    /// Returns whether the channel's pulses keep their distance from the common epoch.
     pub(super) const fn is_steady(&self) -> bool {
         let spec = self.train.spec();
         self.min_period_us == self.max_period_us && spec.trigger.is_none() && !spec.lists
     }
 }
 
-/// When a channel drives one sign, as another's burst sees it.
+/// Times at which another channel drives one sign, relative to a burst of this channel.
 #[derive(Clone, Copy, Debug)]
 enum Apart {
     Never,
-    /// It can at any time.
+    /// The other channel may drive that sign at any time.
     Anywhen,
     Known {
-        /// The distances of the two repeat after this, µs.
+        /// Time after which the distances of the two channels repeat, µs.
         every_us: u32,
-        /// From the other channel's first phase of that sign to the burst, µs.
+        /// Time from the other channel's first phase of that sign to the burst, µs.
         since_us: u32,
         width_us: u32,
         interval_us: u32,
@@ -144,7 +145,7 @@ enum Apart {
 }
 
 impl Apart {
-    /// `other`, as a burst of `own` sees it.
+    /// Returns the times of `other` relative to a burst of `own`.
     fn of(own: &Channel, other: &Channel, is_cathodic: bool) -> Self {
         let Some(lag) = Lag::of(&other.train, is_cathodic) else {
             return Self::Never;
@@ -168,7 +169,7 @@ impl Apart {
         }
     }
 
-    /// Whether it drives so long after the burst's start.
+    /// Returns whether the other channel drives that sign `after_us` after the burst's start.
     fn is_driven_at(self, after_us: u32) -> bool {
         match self {
             Self::Never => false,
@@ -191,17 +192,17 @@ impl Apart {
     }
 }
 
-/// How long after its start a pulse drives one sign.
+/// Delay from a pulse's start to the phase of one sign.
 #[derive(Clone, Copy, Debug)]
 struct Lag {
-    /// At the train's own width, µs.
+    /// Delay at the train's own width, µs.
     us: u32,
-    /// Another width would make it another.
+    /// Whether another width would change the delay.
     varies: bool,
 }
 
 impl Lag {
-    /// Of the phase of this sign, if there is one.
+    /// Returns the delay of the phase of this sign; `None` if the pulse has no such phase.
     fn of(train: &Train, is_cathodic: bool) -> Option<Self> {
         let spec = train.spec();
         if spec.shape.cathodic_first() == is_cathodic {
@@ -218,7 +219,7 @@ impl Lag {
     }
 }
 
-/// The square root, rounded up; at most 1e6 here.
+/// Returns the square root, rounded up; at most 1e6 here.
 const fn root_up(square: u64) -> u32 {
     let root = square.isqrt();
     (root + (root * root < square) as u64) as u32

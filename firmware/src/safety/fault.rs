@@ -1,5 +1,5 @@
-//! Numbered faults. A fault truncates, isolates and latches until it is
-//! acknowledged; *limiting* is not a fault and is reported apart.
+//! Numbered faults. A fault truncates pulses, disconnects the outputs and latches until it is
+//! acknowledged. *Limiting* is not a fault and is reported separately.
 
 use super::Broken;
 use crate::pulse::{CHANNELS, RenderError};
@@ -7,7 +7,7 @@ use crate::units::Micros;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Why the outputs were isolated. The number is stable on the link.
+/// The reason why the outputs were disconnected. Its number never changes in the protocol.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub enum Fault {
     /// 1: a refill came too late for its window.
@@ -16,64 +16,65 @@ pub enum Fault {
     TapeSlip,
     /// 3: the stack guard was touched.
     StackGuard,
-    /// 4: a joint sensor reads outside its range.
+    /// 4: a joint sensor's reading is outside its range.
     SensorRange,
-    /// 5: a joint sensor went stale.
+    /// 5: a joint sensor has not delivered a new reading for too long.
     SensorStale,
     /// 6: an over-current comparator or the current sense tripped.
     OverCurrent,
     /// 7: an electrode came off.
     ElectrodeOff,
-    /// 8: the supply fell.
+    /// 8: the supply voltage fell.
     BrownOut,
     /// 9: the clock failed.
     ClockFailure,
-    /// 10: an owner stopped checking in and the watchdog bit.
+    /// 10: a part of the device stopped checking in, and the watchdog reset the device.
     Watchdog,
     /// 11: the program panicked.
     Panic,
-    /// 12: a joint's loop swings on, its feedback as low as it gets.
+    /// 12: a joint's control loop keeps oscillating although its feedback gain is at its minimum.
     LimitCycle,
-    /// 13: a window would have broken a rule of the outputs; it was not played.
+    /// 13: a window would have broken a rule of the outputs, and was not played.
     Outputs,
-    /// 14: memory that decides the outputs changed by itself.
+    /// 14: memory that decides the outputs changed by itself (bit flip).
     Memory,
-    /// 15: device time does not agree with the core's cycles, they not with their
-    /// crystal, or it not with the host's frames.
+    /// 15: device time disagrees with the core's cycle counter, the cycle counter with its
+    /// crystal, or device time with the host's frames.
     TimeBase,
-    /// 16: a register that decides edges is not what it was set to.
+    /// 16: a register that decides edges does not hold the value that was written.
     Registers,
-    /// 17: one phase of a channel's pulses carries nothing, the other does.
+    /// 17: one phase of a channel's pulses carries no current, while the other does.
     PhaseLost,
-    /// 18: the current sense was asked and did not answer.
+    /// 18: the current sense was triggered and gave no reading.
     ReadingMissing,
-    /// 19: a channel's load is far above that at arming, or comes and goes.
+    /// 19: a channel's load is far above the load at arming, or comes and goes.
     LoadWanders,
-    /// 20: the program wrote to code or constants, executed data, or reached for what is
-    /// no memory of its own.
+    /// 20: the program wrote to code or constants, executed data, or accessed memory that is not
+    /// its own.
     Access,
-    /// 21: flash does not hold the image that was written, found at boot.
+    /// 21: flash does not hold the image that was written; found at boot.
     Flash,
-    /// 22: RAM does not keep what is written, found at boot.
+    /// 22: RAM does not keep the values that are written; found at boot.
     Ram,
-    /// 23: the watchdog's oscillator runs outside 17 to 47 kHz, found at boot.
+    /// 23: the watchdog's oscillator runs outside 17 to 47 kHz; found at boot.
     Oscillator,
 }
 
 impl Fault {
-    /// The stable number.
+    /// Returns the fault's number, 1 to 23, which never changes.
     #[must_use]
     pub const fn number(self) -> u16 {
         self as u16 + 1
     }
 
-    /// Its bit in [`FaultRecord::later`].
+    /// Returns the fault's bit in [`FaultRecord::later`].
     #[must_use]
     pub const fn bit(self) -> u32 {
         1 << self as u32 // the last has number 23
     }
 
-    /// The fault with this number, as kept in backup registers.
+    /// Returns the fault with this number, as stored in backup registers; `None` for an unknown
+    /// number.
     #[must_use]
     pub const fn from_number(number: u16) -> Option<Self> {
         Some(match number {
@@ -123,27 +124,27 @@ impl From<Broken> for Fault {
     }
 }
 
-/// A fault as it is kept and reported.
+/// A fault as it is stored and reported.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub struct FaultRecord {
-    /// What happened.
+    /// The first fault that latched.
     pub fault: Fault,
-    /// When, device time.
+    /// Device time at which it latched.
     pub at: Micros,
-    /// Charge left on each channel by the truncated pulse, in DAC-code·µs,
-    /// anodic positive.
+    /// Charge left on each channel by the truncated pulse, in DAC-code·µs, anodic positive.
     pub residual: [i32; CHANNELS],
-    /// Faults that came while this one was latched, bit n for fault n + 1: the first is
-    /// the one to keep.
+    /// Faults that came while this one was latched, bit n for fault n + 1. The first fault is the
+    /// one that is kept.
     pub later: u32,
-    /// Whether power was lost since: `at` is of a time before that.
+    /// Whether power was lost since, so that `at` belongs to an earlier time base.
     pub power_lost: bool,
-    /// Found at boot: no acknowledgement clears it, only a boot that does not find it.
+    /// Whether the fault was found at boot: no acknowledgement clears it, only a boot that does
+    /// not find it.
     pub lasts: bool,
 }
 
 impl FaultRecord {
-    /// `fault` at `at`, with nothing left on the channels and nothing after it.
+    /// Returns the record of `fault` at `at`, without residual charge and without later faults.
     #[must_use]
     pub const fn new(fault: Fault, at: Micros) -> Self {
         Self {

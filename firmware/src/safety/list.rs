@@ -1,4 +1,4 @@
-//! A list of pulses that a channel plays once, in place of its train's own.
+//! Lists of pulses, which a channel plays once in place of its train's pulses.
 
 use super::Stimulus;
 use crate::pulse::TrainSpec;
@@ -9,28 +9,30 @@ use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Pulses that a list can hold.
+/// Largest number of pulses in a list.
 pub const MAX_LISTED: usize = 16;
 
-/// One pulse of a list.
+/// One pulse of a list, with its delay, amplitude and width.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub struct ListedPulse {
-    /// From the start of the pulse before, µs; of the first, from when the channel's next
-    /// burst would begin.
+    /// Delay after the start of the previous pulse, µs. For the first pulse, delay after the time
+    /// at which the channel's next burst would begin.
     pub after_us: u32,
-    /// In the stage's thousandths.
+    /// Amplitude in the stage's thousandths (µA or mV).
     pub amplitude: Amplitude,
-    /// Of each phase, µs.
+    /// Width of each phase, µs.
     pub width_us: u16,
 }
 
 impl ListedPulse {
-    /// Of [`Self::after_us`]; after the first, at least the channel's shortest period.
+    /// Range of [`Self::after_us`]. After the first pulse, the minimum is the channel's shortest
+    /// period.
     pub const AFTER_US: Range = Range::new("after_us", 0, TrainSpec::PERIOD_US.max);
-    /// Of [`Self::amplitude`]: a list is silent between pulses, not in them.
+    /// Range of [`Self::amplitude`]. A list is silent between pulses, so a pulse of amplitude 0 is
+    /// not allowed.
     pub const AMPLITUDE: Range = Range::new("amplitude", 1, i32::MAX);
 
-    /// What it is made of.
+    /// Returns amplitude and width of the pulse.
     #[must_use]
     pub const fn stimulus(&self) -> Stimulus {
         Stimulus {
@@ -40,35 +42,35 @@ impl ListedPulse {
     }
 }
 
-/// A list for one channel.
+/// A list of pulses for one channel.
 #[derive(Clone, PartialEq, Eq, Debug, Hash)]
 pub struct PulseList {
-    /// From 0.
+    /// Channel that plays the list, from 0.
     pub channel: u8,
-    /// One after the other.
+    /// The pulses in the order in which they play.
     pub pulses: Vec<ListedPulse, MAX_LISTED>,
 }
 
 impl PulseList {
-    /// How many pulses a list may have.
+    /// Range of the number of pulses in a list.
     pub const COUNT: Range = Range::new("pulses", 1, MAX_LISTED as i32);
 }
 
-/// No channel.
+/// Channel number that stands for no list in progress.
 const NONE: u8 = u8::MAX;
 
-/// The list under way, and how far it is.
+/// The list in progress and the position in it.
 #[derive(Debug, Hash)]
 pub(super) struct Playing {
     list: PulseList,
-    /// Of its pulses, the one that comes next.
+    /// Index of the next pulse.
     next: u8,
-    /// The first one's wait is over, or has begun.
+    /// Whether the wait before the first pulse has begun or is over.
     waits: bool,
 }
 
 impl Playing {
-    /// Nothing.
+    /// The state without a list in progress.
     pub(super) const NOTHING: Self = Self {
         list: PulseList {
             channel: NONE,
@@ -78,7 +80,8 @@ impl Playing {
         waits: false,
     };
 
-    /// Begins with the next burst.
+    /// Returns the state before the first pulse of `list`, which begins with the channel's next
+    /// burst.
     pub(super) fn new(list: &PulseList) -> Self {
         Self {
             list: list.clone(),
@@ -86,19 +89,19 @@ impl Playing {
         }
     }
 
-    /// Whether it is under way at all.
+    /// Returns whether a list is in progress.
     pub(super) const fn is_under_way(&self) -> bool {
         self.list.channel != NONE
     }
 
-    /// Whether it is under way on `channel`.
+    /// Returns whether a list is in progress on `channel`.
     #[inline]
     pub(super) const fn is_on(&self, channel: u8) -> bool {
         self.list.channel == channel
     }
 
-    /// What comes now, or none where a burst is left out; after the last one, nothing is
-    /// under way.
+    /// Advances to the channel's next burst and returns its stimulus; `None` leaves the burst out.
+    /// After the last pulse no list is in progress.
     pub(super) fn turn(&mut self) -> Option<Stimulus> {
         if self.next == 0 && !self.waits && self.after_us().is_some() {
             self.waits = true;
@@ -109,11 +112,11 @@ impl Playing {
         if self.after_us().is_none() {
             self.list.channel = NONE;
         }
-        // There is one: a list is not empty, and ends with its last.
+        // `pulse` is present: a list is not empty, and ends with its last pulse.
         pulse.map(|pulse| pulse.stimulus())
     }
 
-    /// How much later than that the next burst of `channel` comes, µs; none is after the
+    /// Returns the time from the present burst of `channel` to the next, µs; `None` means the
     /// train's period.
     #[inline]
     pub(super) fn next_us_on(&self, channel: u8) -> Option<NonZeroU32> {
@@ -124,7 +127,8 @@ impl Playing {
         }
     }
 
-    /// The next pulse's distance from the one before, µs; none without either.
+    /// Returns the delay of the next pulse after the previous one, µs; `None` if there is no next
+    /// pulse or its delay is 0.
     fn after_us(&self) -> Option<NonZeroU32> {
         let pulse = self.list.pulses.get(usize::from(self.next));
         pulse.and_then(|pulse| NonZeroU32::new(pulse.after_us))

@@ -1,64 +1,64 @@
-//! What of a stimulus may not rise too fast.
+//! The two measures of a stimulus that may not rise too fast: amplitude and charge.
 
 use super::Stimulus;
 use crate::units::Amplitude;
 
-/// An amplitude, and the amplitude that has the same charge at the train's own width:
-/// what an amplitude may not do, a width may not either.
+/// An amplitude, and the amplitude that has the same charge at the train's own width. Both are
+/// limited, so that a width cannot do what an amplitude may not.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Measures(pub(super) [Amplitude; 2]);
 
 impl Measures {
-    /// Of `stimulus` on a train of this width, rounded up.
+    /// Returns the measures of `stimulus` on a train whose own width is `own_us`, rounded up.
     pub(super) fn of(stimulus: Stimulus, own_us: u16) -> Self {
         let charge = charge(stimulus);
         let alike = charge.div_ceil(u32::from(own_us).max(1));
         Self([stimulus.amplitude, Amplitude::new(alike)])
     }
 
-    /// The same rounded down, to rise from.
+    /// Returns the same measures rounded down, for use as the start of a rise.
     pub(super) fn at_most(stimulus: Stimulus, own_us: u16) -> Self {
         let alike = charge(stimulus).checked_div(own_us.into()).unwrap_or(0);
         Self([stimulus.amplitude, Amplitude::new(alike)])
     }
 
-    /// Both of this amplitude.
+    /// Returns measures with `amplitude` for both values.
     pub(super) const fn both(amplitude: Amplitude) -> Self {
         Self([amplitude; 2])
     }
 
-    /// The smaller of each.
+    /// Returns the smaller of each of the two values.
     pub(super) fn min(self, other: Self) -> Self {
         let ([a, b], [c, d]) = (self.0, other.0);
         Self([a.min(c), b.min(d)])
     }
 
-    /// Each higher by `by`.
+    /// Returns both values raised by `by`, saturating.
     pub(super) fn plus(self, by: Amplitude) -> Self {
         let above = |a: Amplitude| Amplitude::new(a.get().saturating_add(by.get()));
         Self(self.0.map(above))
     }
 
-    /// Whether either is above that of `other`.
+    /// Returns whether at least one of the two values exceeds that of `other`.
     pub(super) fn is_above(self, other: Self) -> bool {
         let ([a, b], [c, d]) = (self.0, other.0);
         a > c || b > d
     }
 
-    /// The largest amplitude of this width that is above neither, rounded down.
+    /// Returns the largest amplitude at `width_us` that exceeds neither value, rounded down.
     pub(super) fn amplitude_at(self, width_us: u16, own_us: u16) -> Amplitude {
         let [amplitude, alike] = self.0;
         if width_us == own_us {
             return amplitude.min(alike); // as mostly
         }
-        // What saturates is far above every limit.
+        // A saturated value is far above every limit.
         let charge = alike.get().saturating_mul(own_us.into());
         let by_charge = charge.checked_div(width_us.into()).unwrap_or(0);
         amplitude.min(Amplitude::new(by_charge))
     }
 }
 
-/// Thousandths times µs, at most 150 000 · 500.
+/// Returns the charge of one phase, in thousandths · µs, at most 150 000 · 500.
 fn charge(stimulus: Stimulus) -> u32 {
     stimulus
         .amplitude

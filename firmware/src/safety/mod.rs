@@ -1,9 +1,10 @@
-//! The last word: nothing below this room takes orders.
+//! Safety: every limit that stands between a request and the outputs. No module below this one
+//! takes orders.
 //!
-//! Lives here: hard and wearer limits, the validated [`Setup`], the state
-//! machine ([`Guard`]), electrode checks, ramps, host silence, fault codes.
-//! In: requests, inputs of the board, wanted amplitudes. Out: DAC codes to the
-//! scheduler (it implements `pulse::Supply`) and notices for `device`.
+//! Contents: hard and wearer limits, the validated [`Setup`], the state machine ([`Guard`]),
+//! electrode checks, ramps, host silence and fault codes.
+//! Input: requests, inputs of the board, wanted amplitudes. Output: DAC codes for the scheduler
+//! (this module implements `pulse::Supply`) and notices for `device`.
 
 mod allowance;
 mod check;

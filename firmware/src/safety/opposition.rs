@@ -1,19 +1,19 @@
-//! Which channels can drive in opposite directions at the same time. Stages that share one
-//! high-voltage supply cannot: the common return is either its positive or its negative end,
-//! so that one of two electrodes gets next to nothing while its own stage shows the full
+//! Detection of channels that can drive in opposite directions at the same time. Stages that share
+//! one high-voltage supply cannot do so: the common return is either its positive or its negative
+//! end. One of the two electrodes would get next to nothing, while its own stage shows the full
 //! current (docs/hardware.md, Supply of the stages).
 
 use super::Channel;
 use crate::pulse::{CHANNELS, DEAD_TIME_US, Group, Partner, Train, gcd};
 
-/// Pairs of channels, from 0, the lower first, that can drive in opposite directions at the
-/// same time, or with less than the dead time between them.
+/// Returns the pairs of channels, from 0 and the lower first, that can drive in opposite
+/// directions at the same time, or with less than the dead time between them.
 ///
-/// Exact for trains of one period from the common epoch, and for members of one isolated
-/// group; for periods that differ, distances are those that their greatest common divisor
-/// allows, all of which occur in trains without an end. Widths that may change count at all
-/// that they may be, and every distance counts between trains that start by a trigger, take
-/// lists or change their rate, and others. How many bursts a train has does not count.
+/// The result is exact for trains of one period that start at the common epoch, and for members of
+/// one isolated group. For different periods, all distances count that their greatest common
+/// divisor allows; all of them occur in endless trains. For a width that may change, all its
+/// values count. If a train starts by a trigger, takes lists or changes its rate, every distance
+/// to other trains counts. The number of bursts in a train does not count.
 pub fn opposed<'a>(
     channels: &'a [Option<Channel>; CHANNELS],
     groups: &'a [Group],
@@ -35,7 +35,7 @@ pub fn opposed<'a>(
     })
 }
 
-/// A stretch of time from a pulse's start, µs.
+/// An interval of time relative to a pulse's start, µs.
 #[derive(Clone, Copy)]
 struct Stretch {
     from_us: u32,
@@ -43,7 +43,8 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// When a pulse of `train` may drive this sign, at any of its widths.
+    /// Returns the interval in which a pulse of `train` may drive this sign, at any of its widths;
+    /// `None` if the train never drives it.
     fn of(train: &Train, is_cathodic: bool) -> Option<Self> {
         let shape = train.spec().shape;
         let widths = train.widths();
@@ -60,7 +61,7 @@ impl Stretch {
         })
     }
 
-    /// Of a whole burst of `train`, from its start.
+    /// Returns the interval of a whole burst of `train`, relative to its start.
     fn burst(train: &Train) -> Self {
         let last = train.spec().burst_count.saturating_sub(1);
         Self {
@@ -69,7 +70,7 @@ impl Stretch {
         }
     }
 
-    /// It, so much later.
+    /// Returns the interval moved later by `us`.
     const fn after(self, us: u32) -> Self {
         Self {
             from_us: self.from_us + us, // below 2^23
@@ -77,11 +78,12 @@ impl Stretch {
         }
     }
 
-    /// Whether the two, each repeated every `every_us`, meet or come closer than the dead
-    /// time.
+    /// Returns whether the two intervals, each repeated every `every_us`, overlap or come closer
+    /// than the dead time.
     const fn meets(self, other: Self, every_us: u32) -> bool {
         let every_us = if every_us == 0 { 1 } else { every_us };
-        // Other's start to own start, below `every_us`; all sums below 2^24.
+        // Time from the other interval's start to this one's, below `every_us`; all sums are below
+        // 2^24.
         let behind = (self.from_us % every_us + every_us - other.from_us % every_us) % every_us;
         let dead_us = DEAD_TIME_US as u32;
         behind < other.length_us + dead_us || every_us - behind < self.length_us + dead_us
@@ -101,7 +103,8 @@ impl Channel {
         })
     }
 
-    /// Whether the stretch `own` of one of its pulses meets `its` of one of the other's.
+    /// Returns whether the interval `own` of any of this channel's pulses meets the interval `its`
+    /// of any of the other's.
     fn meets_in(&self, own: Stretch, other: &Self, its: Stretch) -> bool {
         let (a, b) = (self.train.spec(), other.train.spec());
         let every_us = gcd(a.period_us, b.period_us);

@@ -1,5 +1,5 @@
-//! Amplitude envelopes: a rise from zero, the slope that holds at all times, and one
-//! common fall.
+//! Amplitude envelopes: a rise from zero, the slope limit that holds at all times, and one common
+//! fall.
 
 use super::measures::Measures;
 use super::slope::{Slope, scale};
@@ -8,64 +8,64 @@ use crate::pulse::BurstTime;
 use crate::units::{Amplitude, Micros, us};
 use core::hash::{Hash, Hasher};
 
-/// Where a channel is in its rise. A rise begins with the first burst after zero, when
-/// the train begins (at its start, or by the trigger input), and after a pause of more
-/// than twice the larger of the periods in force at the previous burst and now.
+/// State of a channel's rise. A rise begins with the first burst after zero, when the train begins
+/// (at its start, or by the trigger input), and after a pause of more than twice the larger of the
+/// periods in force at the previous burst and now.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Rise {
-    /// First burst of the rise, at most a rise before the latest.
+    /// Time of the first burst of the rise, at most a rise time before the latest burst.
     start: Micros,
-    /// Latest burst.
+    /// Time of the latest burst.
     last: Micros,
-    /// In force at the latest burst, µs.
+    /// Period in force at the latest burst, µs.
     period_us: u32,
-    /// Bursts of the rise so far; none before the first, [`RISEN`] after the last.
+    /// Number of bursts of the rise so far: 0 before the first, [`RISEN`] after the last.
     bursts: u16,
 }
 
-/// In [`Rise::bursts`]: the rise is over. A rise has 1,001 bursts at most.
+/// Value of [`Rise::bursts`] when the rise is over. A rise has at most 1,001 bursts.
 const RISEN: u16 = u16::MAX;
 
-/// Three words, for it is summed with every burst.
+/// Hashes three words, because the checksum over them is computed at every burst.
 impl Hash for Rise {
     #[inline]
     fn hash<H: Hasher>(&self, state: &mut H) {
         state.write_u32(self.start.get());
         state.write_u32(self.last.get());
-        // Neither hides a bit of the other that changes alone.
+        // The two values do not overlap so that a change of one could hide a change of the other.
         state.write_u32(self.period_us ^ u32::from(self.bursts).rotate_left(16));
     }
 }
 
-/// What bounds one burst.
+/// The limits on the amplitude of one burst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reach {
-    /// During a rise, the parts of the wanted amplitude that time and bursts allow, each
-    /// as a numerator and a denominator.
+    /// The fractions of the wanted amplitude that time and bursts allow during a rise, each as a
+    /// numerator and a denominator.
     parts: Option<[(u32, u32); 2]>,
-    /// Since the channel's previous burst, µs; none at the first burst of a rise.
+    /// Time since the channel's previous burst, µs; `None` at the first burst of a rise.
     since_us: Option<u32>,
 }
 
 impl Rise {
-    /// Whether the rise is over.
+    /// Returns whether the rise is over.
     #[must_use]
     pub const fn is_risen(&self) -> bool {
         self.bursts == RISEN
     }
 
-    /// When the latest burst began; any time before the first.
+    /// Returns when the latest burst began; an arbitrary time before the first.
     #[must_use]
     pub const fn last(&self) -> Micros {
         self.last
     }
 
-    /// Takes a burst at `time` and returns what bounds it, for a wearer with this
+    /// Notes a burst at `time` and returns the limits on its amplitude, for a wearer with this
     /// [`Wearer::rise`].
     ///
-    /// Burst k of a rise, at time t after its first, may have min(k / (`rise_bursts` + 1),
-    /// (t + T) / (`rise_us` + T)) of the wanted amplitude, where T is the period. Time alone
-    /// would let a train with long pauses be at its full amplitude with its second burst.
+    /// Burst k of a rise, at time t after its first, may have min(k / (`rise_bursts` + 1), (t + T)
+    /// / (`rise_us` + T)) of the wanted amplitude, where T is the period. If time alone counted, a
+    /// train with long pauses would reach its full amplitude with its second burst.
     #[inline]
     pub fn next(&mut self, time: BurstTime, (rise_us, rise_bursts): (u32, u16)) -> Reach {
         let BurstTime {
@@ -98,13 +98,13 @@ impl Rise {
             };
         }
         if elapsed_us == rise_us {
-            // The clock may pass half its range before the bursts are played.
+            // The clock may advance by more than half its range before the bursts are played.
             self.start = at - us(rise_us);
         }
         self.bursts = played + 1; // at most 1 001
         let (played, rise_bursts) = (u32::from(played), u32::from(rise_bursts));
         Reach {
-            // At most 5e6 + 2e6 each.
+            // Each value is at most 5e6 + 2e6.
             parts: Some([
                 (elapsed_us + period_us, rise_us + period_us),
                 (played + 1, rise_bursts + 1),
@@ -115,13 +115,13 @@ impl Rise {
 }
 
 impl Reach {
-    /// The largest amplitude of a burst on `channel` that is to be `wanted`, after a
-    /// burst that was `previous`: at most that.
+    /// Returns the largest amplitude, at most that of `wanted`, for a burst on `channel` after a
+    /// burst that was `previous`.
     ///
-    /// Beside what a rise allows, an amplitude rises from one burst to the next by
-    /// limit · Δt / `rise_ms` and limit / `rise_bursts` at most (in whole thousandths, at
-    /// least one), and so does the amplitude that has the burst's charge at the train's
-    /// own width. What is not above `start` is reached at once.
+    /// In addition to the limits of a rise, an amplitude rises from one burst to the next by at
+    /// most limit · Δt / `rise_ms` and limit / `rise_bursts` (in whole thousandths, at least one).
+    /// The same holds for the amplitude that has the burst's charge at the train's own width.
+    /// Amplitudes up to `start` are reached at once.
     #[inline]
     #[must_use]
     pub fn amplitude(
@@ -164,14 +164,14 @@ impl Reach {
     }
 }
 
-/// The largest amplitude of this width that `channel` reaches at once.
+/// Returns the largest amplitude of this width that `channel` reaches at once.
 fn at_once(channel: &Channel, width_us: u16) -> Amplitude {
     let own_us = channel.train.spec().width_us;
     Measures::both(channel.start).amplitude_at(width_us, own_us)
 }
 
-/// The largest amplitude of this width that `channel` may have in a burst that follows a
-/// `previous` one by `since_us`; without a previous one, that which it reaches at once.
+/// Returns the largest amplitude of this width for a burst on `channel` that follows the burst
+/// `previous` by `since_us`. Without a previous burst, this is the amplitude reached at once.
 fn highest(
     channel: &Channel,
     wearer: &Wearer,
@@ -189,7 +189,7 @@ fn highest(
     above.amplitude_at(width_us, own_us).max(at_once)
 }
 
-/// The fall of all channels when stimulation stops.
+/// The common fall of all channels when stimulation stops.
 #[derive(Clone, Copy, Debug, Hash)]
 pub struct Fall {
     from: Micros,
@@ -197,19 +197,19 @@ pub struct Fall {
 }
 
 impl Fall {
-    /// Starts at `from` and reaches zero `length_us` later.
+    /// Returns a fall that starts at `from` and reaches zero `length_us` later.
     #[must_use]
     pub const fn new(from: Micros, length_us: u32) -> Self {
         Self { from, length_us }
     }
 
-    /// When every output is isolated at the latest.
+    /// Returns the time at which every output is disconnected at the latest.
     #[must_use]
     pub fn end(&self) -> Micros {
         self.from + us(self.length_us)
     }
 
-    /// What is left of `amplitude` at `now`.
+    /// Returns `amplitude` scaled to the part of the fall that remains at `now`.
     #[must_use]
     pub fn apply(&self, amplitude: Amplitude, now: Micros) -> Amplitude {
         let left = self.end().elapsed_since(now).min(self.length_us);
@@ -235,7 +235,7 @@ mod tests {
         assert_eq!(fall.apply(full, fall.end() + us(9)), Amplitude::ZERO);
     }
 
-    /// Every fall that a wearer may have, at each of its microseconds.
+    /// Tests every fall time that a wearer may have, at each of its microseconds.
     #[test]
     fn no_fall_rises_or_outlasts_its_time() {
         for full in [1, 65_537, 150_000].map(Amplitude::new) {
@@ -265,7 +265,7 @@ mod tests {
         spec.validate().unwrap()
     }
 
-    /// A channel of 200 µs with this limit and this start, whose width may grow.
+    /// Returns a channel of 200 µs with this limit and this `start`, whose width may grow.
     fn channel(limit: u32, start: u32) -> Channel {
         let spec = ChannelSpec {
             train: TrainSpec {
@@ -279,8 +279,8 @@ mod tests {
         spec.validate(&wearer(500, 1)).unwrap()
     }
 
-    /// The channel's bursts one after the other, µA: each is wanted (µA, µs) and begins so
-    /// many µs after the one before.
+    /// Returns the amplitudes of the channel's bursts in their order, µA. Each element of `wanted`
+    /// is an amplitude (µA), a width (µs), and the delay after the previous burst (µs).
     fn play(
         channel: &Channel,
         wearer: &Wearer,
@@ -336,7 +336,7 @@ mod tests {
         }
     }
 
-    /// A rise begins with the first burst, whatever the clock shows, and with one that opens
+    /// A rise begins with the first burst, whatever the clock shows, and with a burst that opens
     /// the train again.
     #[test]
     fn a_train_that_begins_begins_a_rise() {
@@ -358,7 +358,8 @@ mod tests {
         }
     }
 
-    /// 2 µA for as long as one likes, then the limit: during the rise and after it.
+    /// Plays 2 µA for some time and then the limit, so that the step comes during the rise and
+    /// after it.
     #[test]
     fn nothing_that_came_before_lets_a_burst_jump() {
         for faint in [4, 40] {
@@ -373,7 +374,7 @@ mod tests {
         }
     }
 
-    /// A width that grows lowers the amplitude, so that the charge rises no faster.
+    /// A growing width lowers the amplitude, so that the charge rises no faster.
     #[test]
     fn a_width_rises_no_faster_than_an_amplitude() {
         let wanted = [(10_000, 20, PERIOD_US); 40]
@@ -393,14 +394,14 @@ mod tests {
         let first = |ua, width_us| play(&channel, &wearer, [(ua, width_us, 0)]);
         assert_eq!(first(5_000, 200), [5_000]);
         assert_eq!(first(2_500, 400), [2_500]);
-        // Above it a rise goes on from there.
+        // Above `start`, a rise continues from there.
         assert_eq!(first(12_000, 200), [5_000]);
         assert_eq!(first(5_000, 400), [2_500]);
         let later = play(&channel, &wearer, [(0, 200, 0), (5_000, 200, PERIOD_US)]);
         assert_eq!(later, [0, 5_000]);
     }
 
-    /// Limits so small that a part of them is less than a thousandth still rise.
+    /// An amplitude also rises if the limit is so small that a step is less than a thousandth.
     #[test]
     fn the_slope_never_stands_still() {
         let played = play(
@@ -411,7 +412,7 @@ mod tests {
         assert_eq!(played.last(), Some(&30));
     }
 
-    /// Every rise that a wearer may have, with a burst in each window.
+    /// Tests every rise that a wearer may have, with a burst in each window.
     #[test]
     fn no_rise_is_quicker_than_the_wearers() {
         let full = Amplitude::new(100_000);

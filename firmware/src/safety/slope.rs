@@ -1,9 +1,10 @@
-//! How fast an amplitude may rise from one burst to the next, whatever came before.
+//! Limit on the rise of an amplitude from one burst to the next, whatever came before.
 
 use super::Wearer;
 use crate::units::Amplitude;
 
-/// How fast an amplitude may rise at any time.
+/// Limit on how fast a channel's amplitude may rise at any time: `limit` per `rise_us` and per
+/// `rise_bursts`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slope {
     limit: Amplitude,
@@ -12,7 +13,7 @@ pub(super) struct Slope {
 }
 
 impl Slope {
-    /// Of a channel with this limit.
+    /// Returns the slope of a channel with this amplitude limit.
     pub(super) const fn of(limit: Amplitude, wearer: &Wearer) -> Self {
         let (rise_us, rise_bursts) = wearer.rise();
         Self {
@@ -22,7 +23,8 @@ impl Slope {
         }
     }
 
-    /// By how much a burst may be above the previous one, which began `since_us` before.
+    /// Returns by how much a burst may exceed the previous one, which began `since_us` before it.
+    /// The result is at least 1.
     pub(super) fn over(self, since_us: u32) -> Amplitude {
         let by_time = scale(self.limit, since_us.min(self.rise_us), self.rise_us);
         let by_burst = scale(self.limit, 1, self.rise_bursts.into());
@@ -30,12 +32,12 @@ impl Slope {
     }
 }
 
-/// `amplitude · part / whole`, rounded down; zero for `whole` = 0.
+/// Returns `amplitude · part / whole`, rounded down; zero for `whole` = 0.
 pub(super) fn scale(amplitude: Amplitude, part: u32, whole: u32) -> Amplitude {
     if part == whole && whole > 0 {
         return amplitude; // as mostly
     }
-    // The core divides no 64 bits, and few products need them.
+    // The core has no 64-bit division, and few products need 64 bits.
     if let Some(product) = amplitude.get().checked_mul(part) {
         return Amplitude::new(product.checked_div(whole).unwrap_or(0));
     }

@@ -1,4 +1,4 @@
-//! What drives a channel: a current- or a voltage-controlled output stage.
+//! Output stages: the current- or voltage-controlled circuits that drive the channels.
 
 use super::limits;
 use crate::range::{OutOfRange, Range};
@@ -6,40 +6,40 @@ use crate::units::{Amplitude, DacCode, MicroAmps, MilliVolts};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// An output stage as a host declares it.
+/// An output stage as a host configures it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub enum StageSpec {
-    /// Amplitudes are µA; DAC code 65 535 gives `full_scale_ua`.
+    /// Current-controlled stage. Amplitudes are µA; DAC code 65 535 gives `full_scale_ua`.
     Current {
-        /// 1000–100 000 µA.
+        /// Current at DAC code 65 535, 1000–100 000 µA.
         full_scale_ua: u32,
     },
-    /// Amplitudes are mV; DAC code 65 535 gives `full_scale_mv`. Volts are
-    /// judged against current limits through the declared load.
+    /// Voltage-controlled stage. Amplitudes are mV; DAC code 65 535 gives `full_scale_mv`.
+    /// Voltages are converted with the configured load and then compared with the current limits.
     Voltage {
-        /// 1000–150 000 mV.
+        /// Voltage at DAC code 65 535, 1000–150 000 mV.
         full_scale_mv: u32,
-        /// 200–100 000 Ω; 2000 is usual.
+        /// Assumed load of the electrodes, 200–100 000 Ω; 2000 Ω is usual.
         load_ohm: u32,
     },
 }
 
-/// A checked stage.
+/// An output stage after [`StageSpec::validate`] has checked its ranges.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Stage(StageSpec);
 
 impl StageSpec {
-    /// Of [`Self::Current::full_scale_ua`].
+    /// Range of [`Self::Current::full_scale_ua`].
     pub const FULL_SCALE_UA: Range = Range::new("full_scale_ua", 1_000, 100_000);
-    /// Of [`Self::Voltage::full_scale_mv`].
+    /// Range of [`Self::Voltage::full_scale_mv`].
     pub const FULL_SCALE_MV: Range = Range::new("full_scale_mv", 1_000, 150_000);
-    /// Of [`Self::Voltage::load_ohm`].
+    /// Range of [`Self::Voltage::load_ohm`].
     pub const LOAD_OHM: Range = Range::new("load_ohm", 200, 100_000);
 
-    /// Checks the ranges.
+    /// Checks that every field is within its range.
     ///
     /// # Errors
-    /// The field and what it may be.
+    /// Returns the first field outside its range, and the range.
     pub fn validate(&self) -> Result<Stage, OutOfRange> {
         match *self {
             Self::Current { full_scale_ua } => Self::FULL_SCALE_UA.check(full_scale_ua)?,
@@ -54,7 +54,7 @@ impl StageSpec {
         Ok(Stage(*self))
     }
 
-    /// Full scale in the stage's own thousandths.
+    /// Returns the amplitude at DAC code 65 535, in µA or mV.
     #[must_use]
     pub const fn full_scale(&self) -> Amplitude {
         match *self {
@@ -65,25 +65,26 @@ impl StageSpec {
 }
 
 impl Stage {
-    /// Whether amplitudes are currents.
+    /// Returns whether amplitudes are currents, in µA, and not voltages.
     #[must_use]
     pub const fn is_current(&self) -> bool {
         matches!(self.0, StageSpec::Current { .. })
     }
 
-    /// What was declared.
+    /// Returns the configuration that was checked.
     #[must_use]
     pub const fn spec(&self) -> StageSpec {
         self.0
     }
 
-    /// Full scale in the stage's own thousandths.
+    /// Returns the amplitude at DAC code 65 535, in µA or mV.
     #[must_use]
     pub const fn full_scale(&self) -> Amplitude {
         self.0.full_scale()
     }
 
-    /// A voltage stage declared with a load of `ohm`, if that is below its own.
+    /// Returns the configuration of a voltage stage with the load `ohm`, if that is below its own
+    /// load; `None` otherwise and for a current stage.
     #[must_use]
     pub const fn with_load(&self, ohm: u32) -> Option<StageSpec> {
         match self.0 {
@@ -98,7 +99,7 @@ impl Stage {
         }
     }
 
-    /// The current limit of this kind of stage.
+    /// Returns the current limit of this kind of stage.
     #[must_use]
     pub const fn max_current(&self) -> MicroAmps {
         match self.0 {
@@ -107,7 +108,7 @@ impl Stage {
         }
     }
 
-    /// Current at `amplitude`, rounded up (limits are judged with it).
+    /// Returns the current at `amplitude`, rounded up, because limits are checked with it.
     #[must_use]
     pub fn current(&self, amplitude: Amplitude) -> MicroAmps {
         match self.0 {
@@ -118,7 +119,7 @@ impl Stage {
         }
     }
 
-    /// The amplitude that drives `current`, rounded down, saturating.
+    /// Returns the amplitude that drives `current`, rounded down, saturating.
     #[must_use]
     pub fn amplitude_of(&self, current: MicroAmps) -> Amplitude {
         match self.0 {
@@ -130,19 +131,19 @@ impl Stage {
         }
     }
 
-    /// The DAC code for `amplitude`, rounded down, saturating at full scale.
+    /// Returns the DAC code for `amplitude`, rounded down, saturating at full scale.
     #[must_use]
     pub fn code(&self, amplitude: Amplitude) -> DacCode {
-        // 65 535 = 255 · 257: in two steps that fit 32 bits, at most 150 000 · 257 each,
-        // for the core divides no 64. full_scale >= 1000.
+        // 65 535 = 255 · 257: computed in two steps that fit 32 bits, at most 150 000 · 257 each,
+        // because the core has no 64-bit division. full_scale >= 1000.
         let full = self.full_scale().get();
         let amplitude = amplitude.get().min(full) * 255;
         let (whole, rest) = (amplitude / full, amplitude % full);
         DacCode::new((whole * 257 + rest * 257 / full) as u16)
     }
 
-    /// What the DAC code times the width may be, in µs, where a phase may have `max_nc` of
-    /// charge; saturating.
+    /// Returns the largest allowed product of DAC code and width, in µs, for a phase that may have
+    /// a charge of `max_nc`; saturating.
     #[must_use]
     pub fn code_us(&self, max_nc: u32) -> u32 {
         // nC = mA·µs = 1000 µA·µs; through a load Ω·nC = 1000 mV·µs. At most 4e9 · 65 535.
@@ -154,16 +155,16 @@ impl Stage {
         u32::try_from(code_us).unwrap_or(u32::MAX)
     }
 
-    /// The amplitude that `code` puts out, in thousandths, rounded down.
+    /// Returns the amplitude that `code` gives, in thousandths, rounded down.
     #[must_use]
     pub fn amplitude(&self, code: DacCode) -> Amplitude {
         // At most 65 535 · 150 000 / 65 535.
         Amplitude::new((u64::from(code.get()) * u64::from(self.full_scale().get()) / 65_535) as u32)
     }
 
-    /// Current that the reference stage drives through `ohm` at `code`: up to 120 V
-    /// from a current stage, up to the limiter from a voltage stage, rounded down. For
-    /// simulated boards.
+    /// Returns the current that the reference stage drives through `ohm` at `code`, rounded down:
+    /// a current stage reaches up to 120 V, a voltage stage its current limiter. For simulated
+    /// boards.
     #[must_use]
     pub fn current_through(&self, code: DacCode, ohm: u32) -> MicroAmps {
         let set = u64::from(self.amplitude(code).get());
@@ -176,9 +177,9 @@ impl Stage {
         MicroAmps::new(ua as u32) // at most 150 000
     }
 
-    /// Smallest and largest plausible current at `amplitude`: below, the electrode is
-    /// off; above, it is shorted. A current stage must reach half of what it is set to;
-    /// a voltage stage must see 100 Ω to 20 kΩ.
+    /// Returns the smallest and the largest plausible current at `amplitude`. Below, the electrode
+    /// is off; above, it is shorted. A current stage must reach half of the set current; a voltage
+    /// stage must see 100 Ω to 20 kΩ.
     #[must_use]
     pub fn plausible(&self, amplitude: Amplitude) -> (MicroAmps, MicroAmps) {
         let set = amplitude.get();
@@ -189,7 +190,8 @@ impl Stage {
         (MicroAmps::new(low), MicroAmps::new(high))
     }
 
-    /// Amplitude of the electrode check: sub-threshold, 1 mA or 2 V.
+    /// Returns the largest amplitude of the electrode check, below the motor threshold: 1 mA or 2
+    /// V.
     #[must_use]
     pub const fn check_amplitude(&self) -> Amplitude {
         match self.0 {
@@ -203,7 +205,7 @@ impl Stage {
 mod tests {
     use super::*;
 
-    /// Every amplitude up to full scale and beyond, every code.
+    /// Tests every amplitude up to full scale and some beyond it, and every code.
     #[test]
     fn no_amplitude_becomes_a_code_above_it() {
         let current = [1_000, 37_777, 99_991, 100_000]

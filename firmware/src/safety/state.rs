@@ -1,73 +1,73 @@
-//! What the guard says and hears: states, inputs, denials, notices.
+//! States, inputs, refusals and notices of the guard.
 
 use super::{Fault, FaultRecord, Reading, SumError};
 use crate::units::{Amplitude, Micros};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// The device's state, as reported.
+/// The device's state, as reported to hosts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, Schema)]
 pub enum State {
-    /// Reset, nothing decided yet.
+    /// After a reset, before the first window has been rendered.
     #[default]
     Boot,
-    /// Outputs isolated, supply down. Includes the electrode check.
+    /// Outputs disconnected and output supply off. Includes the electrode check.
     Idle,
-    /// Ready to start; expires in 10 s.
+    /// Electrodes checked, ready to start. Expires after 10 s.
     Armed,
     /// Trains play.
     Stimulating,
-    /// Amplitudes fall; no new start possible.
+    /// Amplitudes fall; no new start is possible.
     Stopping,
-    /// Isolated until acknowledged. Includes the grounding that follows.
+    /// Outputs disconnected until the fault is acknowledged. Includes the grounding that follows.
     Fault,
 }
 
-/// Why stimulation or arming ended without a fault.
+/// The reason why stimulation or arming ended without a fault.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub enum StopCause {
-    /// The host asked.
+    /// The host asked for a stop.
     Request,
-    /// The host was silent too long.
+    /// The host sent nothing for longer than the wearer's limit.
     HostSilent,
     /// The hand-held stop opened.
     HandStop,
-    /// Armed for 10 s without a start.
+    /// No start came within 10 s after arming.
     ArmExpired,
-    /// Every finite train has played.
+    /// Every train with a fixed number of bursts has played.
     Finished,
-    /// The arm key, closed at arming, opened.
+    /// The arm key, which was closed at arming, opened.
     ArmKey,
-    /// The wearer's longest time of stimulation is over.
+    /// The wearer's longest stimulation time is over.
     TimeOver,
-    /// A channel has put out the wearer's largest charge.
+    /// A channel has output the wearer's largest charge.
     DoseReached,
 }
 
-/// The board's inputs at one refill.
+/// The board's inputs, sampled at one refill.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Inputs {
-    /// Arm input closed.
+    /// Whether the arm key is closed.
     pub arm: bool,
-    /// Hand-held stop closed.
+    /// Whether the hand-held stop is closed.
     pub hand_stop: bool,
-    /// An over-current comparator latched.
+    /// Whether an over-current comparator has latched.
     pub over_current: bool,
-    /// Trigger edge captured since the last refill.
+    /// Time of the trigger edge captured since the last refill.
     pub trigger: Option<Micros>,
-    /// The trigger input is held: read after the edge was.
+    /// Whether the trigger input is active, sampled after the edge was captured.
     pub held: bool,
-    /// Mid-phase current sampled since the last refill.
+    /// Current sampled in the middle of a phase since the last refill.
     pub reading: Option<Reading>,
 }
 
 impl Inputs {
-    /// Bit of [`Self::closed`]: the hand-held stop.
+    /// Bit of the hand-held stop in [`Self::closed`].
     pub const STOP: u8 = 1;
-    /// Bit of [`Self::closed`]: the arm key.
+    /// Bit of the arm key in [`Self::closed`].
     pub const KEY: u8 = 2;
 
-    /// What a person holds closed, as bits.
+    /// Returns the inputs that a person holds closed, as bits [`Self::STOP`] and [`Self::KEY`].
     #[must_use]
     #[inline]
     pub const fn closed(&self) -> u8 {
@@ -75,182 +75,184 @@ impl Inputs {
     }
 }
 
-/// Why a request was denied. Channels count from 0. No more than four words: it is part
-/// of each answer to an order, which is copied from room to room.
+/// The reason why a request was refused. Channels count from 0. The size is limited to four words,
+/// because this is part of each answer to an order and is copied from module to module.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Denied {
-    /// Not possible in this state.
+    /// The request is not possible in this state.
     WrongState(State),
-    /// A fault is latched: acknowledge it first.
+    /// A fault is latched and must be acknowledged first.
     FaultLatched(Fault),
-    /// Neither arm input nor hand-held stop is closed.
+    /// Neither the arm key nor the hand-held stop is closed.
     ArmInputOpen,
-    /// The wearer's limits ask for the hand-held stop, which is not closed.
+    /// The wearer's limits require the hand-held stop, which is not closed.
     HandStopOpen,
-    /// The electrode check saw no or too little current.
+    /// The electrode check measured no current, or too little.
     ElectrodeOff {
-        /// First channel that failed.
+        /// First channel that failed, from 0.
         channel: u8,
     },
-    /// The electrode check saw too much current.
+    /// The electrode check measured too much current.
     ElectrodeShort {
-        /// The channel.
+        /// The channel that failed, from 0.
         channel: u8,
     },
-    /// The electrode check saw current in one phase only.
+    /// The electrode check measured current in only one of the two phases.
     PhaseLost {
-        /// First channel that failed.
+        /// First channel that failed, from 0.
         channel: u8,
     },
-    /// Through the load that the electrode check measured, the channel's limit is more
-    /// than the wearer's limits allow.
+    /// With the load that the electrode check measured, the channel's limit exceeds the wearer's
+    /// limits.
     LoadTooLow {
-        /// The channel.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
-        /// That load at most, Ω.
+        /// Upper bound of the measured load, Ω.
         ohm: u32,
     },
-    /// The check was ended by a stop, or a stop came before it began.
+    /// A stop ended the electrode check, or came before it began.
     Cancelled,
-    /// A stop came behind the order before it was carried out.
+    /// A stop came after the order and before it was carried out.
     Stopped,
-    /// There is no room to tell the controller of it.
+    /// The mailbox to the controller has no room to report the order.
     Busy,
-    /// A setpoint before arming.
+    /// A setpoint came before arming.
     NotArmed,
     /// The channel is not part of the armed setup.
     NoChannel {
-        /// The channel.
+        /// The channel asked for, from 0.
         channel: u8,
     },
-    /// The control law drives this channel.
+    /// A controller drives this channel, so a host may not.
     Controlled {
-        /// The channel.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
     },
-    /// The wearer's longest time of stimulation is over until power comes up anew.
+    /// The wearer's longest stimulation time is over until power is removed.
     TimeOver {
-        /// That time, s.
+        /// Longest stimulation time, s.
         max_s: u32,
     },
-    /// The channel has put out the wearer's largest charge until power comes up anew.
+    /// The channel has output the wearer's largest charge; it may output more only after power was
+    /// removed.
     DoseReached {
-        /// The channel.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
-        /// That charge, mC.
+        /// Largest charge of the channel, mC.
         max_mc: u32,
     },
-    /// Nobody knows what was spent of time and charge before the reset: power must come
-    /// up anew.
+    /// The time and charge spent before the reset are unknown: power must be removed and restored.
     AllowanceLost,
-    /// A larger rise than the wearer allows from burst to burst or within a second.
+    /// The amplitude rises by more than the wearer allows from burst to burst or within a second.
     TooLargeStep {
-        /// The channel.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
-        /// The largest amplitude that would be taken now.
+        /// The largest amplitude that would be accepted now, in the stage's thousandths.
         highest: Amplitude,
     },
-    /// Through the loads measured at arming all channels together would exceed this.
+    /// With the loads measured at arming, all channels together would exceed this limit of the
+    /// common return.
     Together(SumError),
-    /// A width that the channel's train may not have.
+    /// The channel's train does not allow this pulse width.
     Width {
-        /// The channel.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
-        /// What it may be, µs: from this
+        /// Smallest allowed width, µs.
         min_us: u16,
-        /// to this.
+        /// Largest allowed width, µs.
         max_us: u16,
     },
-    /// The same of a pulse of a list.
+    /// The channel's train does not allow the width of a listed pulse.
     ListedWidth {
-        /// The channel.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
-        /// What it may be, µs: from this
+        /// Smallest allowed width, µs.
         min_us: u16,
-        /// to this.
+        /// Largest allowed width, µs.
         max_us: u16,
     },
     /// At this width the amplitude is above the wearer's charge limit.
     Charge {
-        /// The channel.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
-        /// The largest amplitude at this width.
+        /// The largest amplitude at this width, in the stage's thousandths.
         highest: Amplitude,
     },
-    /// A pulse of a list comes too soon after the one before, or too late.
+    /// A listed pulse comes too soon after the previous one, or too late.
     Listed {
-        /// The channel.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
-        /// How long after it may come at the soonest, µs.
+        /// Shortest allowed delay after the previous pulse, µs.
         least_us: u32,
     },
     /// The channel's train takes no lists of pulses.
     NoLists {
-        /// The channel.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
     },
-    /// A list of pulses is under way.
+    /// Another list of pulses is in progress.
     ListPlays,
-    /// The channel has not risen from zero, which no list does.
+    /// The channel has not finished its rise from zero, which lists cannot do.
     NotRisen {
-        /// The channel.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
     },
-    /// A train of a fixed number of pulses would begin below the ordered amplitude, which
+    /// A train of a fixed number of pulses would begin below the ordered amplitude, because that
     /// is above the channel's `start`.
     AboveStart {
-        /// The channel.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
-        /// How many of its pulses would be below.
+        /// Number of pulses that would be below the ordered amplitude.
         pulses: u32,
-        /// The channel's `start`.
+        /// The channel's `start`, in the stage's thousandths.
         start: Amplitude,
     },
-    /// A pulse of a list is further above the one before than a burst may rise.
+    /// A listed pulse rises above the previous one by more than a burst may.
     ListedSlope {
-        /// The channel.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
-        /// The largest amplitude of this width there.
+        /// The largest amplitude of this width at that place in the list, in the stage's
+        /// thousandths.
         highest: Amplitude,
     },
     /// A timed setpoint is further ahead than [`limits::AHEAD_US`](super::limits::AHEAD_US).
     TooFarAhead,
-    /// As many timed setpoints wait as may.
+    /// The queue of timed setpoints is full.
     TooManyWaiting,
-    /// A timed setpoint is due less than a window after the latest that waits.
+    /// A timed setpoint is due less than a window after the latest one in the queue.
     TimeGoesBack {
-        /// How long after the start of the next window it may be due at the soonest, µs.
+        /// Earliest time at which it may be due, after the start of the next window, µs.
         least_us: u32,
     },
-    /// Above the wearer's limit.
+    /// The amplitude is above the wearer's limit.
     AboveLimit {
-        /// The channel.
+        /// Channel for which the request was refused, from 0.
         channel: u8,
-        /// Its limit.
+        /// The channel's limit, in the stage's thousandths.
         limit: Amplitude,
     },
 }
 
-/// What a tick of the guard has to say.
+/// A change that the guard reports.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Notice {
-    /// The electrode check ended; `Ok` means armed.
+    /// The electrode check ended; `Ok` means that the device is armed.
     Checked(Result<(), Denied>),
     /// Amplitudes begin to fall.
     Stopping(StopCause),
-    /// Outputs are isolated and the device is idle. From arming or a stop.
+    /// Outputs are disconnected and the device is idle, after arming or stimulation ended.
     Idle(StopCause),
     /// A fault latched.
     Faulted(FaultRecord),
     /// The acknowledged fault is cleared.
     Recovered,
-    /// The electrode check read a channel.
+    /// The electrode check measured the current of a channel.
     Electrode {
-        /// From 0.
+        /// Channel that was measured, from 0.
         channel: u8,
-        /// What was applied, in the unit of its stage.
+        /// Applied amplitude, in the stage's thousandths.
         applied: Amplitude,
-        /// The current that flowed, µA.
+        /// Measured current, µA.
         current_ua: u32,
     },
 }

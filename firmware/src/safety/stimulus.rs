@@ -1,20 +1,20 @@
-//! Amplitude and pulse width, which are only ever changed together.
+//! Amplitude and pulse width, which always change together.
 
 use crate::pulse::{CHANNELS, bits};
 use crate::units::Amplitude;
 use core::hash::{Hash, Hasher};
 
-/// What the pulses of a burst are made of.
+/// Amplitude and pulse width of all pulses of a burst.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Stimulus {
-    /// In the stage's thousandths.
+    /// Amplitude in the stage's thousandths (µA or mV).
     pub amplitude: Amplitude,
-    /// Of each phase, µs; 0 for the train's own.
+    /// Width of each phase, µs; 0 stands for the train's own width.
     pub width_us: u16,
 }
 
 impl Stimulus {
-    /// Of the train's own width.
+    /// Returns a stimulus with the train's own width.
     #[must_use]
     pub const fn own(amplitude: Amplitude) -> Self {
         Self {
@@ -24,8 +24,8 @@ impl Stimulus {
     }
 }
 
-/// In one word, for it is summed with every burst: a bit that changes in either changes
-/// the word.
+/// Hashes one word, because the checksum over it is computed at every burst. A bit flip in either
+/// value changes the word.
 impl Hash for Stimulus {
     #[inline]
     fn hash<H: Hasher>(&self, state: &mut H) {
@@ -33,19 +33,20 @@ impl Hash for Stimulus {
     }
 }
 
-/// What a host orders of several channels at once.
+/// Amplitudes and widths that a host orders for several channels at once.
 #[derive(Clone, Copy, Hash, Debug)]
 pub struct Stimuli {
-    /// Bit i is channel i.
+    /// Channels that are ordered; bit i is channel i.
     pub mask: u16,
-    /// One per bit set, lowest channel first, and nothing behind them.
+    /// One amplitude for each bit set in `mask`, lowest channel first; entries behind them are
+    /// unused.
     pub values: [Amplitude; CHANNELS],
-    /// Widths of a phase in the same order, µs; 0 for the train's own.
+    /// Widths of a phase in the same order, µs; 0 stands for the train's own width.
     pub widths: [u16; CHANNELS],
 }
 
 impl Stimuli {
-    /// The channels, rising, each with its amplitude and width.
+    /// Returns the channels in rising order, each with its amplitude and width.
     pub fn channels(&self) -> impl Iterator<Item = (u8, Stimulus)> + Clone {
         let channels = bits(self.mask.into()).map(|channel| channel as u8); // below 16
         let stimuli = self

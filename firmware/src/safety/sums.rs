@@ -1,42 +1,42 @@
-//! What may come together at the common return, and what is too much.
+//! The total current through the common return, and its limits.
 
 use super::Wearer;
 use crate::units::MicroAmps;
 
-/// The most that comes together at the common return with every channel at its limit.
+/// The largest current through the common return, with every channel at its limit.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Sums {
-    /// At any microsecond, of the phases of one sign: a channel that pulls the other way
-    /// may be at zero.
+    /// Largest sum at any microsecond of the phases of one sign. Channels of the opposite sign
+    /// count as zero, because they may be at zero.
     pub peak: MicroAmps,
-    /// Over time.
+    /// Largest rms current.
     pub rms: MicroAmps,
 }
 
-/// What is more than the common return may carry.
+/// The limit of the common return that a setup exceeds.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SumError {
-    /// The current at some microsecond.
+    /// The current at some microsecond is too large.
     Peak {
-        /// What it would be.
+        /// The sum that would flow.
         sum: MicroAmps,
-        /// What it may be.
+        /// The largest allowed sum.
         max: MicroAmps,
     },
-    /// The rms current.
+    /// The rms current is too large.
     Rms {
-        /// What it would be.
+        /// The rms current that would flow.
         sum: MicroAmps,
-        /// What it may be.
+        /// The largest allowed rms current.
         max: MicroAmps,
     },
 }
 
 impl Sums {
-    /// Holds them against the wearer's limits and the size of the common return.
+    /// Compares the sums with the wearer's limits and the size of the common return.
     ///
     /// # Errors
-    /// The first limit exceeded, with the sum that would be.
+    /// Returns the first limit exceeded, with the sum that would flow.
     pub fn check(&self, wearer: &Wearer) -> Result<(), SumError> {
         let max = wearer.max_sum();
         if self.peak > max {

@@ -1,65 +1,65 @@
-//! Amplitudes that wait for their time.
+//! The queue of timed setpoints.
 
 use super::Stimuli;
 use crate::seal::Seal;
 use crate::units::Micros;
 use heapless::Deque;
 
-/// Most orders that wait.
+/// Largest number of timed setpoints in the queue.
 pub const MAX_TIMED: usize = 16;
 
-/// An order that holds from a time on.
+/// A setpoint that takes effect at a given time.
 #[derive(Clone, Copy, Hash, Debug)]
 pub struct Timed {
     /// Number of the request.
     pub seq: u16,
-    /// Device time from which it holds.
+    /// Device time at which the setpoint takes effect.
     pub at: Micros,
-    /// What is ordered.
+    /// Ordered amplitudes and widths.
     pub stimuli: Stimuli,
 }
 
-/// The orders that wait, by rising time, each under a seal.
+/// The queued setpoints in the order of their times, each with a checksum.
 #[derive(Debug)]
 pub(super) struct Waiting(Deque<(Timed, Seal), MAX_TIMED>);
 
 impl Waiting {
-    /// None.
+    /// The empty queue.
     pub(super) const NONE: Self = Self(Deque::new());
 
-    /// Forgets all.
+    /// Drops all queued setpoints.
     pub(super) fn clear(&mut self) {
         self.0.clear();
     }
 
-    /// Whether as many wait as may.
+    /// Returns whether the queue holds [`MAX_TIMED`] setpoints.
     pub(super) fn is_full(&self) -> bool {
         self.0.is_full()
     }
 
-    /// When the last of them is due.
+    /// Returns when the last setpoint in the queue is due; `None` if the queue is empty.
     pub(super) fn latest(&self) -> Option<Micros> {
         self.0.back().map(|(order, _)| order.at)
     }
 
-    /// When the next of them is due.
+    /// Returns when the first setpoint in the queue is due; `None` if the queue is empty.
     #[inline(always)]
     pub(super) fn next(&self) -> Option<Micros> {
         self.0.front().map(|(order, _)| order.at)
     }
 
-    /// Puts `order` behind the others; without room for it nothing changes.
+    /// Appends `order` to the queue; if the queue is full, nothing changes.
     pub(super) fn push(&mut self, order: &Timed) {
         let _ = self.0.push_back((*order, Seal::of(order)));
     }
 
-    /// The next order, and whether its memory is as it was left.
+    /// Removes the first setpoint, and returns it with whether its checksum matches.
     pub(super) fn pop(&mut self) -> Option<(Timed, bool)> {
         let (order, seal) = self.0.pop_front()?;
         Some((order, seal.holds(&order)))
     }
 
-    /// An order whose number has changed under its seal.
+    /// Appends an order with a changed request number and the checksum of the original.
     #[cfg(test)]
     pub(super) fn push_spoiled(&mut self, order: &Timed) {
         let seal = Seal::of(order);
@@ -67,7 +67,7 @@ impl Waiting {
         let _ = self.0.push_back((Timed { seq, ..*order }, seal));
     }
 
-    /// Whether the memory of the next order is as it was left.
+    /// Returns whether the checksum of the first setpoint matches; also true for an empty queue.
     pub(super) fn is_whole(&self) -> bool {
         self.0.front().is_none_or(|(order, seal)| seal.holds(order))
     }
@@ -89,7 +89,8 @@ mod tests {
         },
     };
 
-    /// Whether `spoiled` in the place of [`ORDER`] is found while it waits and as it is taken.
+    /// Returns whether the checksum reveals `spoiled` in place of [`ORDER`], while it is queued
+    /// and when it is taken.
     fn is_found(spoiled: Timed) -> bool {
         let mut waiting = Waiting::NONE;
         waiting.push(&ORDER);

@@ -1,24 +1,26 @@
-//! Levels of the banks' comparators: hardware with a word of its own on current, told at
-//! arming how much these channels may have (docs/hardware.md, The banks' comparators).
+//! Trip levels of the banks' comparators. This hardware limits currents independently of the
+//! program; at arming it is set to the currents that the channels may have (docs/hardware.md, The
+//! banks' comparators).
 
 use super::Setup;
 use crate::board::wiring::BOARD;
 use crate::pulse::{BANKS, CHANNELS, gcd};
 use crate::units::DacCode;
 
-/// The limit at a level of code 65 535, µA: comparators trip at 1.25 times the limit.
+/// The current limit at a level of code 65 535, µA. Comparators trip at 1.25 times the limit.
 const FULL_SCALE_UA: u32 = BOARD.stages.trip_full_scale_ua;
 
-/// Limits below this, and banks without a channel, get its level, 1 mA, µA: at less a
-/// comparator may trip by its own offset.
+/// Lower bound of the limits, µA, for which a comparator trips at 1 mA. Smaller limits and banks
+/// without a channel get this level, because below it a comparator may trip by its own offset.
 const LEAST_UA: u32 = 800;
 
-/// The bank of `channel`, below [`CHANNELS`].
+/// Returns the bank of `channel`, which is below [`CHANNELS`].
 const fn bank(channel: usize) -> usize {
     BOARD.stages.banks[channel % CHANNELS] as usize
 }
 
-/// The code of each bank's level: that of the greater limit among its channels.
+/// Returns the code of each bank's trip level, which follows from the largest current limit among
+/// its channels.
 #[must_use]
 pub fn trips(setup: &Setup) -> [DacCode; BANKS] {
     let mut limits = [LEAST_UA; BANKS];
@@ -30,7 +32,7 @@ pub fn trips(setup: &Setup) -> [DacCode; BANKS] {
     limits.map(code)
 }
 
-/// The code for `limit_ua`, rounded up.
+/// Returns the code for `limit_ua`, rounded up.
 const fn code(limit_ua: u32) -> DacCode {
     // 65 535 / 100 000 = 13 107 / 20 000: at most 1.4e9, and a quotient of 65 535.
     const SHARED: u32 = gcd(65_535, FULL_SCALE_UA);
@@ -48,7 +50,7 @@ const fn code(limit_ua: u32) -> DacCode {
 mod tests {
     use super::*;
 
-    /// Codes times 125 mA / 65 535 are 1.25 times the limit, less than a code above.
+    /// Code times 125 mA / 65 535 is 1.25 times the limit, or less than one code above.
     #[test]
     fn a_level_is_1_25_times_the_limit() {
         for ua in [800, 1_000, 5_000, 19_999, 20_000, 99_999, 100_000] {

@@ -1,73 +1,72 @@
-//! The watch on one channel's electrodes while it stimulates: readings of both phases
-//! against the amplitude, against the load at arming and against one another.
+//! Monitoring of one channel's electrodes while it stimulates: readings of both phases are
+//! compared with the amplitude, with the load at arming and with one another.
 
 use super::check::{Electrode, Load, SLACK_UA, is_above_limit, judge};
 use super::{Channel, Fault, Reading, limits};
 use crate::units::{Amplitude, MicroAmps};
 use core::hash::{Hash, Hasher};
 
-/// Readings in a row without current that are a lost phase, or of both phases a lost
-/// electrode.
+/// Number of consecutive readings without current that mean a lost phase; counted over both
+/// phases, a lost electrode.
 const TO_FAULT: u8 = 3;
 
-/// What an odd reading adds to the account of a load that wanders, what a good one
-/// takes off it, and where it is full: three odd readings in a row, or more than one in
-/// five for a while.
+/// Score of an odd reading for [`Fault::LoadWanders`]; each good reading subtracts 1. The fault is
+/// raised at [`FULL`]: after three odd readings in a row, or after more than one in five for a
+/// while.
 const ODD: u8 = 4;
 const FULL: u8 = TO_FAULT * ODD;
 
-/// How many times the load at arming, taken at the smallest amplitude, is too much.
-/// Where an electrode peels, load grows as its area shrinks, and with it the current
-/// density; of an electrode that holds, load falls with amplitude
-/// (docs/hardware.md, what the readings show).
+/// Multiple of the load at arming, measured at the smallest amplitude, that is too much. When an
+/// electrode peels off, its load grows as its area shrinks, and with it the current density. While
+/// an electrode holds, its load falls with amplitude (docs/hardware.md, what the readings show).
 const RISEN: u32 = 4;
 
-/// How many times the load of the reading before is a jump.
+/// Ratio between two consecutive loads that counts as a jump.
 const JUMP: u32 = 2;
 
-/// Part of a current, less two counts, at which it is reached; sense and stage agree
+/// Percentage of a current that a reading, plus two counts, must reach. Sense and stage agree
 /// within 1 % (docs/hardware.md).
 const REACHED_PERCENT: u32 = 98;
 
-/// Readings of one phase.
+/// Readings of one of the two phases of a channel's pulses.
 #[derive(Clone, Copy, Default, Debug, PartialEq, Eq)]
 struct Phase {
-    /// Without current, in a row.
+    /// Number of consecutive readings without current.
     off: u8,
-    /// Whether the latest had current.
+    /// Whether the latest reading had current.
     flows: bool,
 }
 
-/// What is kept of one channel's readings.
+/// History of one channel's readings.
 #[derive(Clone, Copy, Default, Debug, PartialEq, Eq)]
 pub(super) struct Watch {
     first: Phase,
     second: Phase,
-    /// Account of odd readings.
+    /// Score of odd readings, 0 to [`FULL`].
     odd: u8,
-    /// The latest reading that was no jump; none without an amplitude.
+    /// The latest reading that was not a jump; its amplitude is 0 before the first.
     last: Load,
 }
 
 impl Watch {
-    /// Takes a reading of the electrode check's last amplitude: of both phases, what
-    /// carried more is the load.
+    /// Takes a reading at the electrode check's last amplitude. The larger current of the two
+    /// phases is the load.
     pub(super) fn probe(&mut self, reading: Reading, applied: Amplitude) {
         let now = Load::of(reading, applied);
         let raw = self.last.raw.max(now.raw);
         self.last = Load { raw, applied };
     }
 
-    /// The load that the check found; the watch begins anew.
+    /// Returns the load that the electrode check measured, and resets the history.
     pub(super) fn take_load(&mut self) -> Load {
         core::mem::take(self).last
     }
 
-    /// After a reading of a channel in force at `amplitude`, armed with `load`; no current
-    /// above `max` may flow.
+    /// Returns the history after a reading of a channel whose amplitude in force is `amplitude`
+    /// and whose load at arming is `load`; no current above `max` may flow.
     ///
     /// # Errors
-    /// What it shows, alone or with those before.
+    /// Returns the fault that this reading shows, alone or together with earlier ones.
     pub(super) fn after(
         mut self,
         reading: Reading,
@@ -83,7 +82,7 @@ impl Watch {
         self.count_off(is_off, reading.second)?;
         let is_odd = is_off
             || if channel.stage.is_current() {
-                // Its load asks for more than its compliance.
+                // The load needs more voltage than the stage can supply.
                 !reaches(reading, amplitude.get())
             } else {
                 let now = Load::of(reading, amplitude);
@@ -100,8 +99,9 @@ impl Watch {
         Ok(self)
     }
 
-    /// Whether `now` is far from the reading before at about the same amplitude. That
-    /// one is kept, so that a load which jumps and stays there is odd again.
+    /// Returns whether `now` differs strongly from the previous reading at about the same
+    /// amplitude. In that case the previous reading is kept, so that a load that jumps and stays
+    /// there is odd again.
     fn jumps(&mut self, now: Load) -> bool {
         let last = self.last;
         let is_far = now.is_above(JUMP, last) || last.is_above(JUMP, now);
@@ -112,7 +112,7 @@ impl Watch {
         jumps
     }
 
-    /// Counts readings without current, phase by phase.
+    /// Counts readings without current, separately for each phase.
     fn count_off(&mut self, is_off: bool, second: bool) -> Result<(), Fault> {
         let (this, other) = if second {
             (&mut self.second, self.first)
@@ -135,7 +135,7 @@ impl Watch {
     }
 }
 
-/// In two words, for it is summed with every burst.
+/// Hashes two words, because the checksum over them is computed at every burst.
 impl Hash for Watch {
     fn hash<H: Hasher>(&self, state: &mut H) {
         let phase = |phase: Phase| u32::from(phase.off) << 1 | u32::from(phase.flows);
@@ -145,13 +145,13 @@ impl Hash for Watch {
     }
 }
 
-/// Whether a voltage stage's limiter holds its current, and not what load it was armed
-/// with: an electrode that is shorted, or skin that broke down.
+/// Returns whether the limiter of a voltage stage determines its current, and not the load at
+/// arming: the electrode is shorted, or the skin broke down.
 fn is_limited(reading: Reading, now: Load, load: Load) -> bool {
     load.is_above(1, now) && reaches(reading, limits::VOLTAGE_STAGE_LIMITER.get())
 }
 
-/// Whether a reading is `ua`, at most 150 000, or above.
+/// Returns whether a reading reaches `ua`, at most 150 000 µA, within the tolerance.
 fn reaches(reading: Reading, ua: u32) -> bool {
     // At most 150 000 · 100: nothing wraps.
     let reached = (reading.current().get() + SLACK_UA).wrapping_mul(100);
@@ -163,7 +163,7 @@ mod tests {
     use super::*;
     use crate::seal::Seal;
 
-    /// Of counts as large as they get.
+    /// Counts at their maximum are included.
     #[test]
     fn every_bit_of_a_watch_is_summed() {
         let flips: [fn(&mut Watch, u8); 3] = [

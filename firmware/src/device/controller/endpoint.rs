@@ -1,4 +1,4 @@
-//! The arm: forces wanted at its hand, its angles, and what its muscles get.
+//! Control of the arm: forces wanted at its hand, its angles, and its muscles' amplitudes.
 
 use super::{Controller, Phase};
 use crate::control::{EndpointOrders, EndpointState, SensorFault};
@@ -9,7 +9,7 @@ use crate::safety::Fault;
 use crate::units::{Angle, Micros};
 
 impl Controller {
-    /// Builds the arm, if its parts were put in, with the lines that came with them.
+    /// Builds the arm with its lines of action, if the setup has an arm.
     #[inline(never)]
     pub(super) fn take_lines(&mut self, mail: &mut ControllerMail<'_>) {
         let mut lines = Lines::new();
@@ -19,7 +19,7 @@ impl Controller {
         self.setup.build_arm(&lines);
     }
 
-    /// The arm at rest and fresh.
+    /// Resets the arm to rest.
     #[inline(never)]
     pub(super) fn rest_endpoint(&mut self) {
         self.wrench = None;
@@ -43,7 +43,7 @@ impl Controller {
         taken.map_err(Refusal::from)
     }
 
-    /// Takes one of the arm's angles.
+    /// Takes the measurement of one of the arm's angles.
     #[inline(never)]
     pub(super) fn posture(
         &mut self,
@@ -58,8 +58,8 @@ impl Controller {
         taken.map_err(Refusal::from)
     }
 
-    /// Runs the arm while stimulating. A force that can no longer be made, as the arm is
-    /// held now, is given not at all until it can be made again.
+    /// Runs the arm while stimulating. A force that the arm cannot make in its present posture is
+    /// not made at all, until it can be made again.
     #[inline]
     pub(super) fn control_endpoint(&mut self, now: Micros, mail: &mut ControllerMail<'_>) {
         if self.phase == Phase::Running && self.setup.endpoint.is_some() {
@@ -92,7 +92,7 @@ impl Controller {
         }
     }
 
-    /// Keeps what the next sample tells.
+    /// Keeps values for the next telemetry sample.
     fn tell_endpoint(&mut self, orders: &EndpointOrders) {
         self.limiting |= orders.made_permille < 1000;
         let least = self.wrench.map_or(1000, |told| told.made_permille);
@@ -102,7 +102,8 @@ impl Controller {
         });
     }
 
-    /// What the next sample tells of the arm. What could be made counts from then on anew.
+    /// Returns the arm's part of the next telemetry sample, and restarts the minimum of the force
+    /// that could be made.
     pub(super) const fn take_wrench(&mut self) -> Option<WrenchSample> {
         let told = self.wrench;
         if let Some(sample) = &mut self.wrench {

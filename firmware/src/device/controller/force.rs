@@ -1,4 +1,4 @@
-//! The channels under force control.
+//! Control of the channels under force control.
 
 use super::{Controller, Phase};
 use crate::control::ForceOrders;
@@ -14,7 +14,7 @@ impl Controller {
         }
         let mut muscles = self.setup.muscles.iter().zip(&self.muscles);
         for (force, followed) in self.setup.forces.iter().zip(&mut self.forces) {
-            // Both by rising channel; every one under force control has a muscle.
+            // Both are sorted by channel, and every channel under force control has a muscle.
             let muscle = muscles.find(|(muscle, _)| muscle.channel == force.channel);
             let predicted = muscle.and_then(|(muscle, state)| muscle.force.predicted(state));
             let orders = force.tick(&mut followed.state, now, predicted);

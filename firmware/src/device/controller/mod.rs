@@ -1,4 +1,5 @@
-//! The 1 kHz owner: joint control, the wall, muscle models, telemetry samples.
+//! The part of the device program that ticks at 1 kHz: joint control, the virtual wall, muscle
+//! models and telemetry samples.
 
 mod endpoint;
 mod force;
@@ -32,18 +33,18 @@ enum Phase {
     Running,
 }
 
-/// What joint or wall did in a tick, for pulser and telemetry.
+/// Result of the joint's or wall's tick, for the pulser and for telemetry.
 struct Acted {
     amplitudes: Amplitudes,
     limiting: bool,
-    /// None before the first setpoint of a joint.
+    /// Wanted angle; `None` before the first setpoint of a joint.
     target: Option<Angle>,
     measured: Angle,
     effort_milli: Option<i32>,
 }
 
 impl Acted {
-    /// What a joint did; `has_target` says whether its law has run.
+    /// Returns the result of a joint; `has_target` says whether its control law has run.
     fn by_joint(orders: Orders, has_target: bool) -> Self {
         Self {
             amplitudes: orders.amplitudes,
@@ -67,17 +68,18 @@ impl From<WallOrders> for Acted {
     }
 }
 
-/// A channel under force control: what it remembers, and what it tells.
+/// State and telemetry of a channel under force control.
 #[derive(Debug, Default)]
 struct Followed {
     state: ForceState,
-    /// Wanted now; none before the first setpoint.
+    /// Wanted force, mN; `None` before the first setpoint.
     target_mn: Option<u32>,
-    /// What was wanted since the last sample lies in there.
+    /// Gap of the muscle's force range in which the wanted force has been since the last sample;
+    /// `None` if in none.
     gap: Option<ForceGap>,
 }
 
-/// Owns the control law, the wall and the muscle models.
+/// The controller, which owns the control law, the wall and the muscle models.
 #[derive(Debug)]
 pub struct Controller {
     phase: Phase,
@@ -86,13 +88,13 @@ pub struct Controller {
     wall: WallState,
     endpoint: EndpointState,
     modulations: ModulationsState,
-    /// What the arm tells.
+    /// The arm's part of the next telemetry sample.
     wrench: Option<WrenchSample>,
     muscles: Vec<LadderState, CHANNELS>,
     forces: Vec<Followed, CHANNELS>,
     in_force: InForce,
     limiting: bool,
-    /// The device's, as the pulser last told it.
+    /// The device's state, as the pulser reported it last.
     state: State,
     subscription: Subscription,
 }
@@ -104,7 +106,7 @@ impl Default for Controller {
 }
 
 impl Controller {
-    /// A controller without a setup.
+    /// Returns a controller without a setup.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -124,12 +126,12 @@ impl Controller {
         }
     }
 
-    /// One tick at `now`. `adc` is the joint sensor's conversion of this
-    /// instant, if the board has one.
+    /// Runs one tick at `now`. `adc` is the reading of the joint's sensor at this time, if the
+    /// board has one.
     pub fn tick(&mut self, now: Micros, adc: Option<u16>, mail: &mut ControllerMail<'_>) {
-        // A pulse is told of when it is rendered, up to two windows early: it
-        // stays in the mailbox, and all behind it, until the tick it lies in
-        // is over. So no muscle is ever ahead of `now`.
+        // A pulse is reported when it is rendered, up to two windows early. It stays in the
+        // mailbox, with all messages behind it, until the tick that contains it is over. So no
+        // muscle is ever ahead of `now`.
         let is_due = |event: &ControlEvent| match event {
             ControlEvent::Pulse { at, .. } => now.has_reached(*at),
             _ => true,
@@ -162,8 +164,8 @@ impl Controller {
     fn handle(&mut self, event: ControlEvent, now: Micros, mail: &mut ControllerMail<'_>) {
         match event {
             ControlEvent::Armed => {
-                // The session put all parts in before it ordered, and puts in
-                // none of another order before these are taken or dropped.
+                // The session put all parts into the mailbox before it ordered, and puts in none
+                // of another order before these are taken or dropped.
                 while let Some(part) = mail.parts.dequeue() {
                     self.setup.insert(part);
                 }
@@ -194,7 +196,7 @@ impl Controller {
         }
     }
 
-    /// The pulse reaches the channel's muscle, and what steers it.
+    /// Passes a pulse to the channel's muscle model and force control.
     fn pulse(&mut self, channel: u8, at: Micros, amplitude: Amplitude) {
         let mut muscles = self.setup.muscles.iter().zip(&mut self.muscles);
         let Some((muscle, state)) = muscles.find(|(muscle, _)| muscle.channel == channel) else {
@@ -208,7 +210,7 @@ impl Controller {
         }
     }
 
-    /// Everything of the setup at rest and fresh.
+    /// Resets everything in the setup to rest.
     fn rest(&mut self, now: Micros) {
         self.muscles.clear();
         for muscle in &self.setup.muscles {
@@ -227,7 +229,7 @@ impl Controller {
         self.phase = Phase::Armed;
     }
 
-    /// Nothing is played and nothing wanted any more.
+    /// Ends control: nothing plays and nothing is wanted any more.
     fn end(&mut self) {
         self.phase = Phase::Off;
         self.in_force.silence();
@@ -256,8 +258,8 @@ impl Controller {
             .map_err(|_| Refusal::new(Code::NoFatigue, "fatigue").on(channel))
     }
 
-    /// Carries out a request; of one that a stop has overtaken, only what puts
-    /// nothing out. When its last byte arrived if it was a setpoint.
+    /// Carries out a request; after a stop that came later than the request, only if it causes no
+    /// output. Returns its arrival time if it was a setpoint.
     fn accept(
         &mut self,
         request: ControlRequest,
@@ -326,7 +328,7 @@ impl Controller {
                 arrived,
                 is_held,
             } => {
-                // A release puts nothing out.
+                // A release causes no output.
                 let result = match is_latest || !is_held {
                     true => self.hold(now, is_held),
                     false => Err(Refusal::new(Code::Stopped, "stop")),
@@ -368,8 +370,8 @@ impl Controller {
         heard
     }
 
-    /// Runs joint or wall while stimulating; a sensor that cannot be believed
-    /// is a fault for the pulser to latch.
+    /// Runs joint or wall while stimulating; an implausible or stale sensor is a fault for the
+    /// pulser to latch.
     fn control(
         &mut self,
         now: Micros,
@@ -404,7 +406,7 @@ impl Controller {
                 }
                 Some(acted)
             }
-            // A host that measures may need until its first setpoint.
+            // A host that measures may need time until its first measurement.
             Err(SensorFault::Absent) => None,
             Err(SensorFault::Stale { .. }) => {
                 let _ = mail.order(ControlOrder::Fault(Fault::SensorStale)); // counted
@@ -417,8 +419,8 @@ impl Controller {
         }
     }
 
-    /// Tells the host of a limit cycle that lowered the gain; one that nothing ends is
-    /// a fault for the pulser to latch.
+    /// Reports to the host a limit cycle that lowered the gain. One that persists at the lowest
+    /// gain is a fault for the pulser to latch.
     fn report_limit_cycle(found: LimitCycle, now: Micros, mail: &mut ControllerMail<'_>) {
         let Some(gain_milli) = found.gain_milli else {
             let _ = mail.order(ControlOrder::Fault(Fault::LimitCycle)); // counted
@@ -432,7 +434,8 @@ impl Controller {
         let _ = mail.tell(now, event); // counted
     }
 
-    /// What was ordered is in force only while stimulating: a fall goes its own way.
+    /// Records an ordered amplitude as in force, only while stimulating: during a fall the
+    /// amplitudes differ from the orders.
     fn record_order(&mut self, channel: u8, amplitude: Amplitude) {
         if self.state == State::Stimulating {
             self.in_force.set_amplitude(channel, amplitude);

@@ -1,5 +1,5 @@
-//! Joints whose stimulation follows their angles: whether an object is held, their angles,
-//! and what their muscles get.
+//! Joints whose stimulation follows their angles: whether an object is held, their angles, and
+//! their muscles' amplitudes.
 
 use super::{Controller, Phase};
 use crate::control::SensorFault;
@@ -10,13 +10,13 @@ use crate::safety::Fault;
 use crate::units::{Angle, Micros};
 
 impl Controller {
-    /// The joints at rest, and nothing held.
+    /// Resets the joints to rest, with no object held.
     #[inline(never)]
     pub(super) fn rest_modulations(&mut self) {
         self.modulations = ModulationsState::default();
     }
 
-    /// Takes that an object is held or released.
+    /// Takes the request that an object is held or released.
     #[inline(never)]
     pub(super) fn hold(&mut self, now: Micros, is_held: bool) -> Result<(), Refusal<'static>> {
         if self.phase == Phase::Off {
@@ -30,7 +30,7 @@ impl Controller {
         Ok(())
     }
 
-    /// Takes the angle of one of the joints.
+    /// Takes the measured angle of one of the joints.
     #[inline(never)]
     pub(super) fn joint_angle(
         &mut self,
@@ -76,7 +76,7 @@ impl Controller {
         }
     }
 
-    /// What the next sample tells of the joints; nothing where none runs.
+    /// Returns the joints' part of the next telemetry sample; `None` if no joint runs.
     pub(super) fn lift_sample(&self) -> Option<LiftSample> {
         let joints = &self.setup.modulations;
         let runs = self.phase == Phase::Running && !joints.is_empty();

@@ -1,4 +1,4 @@
-//! Telemetry: what the controller knows, every period that a host asked for.
+//! Telemetry samples of the controller, at the period that a host asked for.
 
 use super::{Acted, Controller, Phase};
 use crate::device::mail::ControllerMail;
@@ -7,24 +7,24 @@ use crate::link::{ForceSample, Telemetry};
 use crate::pulse::CHANNELS;
 use crate::units::{Angle, Force, Micros};
 
-/// A subscription.
+/// The host's request for telemetry samples, and the time to the next.
 #[derive(Debug, Default)]
 pub(super) struct Subscription {
-    /// Ticks from sample to sample; 0 for none.
+    /// Number of ticks from sample to sample; 0 for no samples.
     period: u16,
     until_sample: u16,
 }
 
 impl Subscription {
-    /// Samples every `period` ticks from now on. What is asked again keeps its
-    /// phase: a host may repeat its subscription to compare clocks.
+    /// Starts samples every `period` ticks from now on. If the period is the same as before, the
+    /// phase is kept: a host may repeat its subscription to compare clocks.
     pub(super) const fn subscribe(&mut self, period: u16) {
         if self.period != period {
             (self.period, self.until_sample) = (period, period);
         }
     }
 
-    /// Whether this tick is a sample's.
+    /// Returns whether a sample is due in this tick.
     const fn is_due(&mut self) -> bool {
         self.until_sample = self.until_sample.saturating_sub(1);
         if self.period == 0 || self.until_sample != 0 {
@@ -83,7 +83,7 @@ impl Controller {
         let _ = mail.sample(sample); // counted
     }
 
-    /// What the joint is to follow; or where the wall stands, which needs no
+    /// Returns the angle that the joint has to follow, or the angle of the wall, which needs no
     /// measurement.
     fn target(&self, acted: Option<&Acted>) -> Option<Angle> {
         let wall = self.setup.wall.as_ref();

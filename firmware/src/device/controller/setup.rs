@@ -1,4 +1,4 @@
-//! What the controller works with, put together part by part.
+//! The controller's setup, assembled part by part.
 
 use super::super::part::{ControlPart, Muscle};
 use crate::control::{Endpoint, EndpointSpec, ForceControl, Joint};
@@ -7,14 +7,14 @@ use crate::limb::Lines;
 use crate::pulse::CHANNELS;
 use heapless::Vec;
 
-/// What the controller works with from arming on.
+/// The controller's setup from arming on.
 #[derive(Debug, Default)]
 pub(super) struct ControlSetup {
-    /// Bit i: channel i is part of the setup.
+    /// Channels in the setup, bit i for channel i.
     pub(super) channels: u16,
-    /// Bit i: the width of channel i's pulses may change.
+    /// Channels whose pulse width may change, bit i for channel i.
     pub(super) live_widths: u16,
-    /// Burst start to burst start of each channel's train, µs.
+    /// Time from burst start to burst start of each channel's train, µs.
     pub(super) periods_us: [u32; CHANNELS],
     /// Muscles whose force is predicted, by rising channel.
     pub(super) muscles: Vec<Muscle, CHANNELS>,
@@ -26,14 +26,14 @@ pub(super) struct ControlSetup {
     pub(super) wall: Option<Wall>,
     /// The arm; `None` if there is a joint or a wall.
     pub(super) endpoint: Option<Endpoint>,
-    /// The joints whose stimulation follows their angles; none beside any of these.
+    /// The joints whose stimulation follows their angles; empty with a joint, a wall or an arm.
     pub(super) modulations: Modulations,
-    /// What the arm is to be built of.
+    /// Parameters from which the arm is to be built.
     limb: Option<EndpointSpec>,
 }
 
 impl ControlSetup {
-    /// Puts a part in its place; the first one clears what was there before.
+    /// Inserts a part; the first part removes the earlier setup.
     pub(super) fn insert(&mut self, part: ControlPart) {
         match part {
             ControlPart::Channels {
@@ -63,7 +63,7 @@ impl ControlSetup {
         }
     }
 
-    /// Builds the arm with its lines; both were examined together.
+    /// Builds the arm with its lines of action; both were checked together.
     #[inline(never)]
     pub(super) fn build_arm(&mut self, lines: &Lines) {
         let spec = self.limb.take();

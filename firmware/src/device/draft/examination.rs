@@ -1,4 +1,4 @@
-//! The rules between the parts, and what comes of parts that keep them all.
+//! The rules between the parts, and the setup that follows from parts that satisfy them all.
 
 use super::{Draft, Mistake, Part, Rule, channel_of};
 use crate::control::{Endpoint, ForceControl, Joint, JointSpec};
@@ -13,14 +13,13 @@ use crate::units::Amplitude;
 use heapless::Vec;
 
 impl Draft {
-    /// Checks everything again, together. Hands each mistake to `found`, until that
-    /// answers with an error; a rule between parts is held only against parts that
-    /// are sound by themselves. What comes of no mistake is what the pulser works
-    /// with; what the controller works with are the [`Self::parts`], all of which
-    /// can be built then.
+    /// Checks all parts again, together. Passes each mistake to `found`, until `found` returns an
+    /// error. A rule between parts is checked only for parts that are valid by themselves. Without
+    /// a mistake, the result is the setup for the pulser; the controller's setup is in
+    /// [`Self::parts`], all of which can be built then.
     ///
     /// # Errors
-    /// Those of `found`.
+    /// Returns the error of `found`.
     pub fn examine<E>(
         &self,
         mut found: impl FnMut(Mistake) -> Result<(), E>,
@@ -73,7 +72,7 @@ impl Draft {
                 Ok(group) => {
                     let _ = groups.push(group); // as many as there are specs
                 }
-                // Of a train that is there, but not sound, everything has been told.
+                // A train that is present but invalid has been reported already.
                 Err(GroupError::NoTrain { channel }) if used & 1 << channel != 0 => {} // <= 9
                 Err(e) => found(Mistake::of(Part::Groups)(SetupError::Group(e)))?,
             }
@@ -96,8 +95,8 @@ impl Draft {
         }))
     }
 
-    /// Channels that the joint, the wall, the arm or force control drives, as bits: a
-    /// host may not.
+    /// Returns the channels that the joint, the wall, the arm or force control drives, bit i for
+    /// channel i. A host may not set their amplitudes.
     #[must_use]
     pub fn controlled(&self) -> u16 {
         let forces = (0u8..)
@@ -108,7 +107,8 @@ impl Draft {
         all.fold(self.guided(), |mask, channel| mask | 1 << channel) // below 10
     }
 
-    /// Channels of the joint, of the wall and of modulated joints, as bits.
+    /// Returns the channels of the joint, of the wall and of joints whose stimulation follows
+    /// their angles, bit i for channel i.
     fn guided(&self) -> u16 {
         let joint = self.joint.iter().flat_map(JointSpec::points);
         let wall = self.wall.iter().flat_map(WallSpec::demands);
@@ -121,7 +121,7 @@ impl Draft {
         all.fold(0, |mask, channel| mask | 1 << channel) // at most 9
     }
 
-    /// What the controller works with; one is built at a time.
+    /// Returns the controller's setup part by part; one part is built at a time.
     pub(in crate::device) fn parts(&self) -> impl Iterator<Item = Result<ControlPart, Mistake>> {
         let periods = self
             .channels
@@ -149,8 +149,8 @@ impl Draft {
         let modulations = self.modulations.iter().flatten();
         let modulations = modulations.map(|spec| {
             let part = Part::Modulation(spec.joint);
-            // Its shares were enclosed when it was set: to do so for four joints twice more
-            // would take longer than the watchdog leaves.
+            // Its shares were checked when it was set: checking four joints twice more would take
+            // longer than the watchdog allows.
             let joint = Modulation::of_checked(spec).map_err(Mistake::of(part));
             Ok(ControlPart::Modulation(joint?))
         });
@@ -158,7 +158,8 @@ impl Draft {
         channels.chain(muscles).chain(guided)
     }
 
-    /// A muscle, if its model can follow its channel's bursts, and its table.
+    /// Returns a channel's muscle and its force table, if the muscle model can follow the
+    /// channel's bursts.
     fn muscle(
         &self,
         channel: u8,
@@ -185,7 +186,7 @@ impl Draft {
         Ok(ControlPart::Muscle(muscle, control))
     }
 
-    /// Channels whose pulse width may change, as bits.
+    /// Returns the channels whose pulse width may change, bit i for channel i.
     fn live_widths(&self) -> u16 {
         let channels = (0u8..).zip(&self.channels); // below 10
         channels.fold(0, |live, (index, spec)| {
@@ -196,12 +197,12 @@ impl Draft {
         })
     }
 
-    /// The lines of the arm, by rising channel.
+    /// Returns the lines of action of the arm, by rising channel.
     pub(in crate::device) fn lines(&self) -> &[LineSpec] {
         &self.lines
     }
 
-    /// Channels with a train, as bits.
+    /// Returns the channels with a train, bit i for channel i.
     fn used(&self) -> u16 {
         let channels = (0u8..).zip(&self.channels); // below 10
         channels.fold(0, |used, (index, spec)| {
@@ -258,7 +259,7 @@ impl Draft {
         Ok(())
     }
 
-    /// Checks the arm's channels, and that it has some.
+    /// Checks the arm's channels, and that the arm has channels.
     fn examine_limb<E>(&self, found: &mut impl FnMut(Mistake) -> Result<(), E>) -> Result<(), E> {
         if self.endpoint.is_none() && self.lines.is_empty() {
             return Ok(());
@@ -267,7 +268,7 @@ impl Draft {
         // At most 10.
         let count = LimbSpec::LINE_COUNT.check(self.lines.len() as i64);
         count.or_else(|e| found(Mistake::of(Part::Limb)(e)))?;
-        // Of parts that are sound by themselves it is.
+        // Building succeeds if the parts are valid by themselves.
         let built = self.endpoint.map(|spec| Endpoint::new(&spec, &self.lines));
         if let (true, Some(Err(e))) = (count.is_ok(), built) {
             found(Mistake::of(Part::Limb)(e))?;
@@ -294,8 +295,9 @@ impl Draft {
         Ok(())
     }
 
-    /// Checks the joints whose stimulation follows their angles: that the phase of each can
-    /// be told, and that no channel is of two muscles or passes its limit at any angle.
+    /// Checks the joints whose stimulation follows their angles: the joint that determines the
+    /// phase of each exists, no channel belongs to two muscles, and no channel exceeds its limit
+    /// at any angle.
     fn examine_modulations<E>(
         &self,
         found: &mut impl FnMut(Mistake) -> Result<(), E>,
@@ -329,7 +331,7 @@ impl Draft {
         Ok(())
     }
 
-    /// Checks that `part` finds its channel and asks for no more than its limit.
+    /// Checks that `part` finds its channel and asks for no more than the channel's limit.
     fn within_limit(
         &self,
         part: Part,
@@ -351,7 +353,7 @@ impl Draft {
     }
 }
 
-/// Whether a setpoint may ask for another width than the train's own.
+/// Returns whether a setpoint may ask for a width other than the train's own.
 const fn has_live_width(train: &TrainSpec) -> bool {
     train.max_width_us > train.width_us
 }

@@ -1,5 +1,5 @@
-//! The setup that a host edits, one part at a time, and arms as a whole; and the
-//! rules between its parts, which stand nowhere else.
+//! The setup that a host edits, one part at a time, and arms as a whole. The rules between its
+//! parts are only here.
 
 mod examination;
 mod requests;
@@ -14,11 +14,11 @@ use crate::range::{OutOfRange, Range};
 use crate::safety::{Channel, ChannelSpec, SetupError, Stages, Wearer, WearerSpec};
 use heapless::Vec;
 
-/// What a host has configured so far.
+/// The setup that a host has configured so far.
 ///
-/// Every part is checked by itself when it is set; [`Self::examine`] checks all
-/// together. The device refuses by the first [`Mistake`]; a host that wants to tell
-/// all of them, before it sends any, asks the same draft.
+/// Every part is checked by itself when it is set; [`Self::examine`] checks all together. The
+/// device refuses with the first [`Mistake`]; a host that wants to report all mistakes before it
+/// sends any part uses the same draft.
 ///
 /// ```
 /// use firmware::device::{Draft, Part, Rule};
@@ -37,7 +37,7 @@ use heapless::Vec;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Draft {
-    /// What every channel's stage is held against.
+    /// The board's stages, with which every channel's stage is compared.
     stages: Stages,
     wearer: WearerSpec,
     groups: Vec<GroupSpec, MAX_GROUPS>,
@@ -45,33 +45,32 @@ pub struct Draft {
     joint: Option<JointSpec>,
     wall: Option<WallSpec>,
     endpoint: Option<EndpointSpec>,
-    /// By rising channel.
+    /// Lines of action of the arm's muscles, by rising channel.
     lines: Lines,
-    /// By the number of the joint.
+    /// Joints whose stimulation follows their angles, by the number of the joint.
     modulations: [Option<ModulationSpec>; JOINTS],
     channels: [Option<ChannelSpec>; CHANNELS],
     muscles: [Option<MuscleSpec>; CHANNELS],
     forces: [Option<ForceSpec>; CHANNELS],
-    /// What the three above come to, wherever all are there. A table takes some
-    /// 80,000 cycles, and with the most steps and rates below the train's at most 2
-    /// ms (rows `inverse_table` and `inverse_table_slow` of docs/charts/cycles.csv):
-    /// each is made with the request that completes or changes it, so that arming
-    /// makes none.
+    /// Force control of the channels for which the three fields above are all set. A table takes
+    /// some 80,000 cycles, and with the most steps and rates below the train's at most 2 ms (rows
+    /// `inverse_table` and `inverse_table_slow` of docs/charts/cycles.csv). Each is made with the
+    /// request that completes or changes it, so that arming makes none.
     tables: [Option<Result<ForceControl, OutOfRange>>; CHANNELS],
 }
 
 impl Default for Draft {
-    /// For a device that takes any stage.
+    /// Returns an empty draft for a device that accepts any stage.
     fn default() -> Self {
         Self::on(Stages::AsDeclared)
     }
 }
 
-/// What the channel of `spec` is for this wearer; with a `force` at every rate that it
-/// may ask for.
+/// Checks the channel of `spec` for this wearer; with `force`, at every pulse rate that force
+/// control may ask for.
 ///
 /// # Errors
-/// The first limit that it exceeds.
+/// Returns the first limit that the channel exceeds.
 pub fn channel_of(
     spec: &ChannelSpec,
     force: Option<&ForceSpec>,
@@ -83,14 +82,14 @@ pub fn channel_of(
     }
 }
 
-/// Of a channel's number.
+/// Range of a channel's number.
 const CHANNEL: Range = Range::new("channel", 0, CHANNELS as i32 - 1);
 
-/// The parts, each checked by itself: the errors are of the part, or of the number
-/// of its channel. A part that is refused leaves the one before.
+/// Setters for the parts, each checked by itself. Errors name the part, or the number of its
+/// channel. If a part is refused, the earlier one stays.
 #[expect(clippy::missing_errors_doc, reason = "said once for all")]
 impl Draft {
-    /// An empty draft for a device with these stages.
+    /// Returns an empty draft for a device with these stages.
     #[must_use]
     pub fn on(stages: Stages) -> Self {
         Self {
@@ -110,7 +109,7 @@ impl Draft {
         }
     }
 
-    /// Forgets everything but the stages, in place.
+    /// Resets everything but the stages, in place.
     pub fn clear(&mut self) {
         self.wearer = WearerSpec::default();
         self.groups.clear();
@@ -126,14 +125,14 @@ impl Draft {
         }
     }
 
-    /// The wearer's limits; [`WearerSpec::default`] until set.
+    /// Sets the wearer's limits; [`WearerSpec::default`] holds until they are set.
     pub fn set_wearer(&mut self, spec: WearerSpec) -> Result<(), Mistake> {
         spec.validate().map_err(Mistake::of(Part::Wearer))?;
         self.wearer = spec;
         Ok(())
     }
 
-    /// A channel's pulses, within the wearer's limits of now.
+    /// Sets a channel's pulses, which must keep the wearer's limits as they are now.
     pub fn set_channel(&mut self, channel: u8, spec: ChannelSpec) -> Result<(), Mistake> {
         let wearer = self.wearer.validate().map_err(Mistake::of(Part::Wearer))?;
         let checked = spec.validate(&wearer);
@@ -143,7 +142,7 @@ impl Draft {
         self.tabulate(channel)
     }
 
-    /// The muscle under a channel.
+    /// Sets the muscle under a channel.
     pub fn set_muscle(&mut self, channel: u8, spec: MuscleSpec) -> Result<(), Mistake> {
         let checked = spec.validate();
         checked.map_err(Mistake::of(Part::Muscle(channel)))?;
@@ -151,7 +150,7 @@ impl Draft {
         self.tabulate(channel)
     }
 
-    /// Force control of a channel.
+    /// Sets the force control of a channel.
     pub fn set_force(&mut self, channel: u8, spec: ForceSpec) -> Result<(), Mistake> {
         let checked = spec.check();
         checked.map_err(Mistake::of(Part::Force(channel)))?;
@@ -159,7 +158,7 @@ impl Draft {
         self.tabulate(channel)
     }
 
-    /// Which channels share a muscle.
+    /// Sets the groups of channels that share a muscle.
     pub fn set_groups(&mut self, groups: Vec<GroupSpec, MAX_GROUPS>) -> Result<(), Mistake> {
         let checked = check_members(&groups).map_err(SetupError::Group);
         checked.map_err(Mistake::of(Part::Groups))?;
@@ -167,35 +166,36 @@ impl Draft {
         Ok(())
     }
 
-    /// The channel that drives sync out.
+    /// Sets the channel that drives the sync output; `None` for no channel.
     pub fn set_sync(&mut self, channel: Option<u8>) -> Result<(), Mistake> {
         channel.map_or(Ok(()), check_channel)?;
         self.sync = channel;
         Ok(())
     }
 
-    /// The controlled joint.
+    /// Sets the controlled joint.
     pub fn set_joint(&mut self, spec: JointSpec) -> Result<(), Mistake> {
         Joint::new(&spec).map_err(Mistake::of(Part::Joint))?;
         self.joint = Some(spec);
         Ok(())
     }
 
-    /// The virtual wall.
+    /// Sets the virtual wall.
     pub fn set_wall(&mut self, spec: WallSpec) -> Result<(), Mistake> {
         Wall::new(&spec).map_err(Mistake::of(Part::Wall))?;
         self.wall = Some(spec);
         Ok(())
     }
 
-    /// The arm whose hand exerts a wanted force.
+    /// Sets the arm whose hand exerts a wanted force.
     pub fn set_endpoint(&mut self, spec: EndpointSpec) -> Result<(), Mistake> {
         spec.check().map_err(Mistake::of(Part::Limb))?;
         self.endpoint = Some(spec);
         Ok(())
     }
 
-    /// The line of action of a channel's muscle, in place of the one before.
+    /// Sets the line of action of a channel's muscle, and replaces the earlier line of that
+    /// channel.
     pub fn set_line(&mut self, spec: LineSpec) -> Result<(), Mistake> {
         let mut first = Ok(());
         let part = Part::Line(spec.channel);
@@ -215,7 +215,8 @@ impl Draft {
         Ok(())
     }
 
-    /// A joint whose stimulation follows its angle, in place of the one before.
+    /// Sets a joint whose stimulation follows its angle, and replaces the earlier one of that
+    /// number.
     pub fn set_modulation(&mut self, spec: ModulationSpec) -> Result<(), Mistake> {
         let part = Part::Modulation(spec.joint);
         spec.check().map_err(Mistake::of(part))?;
@@ -225,7 +226,7 @@ impl Draft {
         Ok(())
     }
 
-    /// Holds a channel's declared stage against the board's.
+    /// Compares a channel's configured stage with the board's.
     fn check_stage(&self, channel: u8, spec: &ChannelSpec) -> Result<(), Mistake> {
         let checked = self.stages.check(channel, &spec.stage);
         let checked = checked.map_err(SetupError::from);
@@ -248,14 +249,14 @@ impl Draft {
     }
 }
 
-/// The draft's slot of a channel that a host named.
+/// Returns the draft's slot for a channel number that a host sent.
 fn slot<T>(slots: &mut [Option<T>; CHANNELS], channel: u8) -> Result<&mut Option<T>, Mistake> {
     check_channel(channel)?;
     let none = Mistake::of(Part::Setup)(Rule::NothingToArm); // the number was just checked
     slots.get_mut(usize::from(channel)).ok_or(none)
 }
 
-/// Checks the number of a channel that a host named.
+/// Checks a channel number that a host sent.
 pub(super) fn check_channel(channel: u8) -> Result<(), Mistake> {
     CHANNEL.check(channel).map_err(Mistake::of(Part::Setup))
 }

@@ -1,10 +1,10 @@
-//! The draft as requests know it: what they put into it, and the sum of them all.
+//! The draft in terms of requests: its edits, and the checksum over all of them.
 
 use super::{Draft, Mistake};
 use crate::link::{Request, SCHEMA, SetupSum};
 
 impl Draft {
-    /// Carries out a request that configures; `None` for any other.
+    /// Carries out a request that configures; returns `None` for any other request.
     pub fn configure(&mut self, request: &Request) -> Option<Result<(), Mistake>> {
         Some(match request {
             Request::Clear => {
@@ -26,9 +26,9 @@ impl Draft {
         })
     }
 
-    /// `request` as a host sends it that does not wait for answers, and keeps this
-    /// draft beside the device's: what configures does so here as well, and an
-    /// [`Request::Arm`] of no parts, sum 0, gets the sum of now.
+    /// Converts `request` for a host that does not wait for answers, and that keeps this draft as
+    /// a copy of the device's. Requests that configure also edit this draft, and an
+    /// [`Request::Arm`] with checksum 0 gets the checksum of the present parts.
     #[must_use]
     pub fn sending(&mut self, mut request: Request) -> Request {
         match &mut request {
@@ -41,8 +41,9 @@ impl Draft {
         request
     }
 
-    /// The sum over the parts, encoded again from what is kept: for hosts, which have the
-    /// room for it. A device sums what it was sent.
+    /// Returns the checksum over the parts, which are encoded again from the draft. For hosts,
+    /// which have room for this; a device computes the checksum over the requests that it
+    /// receives.
     #[must_use]
     pub fn sum(&self) -> u32 {
         let mut sum = SetupSum::default();

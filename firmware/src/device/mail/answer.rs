@@ -1,14 +1,17 @@
-//! What the pulser's answers say beside the verdict, and the edges that nobody asked for.
+//! Contents of the pulser's answers beside the verdict, and edges that no request asked for.
 
 use super::State;
 use crate::link::Event;
 use crate::units::Micros;
 
-/// What kind of order a verdict answers, as far as the session asks.
+/// Kind of order that a verdict answers, as far as the session needs it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Answered {
+    /// A `Start`, which the session counts until it is answered.
     Start,
+    /// Amplitudes or a list of pulses.
     Setpoint,
+    /// Any other order.
     Other,
 }
 
@@ -17,27 +20,27 @@ pub enum Answered {
 pub struct Released {
     /// The order's number.
     pub seq: u16,
-    /// When it was decided.
+    /// Time at which the order was decided.
     pub at: Micros,
-    /// Of a restart.
+    /// Whether a restart was asked for, and not a takeover.
     pub restarts: bool,
-    /// The decision.
+    /// Whether the takeover or restart is granted.
     pub is_granted: bool,
-    /// The state from then on.
+    /// State of the device after the decision.
     pub state: State,
 }
 
 /// An edge of the trigger input or of the sync output.
 #[derive(Clone, Copy, Debug)]
 pub struct Edge {
-    /// When it came, or will.
+    /// Time of the edge, which may be in the future.
     pub at: Micros,
-    /// Of the sync output.
+    /// Whether it is an edge of the sync output, and not of the trigger input.
     pub is_sync: bool,
 }
 
 impl Edge {
-    /// As the session reports it.
+    /// Returns the event that the session reports to the host.
     pub(in crate::device) const fn event(self) -> Event {
         if self.is_sync {
             Event::SyncEdge

@@ -1,88 +1,89 @@
-//! What the session asks of the controller.
+//! Requests of the session to the controller.
 
 use crate::muscle::Rung;
 use crate::units::{Angle, AngularRate, ForceRate, Micros};
 
-/// Session → controller.
+/// A message from the session to the controller.
 #[derive(Clone, Copy, Debug)]
 pub struct Asked {
-    /// Stops raised when it was posted.
+    /// Number of stops raised when the message was posted.
     pub stops: u32,
-    /// What is asked.
+    /// The request itself.
     pub request: ControlRequest,
 }
 
-/// What a session asks of the controller.
+/// A request of the session to the controller.
 #[derive(Clone, Copy, Debug)]
 pub enum ControlRequest {
-    /// A wanted angle.
+    /// A wanted joint angle.
     Angle {
         /// The request's number.
         seq: u16,
-        /// When its last byte arrived.
+        /// Time at which its last byte arrived.
         arrived: Micros,
-        /// From when it is valid.
+        /// Device time from which it is valid.
         at: Micros,
-        /// The angle.
+        /// The wanted angle.
         angle: Angle,
-        /// Its rate, if the host gave one.
+        /// Rate of the angle, if the host gave one.
         rate: Option<AngularRate>,
     },
-    /// A wanted force.
+    /// A wanted force of a channel under force control.
     Force {
         /// The request's number.
         seq: u16,
-        /// When its last byte arrived.
+        /// Time at which its last byte arrived.
         arrived: Micros,
-        /// From when it is valid.
+        /// Device time from which it is valid.
         at: Micros,
-        /// From 0.
+        /// Channel under force control, from 0.
         channel: u8,
-        /// mN.
+        /// The wanted force, mN.
         millinewton: u32,
-        /// Its rate, if the host gave one.
+        /// Rate of the force, if the host gave one.
         rate: Option<ForceRate>,
     },
-    /// A wanted force at the hand.
+    /// A wanted force at the hand of the arm.
     Wrench {
         /// The request's number.
         seq: u16,
-        /// When its last byte arrived.
+        /// Time at which its last byte arrived.
         arrived: Micros,
-        /// From when it is valid.
+        /// Device time from which it is valid.
         at: Micros,
-        /// mN, along x, y, z.
+        /// The wanted force along x, y and z, mN.
         force_mn: [i32; 3],
     },
-    /// An object is held from now on, or released.
+    /// An object is held or released from now on.
     Held {
         /// The request's number.
         seq: u16,
-        /// When its last byte arrived.
+        /// Time at which its last byte arrived.
         arrived: Micros,
-        /// Which of the two.
+        /// Whether the object is held, and not released.
         is_held: bool,
     },
     /// A joint angle measured by the host.
     Measurement {
         /// The request's number.
         seq: u16,
-        /// When it was measured.
+        /// Device time of the measurement.
         at: Micros,
-        /// Which of an arm's nine or of four modulated joints; 0 of a joint or a wall.
+        /// Number of the joint: one of an arm's nine, or of four whose stimulation follows their
+        /// angles; 0 for a joint or a wall.
         joint: u8,
-        /// The angle.
+        /// The measured angle.
         angle: Angle,
     },
-    /// Another rung for a muscle.
+    /// A change of a muscle's model level.
     Rung {
         /// The request's number.
         seq: u16,
-        /// From 0.
+        /// Channel of the muscle, from 0.
         channel: u8,
-        /// The rung from then on.
+        /// The model level from then on.
         rung: Rung,
     },
-    /// Telemetry period in ticks, 0 for none.
+    /// A telemetry period in ticks of 1 ms; 0 ends the subscription.
     Subscribe(u16),
 }

@@ -1,4 +1,5 @@
-//! What the owners say to each other: single-producer, single-consumer.
+//! Messages between the three parts of the device program, through queues with one producer and
+//! one consumer each.
 
 mod answer;
 mod asked;
@@ -20,163 +21,169 @@ pub use answer::{Answered, Edge, Released};
 pub use asked::{Asked, ControlRequest};
 use post::{Lost, StopFlag};
 
-/// Session → pulser.
+/// A message from the session to the pulser.
 #[derive(Clone, Copy, Debug)]
 pub struct Order {
-    /// The request's number, for the verdict.
+    /// The request's number, which the verdict repeats.
     pub seq: u16,
-    /// When its last byte arrived.
+    /// Time at which the last byte of the request arrived.
     pub at: Micros,
-    /// Stops raised when it was posted.
+    /// Number of stops raised when the order was posted.
     pub stops: u32,
-    /// What to do.
+    /// The requested action.
     pub kind: OrderKind,
 }
 
-/// What a session orders.
+/// An action that a session orders.
 #[derive(Clone, Copy, Debug)]
 pub enum OrderKind {
-    /// Arm the setup that lies in the setup mailbox.
+    /// Arm the setup in the setup mailbox.
     Arm,
+    /// Begin stimulation; the device must be armed.
     Start,
+    /// Clear the latched fault after a last grounding.
     Acknowledge,
+    /// Report state, counters and fault in a [`Report::Status`].
     Status,
+    /// Note that the host still runs.
     KeepAlive,
-    /// Say whether another host may take over, or the device restart.
+    /// Decide whether another host may take over, or whether the device may restart.
     Release {
-        /// Which of the two.
+        /// Whether a restart is asked for, and not a takeover.
         restarts: bool,
     },
-    /// Play the list that lies in the list mailbox.
+    /// Play the list in the list mailbox.
     Pulses,
+    /// Set the amplitudes and widths of several channels.
     Amplitudes {
-        /// From when they hold; `None` is on arrival.
+        /// Device time from which the amplitudes hold; `None` means on arrival.
         at: Option<Micros>,
+        /// Amplitudes and widths by channel.
         stimuli: Stimuli,
     },
-    /// The session ends and its host has another: what waits for its time is forgotten.
-    /// The one order without an answer.
+    /// Drop the queued timed setpoints: the session ends and its host has another. This is the
+    /// only order without an answer.
     Forget,
 }
 
-/// Pulser → session.
+/// A message from the pulser to the session.
 #[derive(Clone, Copy, Debug)]
 pub enum Report {
     /// Answer to an [`Order`].
     Verdict {
         /// The order's number.
         seq: u16,
-        /// When it was decided.
+        /// Time at which the order was decided.
         at: Micros,
-        /// The decision.
+        /// `Ok` if the order was accepted, else the reason for its refusal.
         result: Result<(), Denied>,
-        /// What it answers.
+        /// Kind of the order that was answered.
         answered: Answered,
-        /// The state from then on.
+        /// State of the device after the decision.
         state: State,
     },
     /// Answer to [`OrderKind::Release`].
     Released(Released),
-    /// Stops up to this one are carried out; void is what was posted before.
+    /// All stops up to this count are carried out; orders posted before them are void.
     Stopped {
-        /// As counted by the [`StopFlag`].
+        /// Count of stops, as in the [`StopFlag`].
         stops: u32,
-        /// When.
+        /// Time at which the stops were carried out.
         at: Micros,
-        /// The state from then on.
+        /// State of the device after the stops.
         state: State,
     },
     /// Answer to [`OrderKind::Status`].
     Status {
         /// The order's number.
         seq: u16,
-        /// Device time.
+        /// Device time of the report.
         at: Micros,
-        /// State then.
+        /// State of the device at that time.
         state: State,
-        /// Pulses started since boot.
+        /// Number of pulses started since boot.
         pulses: u32,
-        /// Trigger edges without a prepared train.
+        /// Number of trigger edges that met no prepared train.
         idle_triggers: u32,
-        /// Timed amplitudes that came too late.
+        /// Number of timed amplitudes that came too late.
         late_setpoints: u32,
-        /// The latched or last fault.
+        /// The latched or last fault; `None` if there was none.
         fault: Option<FaultRecord>,
-        /// What is left of time and charge.
+        /// Time and charge left of the wearer's allowance; `None` before the first arming.
         left: Option<Left>,
     },
-    /// Something changed.
+    /// A change of state, or a notice that no order asked for.
     Changed {
-        /// When.
+        /// Time of the change.
         at: Micros,
-        /// The state from then on.
+        /// State of the device after the change.
         state: State,
-        /// What happened.
+        /// The guard's notice of the change.
         notice: Notice,
     },
 }
 
-/// Parts of the largest setup: the channels, a muscle for each, joint, wall or arm, or
-/// joints that are modulated.
+/// Number of parts of the largest setup: the channels, a muscle for each, and a joint, a wall, an
+/// arm, or joints whose stimulation follows their angles.
 const PARTS: usize = CHANNELS + 1 + JOINTS;
 
-/// Answer to an angle, a force, a measurement or a change
-/// of rung.
+/// Answer to an angle, a force, a measurement or a change of the muscle's model level.
 #[derive(Clone, Debug)]
 pub struct ControlVerdict {
-    /// The request's number.
+    /// Number of the request that is answered.
     pub seq: u16,
-    /// When it was decided.
+    /// Time at which the request was decided.
     pub at: Micros,
-    /// The decision.
+    /// `Ok` if the request was accepted, else the reason for its refusal.
     pub result: Result<(), Refusal<'static>>,
-    /// Whether it was a setpoint.
+    /// Whether the request was a setpoint.
     pub setpoint: bool,
 }
 
-/// Controller → session.
+/// A message from the controller to the session.
 #[derive(Clone, Debug)]
 pub enum ControlReport {
     /// Answer to a request.
     Verdict(ControlVerdict),
-    /// What no request asked for.
+    /// An event that no request asked for.
     Event {
-        /// When.
+        /// Time of the event.
         at: Micros,
-        /// What.
+        /// The event as the host receives it.
         event: Event,
     },
 }
 
-/// Controller → pulser. A word-sized tag, so that it is copied word by word.
+/// A message from the controller to the pulser. Its tag is one word, so that it is copied word by
+/// word.
 #[derive(Clone, Debug)]
 #[repr(u32)]
 pub enum ControlOrder {
     /// Amplitudes from the control law.
     Amplitudes(Amplitudes),
-    /// An amplitude for an arm's muscle, or for a modulated joint's.
+    /// An amplitude for the muscle of an arm, or of a joint whose stimulation follows its angle.
     Amplitude {
-        /// From 0.
+        /// Channel of the muscle, from 0.
         channel: u8,
-        /// Of the next burst.
+        /// Amplitude of the next burst.
         amplitude: Amplitude,
     },
     /// Amplitude and pulse rate from force control.
     Pulses {
-        /// From 0.
+        /// Channel under force control, from 0.
         channel: u8,
-        /// Of the next burst.
+        /// Amplitude of the next burst.
         amplitude: Amplitude,
-        /// Burst start to burst start, µs.
+        /// Time from burst start to burst start, µs.
         period_us: u32,
     },
-    /// A valid setpoint of the session's owner arrived then.
+    /// Arrival time of a valid setpoint from the session's owner.
     Heard(Micros),
-    /// The joint's sensor cannot be believed.
+    /// A fault that the controller found, such as an implausible reading of a joint's sensor.
     Fault(crate::safety::Fault),
 }
 
-/// Pulser → controller.
+/// A message from the pulser to the controller.
 #[derive(Clone, Copy, Debug)]
 pub enum ControlEvent {
     /// The setup in the mailbox is armed.
@@ -187,53 +194,53 @@ pub enum ControlEvent {
     Started,
     /// Stimulation or arming ended.
     Ended,
-    /// The device's state from then on.
+    /// State of the device from then on.
     State(State),
     /// A pulse was rendered.
     Pulse {
-        /// From 0.
+        /// Channel of the pulse, from 0.
         channel: u8,
-        /// Its leading edge.
+        /// Time of the pulse's leading edge.
         at: Micros,
-        /// What it is made of.
+        /// Amplitude and width of the pulse.
         stimulus: Stimulus,
-        /// A rise or the slope keeps it below what was ordered.
+        /// Whether a rise or the slope limit keeps the amplitude below the ordered one.
         is_delayed: bool,
     },
-    /// What it ordered rose faster than the wearer allows, and was slowed down.
+    /// The controller's amplitudes rose faster than the wearer allows, and were reduced.
     Slowed,
 }
 
-/// All mailboxes; each holds one item less than its number. What is large has one of its
-/// own. The controller's is not empty from an arm order to its verdict.
+/// All mailboxes; each holds one item less than its capacity. Large items have a mailbox of their
+/// own. The controller's mailbox of parts is not empty from an arm order to its verdict.
 #[derive(Debug, Default)]
 pub struct Mailboxes {
     setup: Queue<Setup, 2>,
     lists: Queue<PulseList, 2>,
     orders: Queue<Order, 32>,
-    // A verdict for every order of one window, and what changes in it.
+    // One verdict for every order of one window, and the changes in it.
     reports: Queue<Report, 40>,
     entries: Queue<Entry, 4>,
-    // Two a window, for as many as the session may be away.
+    // Two per window, for as many windows as the session may be away.
     edges: Queue<Edge, 32>,
     control_parts: Queue<ControlPart, { PARTS + 1 }>,
     lines: Queue<LineSpec, { LINES + 1 }>,
     control_requests: Queue<Asked, 16>,
-    // A verdict for every request of one tick, an event, and then some.
+    // One verdict for every request of one tick, an event, and some spare room.
     control_reports: Queue<ControlReport, 24>,
-    // As many ticks as the session may be making tables.
+    // As many ticks as the session may need to compute tables.
     samples: Queue<Response<'static>, 9>,
-    // Two a tick and one for each channel under force control, of an arm or of modulated
-    // joints, taken four times a tick.
+    // Two per tick, and one for each channel under force control, of an arm, or of joints whose
+    // stimulation follows their angles; the pulser takes them four times per tick.
     control_orders: Queue<ControlOrder, 16>,
-    // 4 windows of at most 20 pulses between two control ticks, and 2 of pulses
-    // still to come.
+    // Pulses of 4 windows between two control ticks, at most 20 each, and of 2 windows that are
+    // rendered but not played.
     control_events: Queue<ControlEvent, 168>,
     stop: StopFlag,
     lost: Lost,
 }
 
-/// The pulser's ends.
+/// The pulser's ends of the mailboxes.
 pub struct PulserMail<'a> {
     pub(super) setup: Consumer<'a, Setup>,
     pub(super) lists: Consumer<'a, PulseList>,
@@ -247,7 +254,7 @@ pub struct PulserMail<'a> {
     lost: &'a Lost,
 }
 
-/// The controller's ends.
+/// The controller's ends of the mailboxes.
 pub struct ControllerMail<'a> {
     pub(super) parts: Consumer<'a, ControlPart>,
     pub(super) lines: Consumer<'a, LineSpec>,
@@ -260,7 +267,7 @@ pub struct ControllerMail<'a> {
     lost: &'a Lost,
 }
 
-/// The session's ends.
+/// The session's ends of the mailboxes.
 pub struct SessionMail<'a> {
     pub(super) setup: Producer<'a, Setup>,
     pub(super) lists: Producer<'a, PulseList>,
@@ -278,7 +285,7 @@ pub struct SessionMail<'a> {
 }
 
 impl Mailboxes {
-    /// Empty mailboxes.
+    /// Returns empty mailboxes.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -300,8 +307,9 @@ impl Mailboxes {
         }
     }
 
-    /// Whether nothing waits for the pulser that has told of `stops` stops but
-    /// amplitudes and the time of a setpoint, and nothing of its own for the session.
+    /// Returns whether nothing waits for the pulser except amplitudes and the time of a setpoint,
+    /// and nothing from the pulser waits for the session. `stops` is the number of stops that the
+    /// pulser has reported.
     pub(super) fn is_empty_for_pulser(&self, stops: u32) -> bool {
         use ControlOrder::{Amplitude, Amplitudes, Heard};
         let mut waiting = self.control_orders.iter();
@@ -311,12 +319,12 @@ impl Mailboxes {
             && self.stop.raised() == stops
     }
 
-    /// What waits longest of the controller's orders.
+    /// Removes and returns the oldest of the controller's orders.
     pub(super) fn next_control_order(&mut self) -> Option<ControlOrder> {
         self.control_orders.dequeue()
     }
 
-    /// Whether [`super::Session::poll`] would find anything. For simulators.
+    /// Returns whether [`super::Session::poll`] would find a message. For simulators.
     #[must_use]
     pub fn has_for_session(&self) -> bool {
         !(self.reports.is_empty()
@@ -325,7 +333,7 @@ impl Mailboxes {
             && self.edges.is_empty())
     }
 
-    /// The three owners' ends.
+    /// Returns the ends of the mailboxes for the three parts of the device program.
     pub fn split(&mut self) -> (PulserMail<'_>, ControllerMail<'_>, SessionMail<'_>) {
         let (setup_tx, setup_rx) = self.setup.split();
         let (lists_tx, lists_rx) = self.lists.split();

@@ -1,4 +1,4 @@
-//! Posting: what finds no room is counted, and a `Stop` needs none.
+//! Posting to mailboxes. Messages that find no room are counted; a `Stop` needs no room.
 
 use super::{
     ControlEvent, ControlOrder, ControlReport, ControlVerdict, ControllerMail, Edge, PulserMail,
@@ -10,14 +10,14 @@ use crate::units::Micros;
 use core::sync::atomic::{AtomicU32, Ordering};
 use heapless::spsc::Producer;
 
-/// Slots of the event mailbox that pulses leave to changes of state, of which
-/// there are at most two a window.
+/// Slots of the event mailbox that pulses leave free for changes of state, of which there are at
+/// most two per window.
 const RESERVED: usize = 16;
 
-/// The stops that hosts asked for, counted: raised by the session, looked at by
-/// pulser and controller. It is beside the mailboxes, so that a stop is never
-/// refused and waits behind nothing. Every order carries the count it was posted
-/// at: one from before the latest stop is void.
+/// Counter of the stops that hosts asked for. The session raises it; pulser and controller read
+/// it. It is separate from the mailboxes, so that a stop is never refused and waits behind
+/// nothing. Every order carries the count at which it was posted: an order from before the latest
+/// stop is void.
 #[derive(Debug, Default)]
 pub struct StopFlag(AtomicU32);
 
@@ -26,20 +26,20 @@ impl StopFlag {
         Self(AtomicU32::new(0))
     }
 
-    /// Raises it once more; the session alone does. Returns the count then.
+    /// Raises the count by one, and returns it. Only the session calls this.
     pub(in crate::device) fn raise(&self) -> u32 {
         let raised = self.raised().wrapping_add(1);
         self.0.store(raised, Ordering::Release);
         raised
     }
 
-    /// The count now.
+    /// Returns the present count.
     pub(in crate::device) fn raised(&self) -> u32 {
         self.0.load(Ordering::Acquire)
     }
 }
 
-/// Messages that found no room since boot, of whichever owner.
+/// Number of messages of any sender that found no room since boot.
 #[derive(Debug, Default)]
 pub struct Lost(AtomicU32);
 
@@ -48,7 +48,7 @@ impl Lost {
         Self(AtomicU32::new(0))
     }
 
-    /// How many.
+    /// Returns the number of lost messages.
     pub(in crate::device) fn count(&self) -> u32 {
         self.0.load(Ordering::Relaxed)
     }
@@ -61,24 +61,24 @@ impl Lost {
     }
 }
 
-/// A mailbox had no room; it was counted.
+/// The error that a mailbox had no room; the lost message was counted.
 #[derive(Clone, Copy, Debug)]
 pub struct Full;
 
 impl PulserMail<'_> {
-    /// Tells the session. It leaves room for the answer to every order that it
-    /// posts, so only an event can be lost here, and only if it is late.
+    /// Reports to the session. It leaves room for the answer to every order that it posts, so only
+    /// an event can be lost here, and only if the session is late.
     pub(in crate::device) fn report(&mut self, report: Report) -> Result<(), Full> {
         self.lost.post(&mut self.reports, report)
     }
 
-    /// Tells the session of an edge, apart from what it leaves room for.
+    /// Reports an edge to the session, in a mailbox separate from the answers.
     pub(in crate::device) fn tell_edge(&mut self, edge: Edge) -> Result<(), Full> {
         self.lost.post(&mut self.edges, edge)
     }
 
-    /// Tells the controller of a pulse. One that is lost is missing in its
-    /// muscle's model; a controller so late is caught by the watchdog.
+    /// Reports a pulse to the controller. A lost pulse is missing in its muscle's model; the
+    /// watchdog catches a controller that is so late.
     pub(in crate::device) fn tell_pulse(&mut self, event: ControlEvent) -> Result<(), Full> {
         if self.control_events.len() + RESERVED >= self.control_events.capacity() {
             self.lost.0.fetch_add(1, Ordering::Relaxed);
@@ -87,12 +87,13 @@ impl PulserMail<'_> {
         self.notify(event)
     }
 
-    /// Has `entry` written; one that finds no room comes again with the next window.
+    /// Hands over `entry` to be written. If there is no room, the caller repeats it in the next
+    /// window.
     pub(in crate::device) fn keep(&mut self, entry: Entry) -> Result<(), Full> {
         self.entries.enqueue(entry).map_err(|_| Full)
     }
 
-    /// Tells the controller of what must not be lost.
+    /// Reports an event to the controller that must not be lost.
     #[inline]
     pub(in crate::device) fn notify(&mut self, event: ControlEvent) -> Result<(), Full> {
         self.lost.post(&mut self.control_events, event)
@@ -100,27 +101,27 @@ impl PulserMail<'_> {
 }
 
 impl ControllerMail<'_> {
-    /// Answers a request. The session leaves room for the answer to every one
-    /// that it posts.
+    /// Answers a request. The session leaves room for the answer to every request that it posts.
     pub(in crate::device) fn answer(&mut self, verdict: ControlVerdict) -> Result<(), Full> {
         (self.lost).post(&mut self.reports, ControlReport::Verdict(verdict))
     }
 
-    /// Tells the session of what no request asked for.
+    /// Reports an event to the session that no request asked for.
     pub(in crate::device) fn tell(&mut self, at: Micros, event: Event) -> Result<(), Full> {
         let report = ControlReport::Event { at, event };
         self.lost.post(&mut self.reports, report)
     }
 
-    /// Posts a sample, as the session will say it, if that has taken those before it.
+    /// Posts a sample in the form in which the session sends it, if the session has taken the
+    /// samples before it.
     #[inline(never)] // its room is no part of each tick's frame
     pub(in crate::device) fn sample(&mut self, sample: Telemetry) -> Result<(), Full> {
         self.lost
             .post(&mut self.samples, Response::Telemetry(sample))
     }
 
-    /// Orders of the pulser, which takes them four times a tick: there is room
-    /// for a tick's. One that is lost is given again by the next tick.
+    /// Posts an order to the pulser, which takes orders four times per tick, so that there is room
+    /// for the orders of a tick. The next tick repeats an order that is lost.
     #[inline]
     pub(in crate::device) fn order(&mut self, order: ControlOrder) -> Result<(), Full> {
         self.lost.post(&mut self.orders, order)
@@ -128,20 +129,20 @@ impl ControllerMail<'_> {
 }
 
 impl SessionMail<'_> {
-    /// What was spent of the wearer's allowance, to be written where a reset leaves it alone
-    /// by whoever runs the session: at every exit, and while stimulation goes on more often
-    /// than every 250 ms.
+    /// Removes and returns an entry with the time and charge spent. The code that runs the session
+    /// must write it to memory that a reset does not clear. Entries come at every end of
+    /// stimulation and, while stimulation continues, more often than every 250 ms.
     pub fn take_entry(&mut self) -> Option<Entry> {
         self.entries.dequeue()
     }
 
-    /// Whether the pulser can answer one order more. Orders are looked at first:
-    /// one that is answered meanwhile counts twice, none is missed.
+    /// Returns whether the pulser can answer one more order. Orders are counted first: an order
+    /// that is answered meanwhile counts twice, none is missed.
     pub(in crate::device) fn has_room_for_order(&self) -> bool {
         self.orders.len() + self.reports.len() < self.orders.capacity()
     }
 
-    /// Whether the controller can answer one request more.
+    /// Returns whether the controller can answer one more request.
     pub(in crate::device) fn has_room_for_request(&self) -> bool {
         let waiting = self.control_requests.len() + self.control_reports.len();
         waiting < self.control_reports.capacity() && self.control_requests.ready()

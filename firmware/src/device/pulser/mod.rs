@@ -1,4 +1,5 @@
-//! The owner of time on the pins: renders each window, has the guard's word.
+//! The part of the device program that owns the time on the pins: it renders each window with the
+//! guard's permission.
 
 mod orders;
 mod sampling;
@@ -13,46 +14,48 @@ use crate::safety::{
 use crate::units::{Micros, us};
 use heapless::Vec;
 
-/// Owns the guard and the scheduler. On a board it is one interrupt.
+/// The pulser, which owns the guard and the scheduler. On a board it runs in one interrupt.
 #[derive(Debug)]
 pub struct Pulser {
     guard: Guard,
     scheduler: Scheduler,
-    /// Reads what the scheduler rendered before it plays.
+    /// Checks the scheduler's windows before they play.
     outputs: OutputCheck,
-    /// Number of the arm order whose electrode check is under way.
+    /// Number of the arm order whose electrode check is in progress.
     arming: Option<u16>,
-    /// It has just begun: comparators' levels are yet to be written.
+    /// Whether an electrode check has just begun, and the comparators' levels must be written.
     begins: bool,
     last_fault: Option<FaultRecord>,
-    /// The state that the controller knows of.
+    /// The state that was last reported to the controller.
     told: State,
-    /// Stops carried out, and those that the session was told of.
+    /// Count of stops carried out, and the count that was last reported to the session.
     stops: u32,
     stops_told: u32,
-    /// A law's amplitudes rose faster than the wearer allows; it is yet to be told.
+    /// Whether a control law's amplitudes rose faster than the wearer allows, and this is not
+    /// reported yet.
     is_slowed: bool,
-    /// What is latched with the next refill: found in this one, which lets the window
-    /// that is painted play to its end.
+    /// A fault to latch with the next refill. It was found in this refill, so that the painted
+    /// window can play to its end.
     due: Option<Fault>,
     pulses: u32,
     idle_triggers: u32,
     late_setpoints: u32,
-    /// The channel sampled last, so that all take turns.
+    /// The channel sampled last, for taking turns.
     sampled: u8,
-    /// Mid-phases behind the windows rendered so far, one of each pulse.
+    /// Middles of phases behind the windows rendered so far, one for each pulse.
     phases: Vec<Sample, { 2 * MAX_PULSES }>,
     /// Channels whose next pulse is sampled in its second phase, bit i for channel i.
     second: u16,
-    /// Channels that miss a first and a second phase, if their pulses follow fast.
+    /// Channels that omit the samples of a first and a second phase if their pulses follow fast,
+    /// bit i for channel i.
     pausing: u16,
-    /// Samples asked for since the latest reading.
+    /// Number of samples taken since the latest reading arrived.
     owed: u8,
 }
 
 impl Pulser {
-    /// A pulser at reset; `latched` is the fault that the reset found, `found` what it found
-    /// spent of time and charge.
+    /// Returns a pulser in its state after a reset. `latched` is the fault that was recorded
+    /// before the reset, `found` the time and charge spent before it.
     #[must_use]
     pub fn new(latched: Option<FaultRecord>, found: Found) -> Self {
         Self {
@@ -78,36 +81,36 @@ impl Pulser {
         }
     }
 
-    /// The device's state.
+    /// Returns the device's state.
     #[must_use]
     pub const fn state(&self) -> State {
         self.guard.state()
     }
 
-    /// Whether a fault waits to be acknowledged.
+    /// Returns whether a fault waits to be acknowledged.
     #[must_use]
     pub const fn is_latched(&self) -> bool {
         self.guard.is_latched()
     }
 
-    /// The latched or last fault, for the board to keep through a reset.
+    /// Returns the latched or last fault, for the board to keep through a reset.
     #[must_use]
     pub const fn last_fault(&self) -> Option<FaultRecord> {
         self.last_fault
     }
 
-    /// The armed or last armed setup.
+    /// Returns the setup that is armed or was armed last; `None` before the first arming.
     #[must_use]
     pub const fn setup(&self) -> Option<&Setup> {
         self.guard.setup()
     }
 
-    /// Renders the window at `start`; called once per window, 248 µs before it
-    /// plays. After `Err` the plan is isolated, the fault is latched, and the
-    /// caller must isolate the outputs at once.
+    /// Renders the window at `start`; called once per window, 248 µs before the window plays.
+    /// After an error the plan is disconnected, the fault is latched, and the caller must
+    /// disconnect the outputs at once.
     ///
     /// # Errors
-    /// The fault that was latched.
+    /// Returns the fault that was latched.
     pub fn refill(
         &mut self,
         now: Micros,
@@ -128,11 +131,10 @@ impl Pulser {
         result
     }
 
-    /// Does what [`Self::refill`] of the window at `start` would, if that is no more
-    /// than to carry out amplitudes that wait and to reset `plan` to the levels that
-    /// it ends with; returns whether it is. So it is if nobody posted anything else,
-    /// the guard rests, and no edge or mid-phase lies in the window. For simulators,
-    /// which may then leave the refill out.
+    /// Replaces [`Self::refill`] of the window at `start`, if that would only carry out waiting
+    /// amplitudes and reset `plan` to the levels at its end; returns whether it did. This is so if
+    /// no other message was posted, the guard is at rest, and no edge or middle of a phase lies in
+    /// the window. For simulators, which may then omit the refill.
     #[must_use]
     pub fn rest(&mut self, start: Micros, inputs: &Inputs, mail: &mut Mailboxes) -> bool {
         let rests = self.scheduler.is_idle(start)
@@ -155,7 +157,7 @@ impl Pulser {
         rests
     }
 
-    /// Latches a fault found elsewhere at `now`; the caller isolates.
+    /// Latches a fault found elsewhere at `now`; the caller disconnects the outputs.
     #[cold]
     pub fn fault(&mut self, fault: Fault, now: Micros, mail: &mut PulserMail<'_>) {
         let is_later = self.guard.is_latched();
@@ -170,7 +172,7 @@ impl Pulser {
         self.guard.seal();
     }
 
-    /// Tells the controller of a new state, ahead of the pulses played in it.
+    /// Reports a new state to the controller, before the pulses that play in it.
     #[inline]
     fn notify_state(&mut self, mail: &mut PulserMail<'_>) {
         let state = self.guard.state();
@@ -192,7 +194,7 @@ impl Pulser {
         self.guard.check_memory()?;
         self.expect_reading(inputs)?;
         self.accept_orders(start, inputs, mail);
-        // Where it lies: an order is long, and a copy of it costs as much as taking it.
+        // Read in place: an order is long, and a copy of it takes as long as handling it.
         while let Some(order) = mail.control_orders.peek() {
             let taken = self.accept_control_order(order, start);
             let _ = mail.control_orders.dequeue();
@@ -206,8 +208,8 @@ impl Pulser {
             Ok(None) => {}
             Ok(Some(notice)) => self.announce(*notice, start, mail),
             Err(Fault::OverCurrent) => return Err(Fault::OverCurrent),
-            // Three readings told it: what is painted may play, so that a pulse which ends
-            // in it is not cut.
+            // Three readings showed this fault. The painted window may play, so that a pulse that
+            // ends in it is not truncated.
             Err(fault) => {
                 self.due = Some(*fault);
                 plan.reset(start, Levels::ISOLATED);
@@ -231,7 +233,7 @@ impl Pulser {
         Ok(())
     }
 
-    /// Lets the trigger input start and end trains, while they may play.
+    /// Lets the trigger input start and end trains, while trains may play.
     #[inline(never)]
     fn accept_trigger(&mut self, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
         let plays = self.guard.state() == State::Stimulating;
@@ -247,10 +249,10 @@ impl Pulser {
         }
     }
 
-    /// Carries out what the controller ordered before the window at `start`.
+    /// Carries out an order that the controller posted before the window at `start`.
     ///
     /// # Errors
-    /// The fault that it found.
+    /// Returns the fault that the controller found.
     #[inline(always)]
     fn accept_control_order(&mut self, order: &ControlOrder, start: Micros) -> Result<(), Fault> {
         match *order {
@@ -276,13 +278,13 @@ impl Pulser {
             ControlOrder::Fault(fault) if self.guard.state() == State::Stimulating => {
                 return Err(fault);
             }
-            // Nobody controls any more: a host that stopped may fall silent.
+            // No controller is active any more: a host that stopped may fall silent.
             ControlOrder::Fault(_) => {}
         }
         Ok(())
     }
 
-    /// Carries a notice of the guard to whom it concerns.
+    /// Passes a notice of the guard to the parts of the device program that it concerns.
     fn announce(&mut self, notice: Notice, at: Micros, mail: &mut PulserMail<'_>) {
         let event = match notice {
             Notice::Checked(Ok(())) => Some(ControlEvent::Armed),
@@ -290,7 +292,7 @@ impl Pulser {
             Notice::Checked(Err(_)) | Notice::Idle(_) | Notice::Faulted(_) | Notice::Recovered => {
                 self.scheduler.clear();
                 self.outputs.disarm(Levels::ISOLATED);
-                // Nothing else can end while an electrode check is under way.
+                // Nothing else can end while an electrode check is in progress.
                 Some(if self.arming.is_some() {
                     ControlEvent::Refused
                 } else {
@@ -318,13 +320,13 @@ impl Pulser {
         let _ = mail.report(Report::Changed { at, state, notice }); // counted
     }
 
-    /// Whether amplitudes are put out, at full or on their fall.
+    /// Returns whether amplitudes are output, including during their fall.
     const fn is_stimulating(&self) -> bool {
         matches!(self.guard.state(), State::Stimulating | State::Stopping)
     }
 
-    /// Tells the controller of this window's pulses, and the session of the first that drives
-    /// sync out.
+    /// Reports this window's pulses to the controller, and the first pulse that drives the sync
+    /// output to the session.
     fn report_pulses(&mut self, plan: &mut WindowPlan, mail: &mut PulserMail<'_>) {
         let mut sync = if self.is_stimulating() {
             self.guard.setup().and_then(|setup| setup.sync)
@@ -348,7 +350,7 @@ impl Pulser {
                 is_delayed: self.guard.is_delayed(pulse.channel),
             };
             let _ = mail.tell_pulse(event); // counted
-            // With the next pulse, which is what was slowed.
+            // Reported with the next pulse, which is the one whose amplitude was reduced.
             if core::mem::take(&mut self.is_slowed) {
                 let _ = mail.tell_pulse(ControlEvent::Slowed); // counted
             }
@@ -356,7 +358,7 @@ impl Pulser {
         self.schedule_sample(plan);
     }
 
-    /// Answers an order. The session has left room.
+    /// Answers an order. The session has left room for the answer.
     fn verdict(
         &self,
         seq: u16,

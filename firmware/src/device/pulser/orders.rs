@@ -1,4 +1,4 @@
-//! What the session orders, and the stop that overtakes it.
+//! Orders of the session, and stops, which overtake them.
 
 use super::Pulser;
 use crate::device::mail::{Answered, ControlEvent, Order, OrderKind, PulserMail, Released, Report};
@@ -8,9 +8,9 @@ use crate::safety::{Denied, Fault, Inputs};
 use crate::units::Micros;
 
 impl Pulser {
-    /// First the stop, if one was raised; then what was posted: void if that was
-    /// before the stop, else judged in the state that now is. Nothing is raised or
-    /// posted meanwhile, for the session runs below.
+    /// Carries out a stop, if one was raised, and then the posted orders. An order from before the
+    /// stop is void; others are judged in the present state. Meanwhile nothing can be raised or
+    /// posted, because the session has a lower interrupt priority.
     pub(super) fn accept_orders(
         &mut self,
         start: Micros,
@@ -34,7 +34,8 @@ impl Pulser {
                 self.stops_told = raised; // else again with the next window
             }
         }
-        // One copy of it, whole: taken out as an `Option` it is copied by bytes, twice.
+        // One copy of the order as a whole: taken out as an `Option`, it is copied byte by byte,
+        // twice.
         while let Some(&order) = mail.orders.peek() {
             let _ = mail.orders.dequeue();
             if order.stops == raised {
@@ -45,7 +46,7 @@ impl Pulser {
         }
     }
 
-    /// An order that a stop has overtaken: void if it could put anything out.
+    /// Handles an order that a stop has overtaken: it is void if it could cause output.
     fn void(&mut self, order: &Order, start: Micros, inputs: &Inputs, mail: &mut PulserMail<'_>) {
         let denied = match order.kind {
             OrderKind::Arm => {
@@ -73,7 +74,7 @@ impl Pulser {
         self.verdict(order.seq, start, Err(denied), answered, mail);
     }
 
-    /// Has written what was spent of the wearer's allowance.
+    /// Hands over the time and charge spent of the wearer's allowance to be written.
     #[cold]
     #[inline(never)]
     pub(super) fn keep_entry(&mut self, mail: &mut PulserMail<'_>) {
@@ -82,8 +83,8 @@ impl Pulser {
         }
     }
 
-    /// Tells the controller of a change. One that does not take its mail would
-    /// go on as before: that is a fault.
+    /// Reports a change to the controller. If the controller does not take its mail, it would
+    /// continue as before: that is a fault.
     pub(super) fn notify(&mut self, event: ControlEvent, mail: &mut PulserMail<'_>) {
         if mail.notify(event).is_err() {
             self.due = Some(Fault::Watchdog);
@@ -130,7 +131,7 @@ impl Pulser {
             OrderKind::Forget => return self.guard.forget_waiting(),
             OrderKind::Pulses => {
                 answered = Answered::Setpoint;
-                // The session put it into the mailbox before it ordered.
+                // The session put the list into the mailbox before it ordered.
                 let played = match mail.lists.peek() {
                     Some(list) => self.guard.play_list(list, start),
                     None => Err(Denied::Busy),
@@ -163,8 +164,8 @@ impl Pulser {
         inputs: &Inputs,
         mail: &mut PulserMail<'_>,
     ) -> Result<(), Denied> {
-        // The session put a setup into the mailbox before it ordered. Taken where it lies:
-        // it is long.
+        // The session put a setup into the mailbox before it ordered. Read in place, because it is
+        // long.
         let check = match mail.setup.peek() {
             Some(setup) => self.guard.arm(setup, inputs, start),
             None => Err(Denied::WrongState(self.guard.state())),

@@ -1,33 +1,35 @@
-//! Which pulse the current sense looks at, and whether its readings come.
+//! The choice of the pulse that the current sense samples, and the check that its readings arrive.
 
 use super::Pulser;
 use crate::pulse::{PulseStart, Sample, WINDOW_US, WindowPlan};
 use crate::safety::{Fault, Inputs};
 use crate::units::{Micros, us};
 
-/// Slots of a window in which a sample can be asked for: the board's refill arms it in
-/// the window's first microseconds, and the next has its reading.
+/// First and last slot of a window in which a sample can be taken: the board's refill arms the
+/// sample in the window's first microseconds, and the next refill has its reading.
 const FIRST_SLOT: u32 = 12;
 const LAST_SLOT: u32 = 240;
 const _: () = assert!(LAST_SLOT + 10 <= WINDOW_US);
 
-/// A phase's current is settled so long after its edge, µs (docs/hardware.md).
+/// Time after an edge at which a phase's current has settled, µs (docs/hardware.md).
 const SETTLED_US: u32 = 10;
 
-/// A channel with a shorter period is fast, µs: 50 readings a second tell as much.
+/// Period below which a channel counts as fast and is sampled less often, µs: 50 readings per
+/// second are sufficient.
 const SLOW_US: u32 = 20_000;
 
-/// Samples asked for without a reading that are a fault. Two are under way at most.
+/// Number of samples without a reading that is a fault. At most two are in progress.
 const MISSING_TO_FAULT: u8 = 6;
 
 impl Pulser {
-    /// Whether so many readings are missing that it is a fault.
+    /// Returns whether so many readings are missing that it is a fault.
     pub(super) const fn misses_readings(&self) -> bool {
         self.owed >= MISSING_TO_FAULT
     }
 
-    /// Picks the mid-phase to sample in this window. All stages share one sense resistor,
-    /// whose currents add up: only a channel that pulses alone then can be judged.
+    /// Chooses the middle of a phase to sample in this window. All stages share one sense
+    /// resistor, in which their currents add up, so only a channel that drives alone at that time
+    /// can be judged.
     pub(super) fn schedule_sample(&mut self, plan: &mut WindowPlan) {
         for pulse in &plan.pulses {
             self.note_middle(pulse, plan.start);
@@ -37,8 +39,9 @@ impl Pulser {
         }
     }
 
-    /// Notes a middle of `pulse`: in pulse after pulse of a channel the first phase and
-    /// the second in turn; of a fast one two in four, for what a reading costs.
+    /// Notes the middle of a phase of `pulse`. Consecutive pulses of a channel alternate between
+    /// first and second phase; a fast channel is sampled in two of four pulses, because each
+    /// reading takes time.
     fn note_middle(&mut self, pulse: &PulseStart, start: Micros) {
         let bit = 1u16.checked_shl(pulse.channel.into()).unwrap_or(0);
         let is_second = self.second & bit != 0;
@@ -53,7 +56,7 @@ impl Pulser {
         }
         let slot = (pulse.at - start).us().cast_unsigned() + middle.after_us; // below 1500
         let (windows, slot) = (slot / WINDOW_US, slot % WINDOW_US);
-        // Not further from the middle than leaves the current settled.
+        // The slot moves away from the middle only as far as the current is still settled.
         let slack = middle.half_us.saturating_sub(SETTLED_US);
         let slot = if slot < FIRST_SLOT {
             FIRST_SLOT.min(slot + slack)
@@ -69,7 +72,7 @@ impl Pulser {
         }
     }
 
-    /// Of the mid-phases in this window that of the channel whose turn it is.
+    /// Chooses, among the noted middles in this window, that of the channel whose turn it is.
     fn pick_sample(&mut self, plan: &mut WindowPlan) {
         let last = self.sampled;
         let turn = |channel: u8| channel.wrapping_sub(last).wrapping_sub(1) % 16;
@@ -88,7 +91,7 @@ impl Pulser {
                 } else {
                     Some(*sample)
                 };
-                // It has not had its turn: the same phase again.
+                // The channel has not had its turn, so it samples the same phase again.
                 let bit = beaten.map_or(0, |b| 1u16.checked_shl(b.channel.into()).unwrap_or(0));
                 self.second ^= bit;
             }
@@ -100,10 +103,10 @@ impl Pulser {
         }
     }
 
-    /// Counts readings against samples that were asked for.
+    /// Counts readings against samples taken.
     ///
     /// # Errors
-    /// [`Fault::ReadingMissing`].
+    /// [`Fault::ReadingMissing`] if too many readings are missing.
     pub(super) const fn expect_reading(&mut self, inputs: &Inputs) -> Result<(), Fault> {
         if inputs.reading.is_some() {
             self.owed = 0;

@@ -1,4 +1,4 @@
-//! A host's amplitudes: carried out at once, or in the window that contains their time.
+//! A host's amplitudes, which are carried out at once or in the window that contains their time.
 
 use super::Pulser;
 use crate::device::mail::{Answered, Order, PulserMail};
@@ -7,9 +7,9 @@ use crate::safety::{Denied, Stimuli, Timed};
 use crate::units::{Micros, us};
 
 impl Pulser {
-    /// Takes amplitudes that hold from `at` on, or from now. What is due in the window at
-    /// `start` or was before is carried out, behind what waits and is due no later; of what
-    /// was due before, it is counted. All else waits.
+    /// Takes amplitudes that hold from `at` on, or from now. If they are due in the window at
+    /// `start` or earlier, they are carried out after the queued orders that are due no later; if
+    /// they were due before `start`, they also count as late. Otherwise they are queued.
     pub(super) fn accept_amplitudes(
         &mut self,
         order: &Order,
@@ -39,9 +39,9 @@ impl Pulser {
         Ok(())
     }
 
-    /// Carries out what waits and is due at `until` or before, in the window at `start`: one
-    /// order, for no two are due in a window. Its request was acknowledged when it began to
-    /// wait; if it is refused now, that is said then.
+    /// Carries out the queued order that is due at `until` or before, in the window at `start`.
+    /// There is at most one, because no two are due in one window. Its request was acknowledged
+    /// when it was queued; if it is refused now, the refusal is reported now.
     #[inline(never)]
     pub(super) fn carry_out_due(
         &mut self,
@@ -57,7 +57,7 @@ impl Pulser {
         }
     }
 
-    /// Once in the image: it is long.
+    /// Never inlined, because it is long and the image needs only one copy.
     #[inline(never)]
     fn set_amplitudes(&mut self, stimuli: &Stimuli, start: Micros) -> Result<(), Denied> {
         self.guard.set_amplitudes(stimuli.channels(), start)

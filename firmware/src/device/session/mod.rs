@@ -1,9 +1,10 @@
-//! The owner of bytes: frames in, requests checked, answers out.
+//! The part of the device program that handles bytes: it receives frames, checks requests and
+//! sends answers.
 //!
-//! What can be judged without knowing the state (ranges, limits, groups) is
-//! judged here against a *draft* setup, which a host may edit at any time and
-//! which arming takes as a whole. What depends on the state is judged by the
-//! owner of the state, whose verdict becomes the answer.
+//! Requests that can be judged without the state (ranges, limits, groups) are judged here with a
+//! *draft* setup, which a host may edit at any time and which arming takes as a whole. Requests
+//! that depend on the state are judged by the part that owns the state, and its verdict becomes
+//! the answer.
 
 mod opening;
 mod outbox;
@@ -29,17 +30,17 @@ use outbox::{Outbox, ROOM};
 use present::is_of_present;
 use release::Release;
 
-/// Room that telemetry and edges leave for answers.
+/// Bytes of the outbox that telemetry and edges leave free for answers.
 const RESERVED: usize = 768;
 
-/// Room that all else leaves for the answers to stops.
+/// Bytes of the outbox that all other messages leave free for the answers to stops.
 const STOP_RESERVED: usize = 128;
 
-/// Stops whose answers wait for the pulser; of more in one window the others are
-/// answered at once, with the time of their arrival.
+/// Largest number of stops whose answers wait for the pulser. If more come in one window, the
+/// others are answered at once, with the time of their arrival.
 const STOPS: usize = 8;
 
-/// Owns the link and the draft.
+/// The session of a host: it owns the link and the draft.
 #[derive(Debug)]
 pub struct Session {
     identity: Identity,
@@ -49,31 +50,31 @@ pub struct Session {
     last_session: u16,
     expected: Option<u16>,
     state: State,
-    /// `Start`s not yet answered, and when the latest came.
+    /// Number of `Start` requests that are not answered yet, and the arrival time of the latest.
     starting: Option<(u8, Micros)>,
     draft: Draft,
-    /// Over what made the draft, as it came.
+    /// Checksum over the requests that made the draft, as they arrived.
     setup: SetupSum,
-    /// Another host's takeover, or a restart, that the pulser has yet to judge.
+    /// A takeover by another host, or a restart, that the pulser has not judged yet.
     release: Option<Release>,
-    /// What is to be stored, after which the board restarts.
+    /// The stage table to store, after which the board restarts.
     storing: Option<StageTable>,
     counters: Counters,
-    /// Number of each stop not yet answered, and the count at which it was raised.
+    /// Number of each stop that is not answered yet, and the count at which it was raised.
     stops: Deque<(u16, u32), STOPS>,
 }
 
 type Answer = Result<Reply, Refusal<'static>>;
 
 enum Reply {
-    /// Carried out.
+    /// The request was carried out and can be acknowledged.
     Done,
-    /// Another owner answers.
+    /// Another part of the device program will answer.
     Later,
 }
 
 impl Session {
-    /// A session owner without a session.
+    /// Returns the handler of a link on which no host has opened a session.
     #[must_use]
     pub fn new(identity: Identity) -> Self {
         Self {
@@ -98,8 +99,8 @@ impl Session {
         }
     }
 
-    /// Takes bytes that arrived at `now`. A function of its own in every image: whoever
-    /// watches one stops here.
+    /// Takes bytes that arrived at `now`. Every image keeps this as a separate function, so that a
+    /// debugger can stop here.
     #[inline(never)]
     pub fn receive(&mut self, now: Micros, mut bytes: &[u8], mail: &mut SessionMail<'_>) {
         while !bytes.is_empty() {
@@ -134,14 +135,14 @@ impl Session {
         }
     }
 
-    /// A frame that says nothing.
+    /// Refuses a frame that cannot be decoded, and counts it.
     fn misunderstand(&mut self, refusal: Refusal<'static>) {
         self.counters.bad_frames = self.counters.bad_frames.saturating_add(1);
         self.refuse(None, refusal);
     }
 
-    /// Carries the other owners' reports to the host: those of about `now` ([`present`]), and
-    /// all that tell of a stop.
+    /// Sends the reports of the other parts to the host: those whose time is close to `now`
+    /// ([`present`]), and all reports of stops.
     pub fn poll(&mut self, now: Micros, mail: &mut SessionMail<'_>) {
         self.counters.lost_posts = mail.lost.count();
         while let Some(report) = mail.reports.dequeue() {
@@ -187,24 +188,24 @@ impl Session {
         }
     }
 
-    /// Whether what was not asked for leaves room for answers.
+    /// Returns whether unrequested messages leave room for answers.
     const fn leaves_room(&self) -> bool {
         self.outbox.len() + RESERVED < ROOM
     }
 
-    /// Moves up to `buffer.len()` bytes for the host into `buffer`.
+    /// Moves up to `buffer.len()` bytes for the host into `buffer`, and returns their number.
     pub fn transmit(&mut self, buffer: &mut [u8]) -> usize {
         self.outbox.pop(buffer)
     }
 
-    /// Whether bytes for the host wait.
+    /// Returns whether bytes for the host wait.
     #[must_use]
     pub fn has_output(&self) -> bool {
         self.outbox.len() > 0
     }
 
-    /// The stage table that a host had accepted: whoever runs this session lets its
-    /// answer out, stores the table and restarts the device.
+    /// Returns the stage table that the device accepted from a host, if any. The code that runs
+    /// this session sends the answer, stores the table and restarts the device.
     #[must_use]
     pub const fn storing(&self) -> Option<&StageTable> {
         self.storing.as_ref()
@@ -230,7 +231,7 @@ impl Session {
         }
         let admitted = self.admit(sender);
         if let Request::Stop = request {
-            // Whoever it is: stopping is never refused.
+            // From any sender: stopping is never refused.
             self.stop(now, seq, mail);
             return;
         }
@@ -242,8 +243,9 @@ impl Session {
         }
     }
 
-    /// Refuses what takes longer to carry out than a `Stop` behind it may wait. The copy of
-    /// the state does: nothing plays before a `Start` was answered.
+    /// Refuses a request that takes longer to carry out than a `Stop` behind it may wait, unless
+    /// no pulses play. The session's copy of the state is sufficient: nothing plays before a
+    /// `Start` was answered.
     fn check_at_rest(&mut self, now: Micros) -> Result<(), Refusal<'static>> {
         let plays = matches!(self.state, State::Stimulating | State::Stopping);
         // An answer that is so late is lost.
@@ -254,8 +256,8 @@ impl Session {
         Ok(())
     }
 
-    /// Raises the flag that the pulser sees before all orders, and that makes void
-    /// what was posted before.
+    /// Raises the stop flag, which the pulser reads before all orders. It makes orders void that
+    /// were posted before.
     fn stop(&mut self, now: Micros, seq: u16, mail: &SessionMail<'_>) {
         let raised = mail.stop.raise();
         if self.stops.push_back((seq, raised)).is_err() {
@@ -263,9 +265,9 @@ impl Session {
         }
     }
 
-    /// Answers the stops that are carried out.
+    /// Answers the stops that are carried out, up to the count `stops`.
     fn stopped(&mut self, stops: u32, at: Micros) {
-        // Counts wrap; no more than a few lie between two that are compared.
+        // Counts wrap; two compared counts differ by only a few.
         let is_done = |(_, raised): &(u16, u32)| stops.wrapping_sub(*raised) < 1 << 31;
         while self.stops.front().is_some_and(is_done) {
             let Some((seq, _)) = self.stops.pop_front() else {
@@ -381,7 +383,7 @@ impl Session {
         self.enqueue(ROOM - STOP_RESERVED, response);
     }
 
-    /// Queues a whole message or, if the host does not read, none of it.
+    /// Queues a whole message, or none of it if the host does not read.
     fn enqueue(&mut self, room: usize, response: &Response<'_>) {
         let mut frame = heapless::Vec::new();
         match encode_into(response, &mut frame) {
@@ -390,13 +392,13 @@ impl Session {
         }
     }
 
-    /// A message that no host will hear.
+    /// Counts a message that is not sent to the host.
     const fn drop_message(&mut self) {
         self.counters.dropped = self.counters.dropped.saturating_add(1);
     }
 }
 
-/// Whether an arm order is under way: the controller has not taken or dropped its
+/// Returns whether an arm order is in progress: the controller has neither taken nor dropped its
 /// parts yet.
 fn is_arming(mail: &SessionMail<'_>) -> bool {
     !mail.control_parts.is_empty()
@@ -406,7 +408,8 @@ fn send<T>(mailbox: &mut heapless::spsc::Producer<'_, T>, item: T) -> Result<(),
     mailbox.enqueue(item).map_err(|_| busy())
 }
 
-/// Asks the controller, if it can answer; after the stops raised so far.
+/// Posts a request to the controller, with the stops raised so far, or refuses it if the
+/// controller could not answer.
 fn submit(request: ControlRequest, mail: &mut SessionMail<'_>) -> Result<(), Refusal<'static>> {
     if !mail.has_room_for_request() {
         return Err(busy());

@@ -1,4 +1,4 @@
-//! Who the device is, who may speak to it, and how sessions are numbered.
+//! The device's identity, the right to send requests, and the numbers of sessions.
 
 use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
 use super::{Session, busy, send, submit};
@@ -8,30 +8,30 @@ use crate::pulse::DEAD_TIME_US;
 use crate::safety::{FaultRecord, Stages};
 use crate::units::Micros;
 
-/// What a device says of itself.
+/// The device's identity, as it is reported to hosts.
 #[derive(Clone, Copy, Debug)]
 pub struct Identity {
-    /// What it is.
+    /// Kind of device.
     pub kind: Kind,
     /// 96-bit unique number of the chip; zero in simulators.
     pub unique_id: [u32; 3],
-    /// Why it last reset.
+    /// Cause of the latest reset.
     pub reset: ResetCause,
-    /// Fault that the reset found recorded.
+    /// Fault that was recorded before the reset, if any.
     pub last_fault: Option<FaultRecord>,
-    /// Number of the first session, [`first_session`] or any; 0 counts as 1.
+    /// Number of the first session, from [`first_session`] or arbitrary; 0 counts as 1.
     pub first_session: u16,
-    /// Its output stages.
+    /// The device's output stages.
     pub stages: Stages,
-    /// The chip's option bytes; none in simulators without a chip.
+    /// The chip's option bytes; `None` in simulators without a chip.
     pub option_bytes: Option<OptionBytes>,
 }
 
-/// Where session numbers begin: a number that another host does not hit by
-/// chance. It is told to whoever asks by `Hello`, and so is no secret.
+/// Returns the number of the first session, which another host is unlikely to guess by chance. The
+/// device reports it to any host that sends `Hello`, so it is no secret.
 #[must_use]
 pub fn first_session(seed: &[u32]) -> u16 {
-    // FNV-1a, folded.
+    // FNV-1a hash, folded to 16 bits.
     let hash = seed.iter().fold(0x811C_9DC5_u32, |hash, &word| {
         let bytes = word.to_le_bytes().into_iter();
         bytes.fold(hash, |hash, byte| {
@@ -42,8 +42,12 @@ pub fn first_session(seed: &[u32]) -> u16 {
 }
 
 impl Session {
-    /// Opens a session, which begins without a subscription. `None` if another host has
-    /// one: the pulser judges the takeover, and its verdict is the answer.
+    /// Opens a session, which begins without a subscription. Returns `None` if another host has a
+    /// session: the pulser judges the takeover, and its verdict is the answer.
+    ///
+    /// # Errors
+    /// Refuses a host with another schema, a takeover of a device that is not at rest, a device
+    /// that is about to restart, and full mailboxes.
     pub(super) fn open(
         &mut self,
         now: Micros,
@@ -65,7 +69,7 @@ impl Session {
         if self.owner.is_none() {
             return self.renew(now, seq, mail).map(Some);
         }
-        // Perhaps while it stimulates: what the session that ends ordered for later goes
+        // The device may be stimulating: the timed setpoints of the session that ends are dropped
         // with it.
         if !mail.orders.ready() {
             return Err(busy());
@@ -81,7 +85,7 @@ impl Session {
         Ok(Some(info))
     }
 
-    /// The next session, for the host that sent `Hello` as its number `seq`.
+    /// Begins the next session, for the host that sent `Hello` with number `seq`.
     pub(super) fn renew(
         &mut self,
         at: Micros,
@@ -111,7 +115,8 @@ impl Session {
         })
     }
 
-    /// Only the session's owner is heard; gaps in its numbers are losses.
+    /// Checks that the sender owns the session. Gaps in its request numbers count as lost
+    /// requests.
     pub(super) fn admit(&mut self, sender: Sender) -> Result<(), Refusal<'static>> {
         let Sender { session, seq } = sender;
         if self.owner != Some(session) {
@@ -123,7 +128,7 @@ impl Session {
             return Err(Refusal::new(code, "session"));
         }
         let gap = seq.wrapping_sub(self.expected.unwrap_or(seq));
-        // A number from before is late or doubled; no gap follows it.
+        // A lower number is late or duplicated; no gap follows it.
         if gap < 1 << 15 {
             self.counters.lost = self.counters.lost.saturating_add(gap.into());
             self.expected = Some(seq.wrapping_add(1));

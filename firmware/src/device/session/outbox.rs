@@ -1,21 +1,21 @@
-//! Bytes on their way to a host that is slow to read.
+//! The buffer of bytes for a host that is slow to read.
 
-/// Bytes kept.
+/// Capacity of the buffer in bytes.
 pub(super) const ROOM: usize = 2048;
 
-/// A ring that is filled and emptied run by run, which costs a fraction of doing it
-/// byte by byte.
+/// A ring buffer that is filled and emptied in runs, which takes a fraction of the time of single
+/// bytes.
 #[derive(Debug)]
 pub(super) struct Outbox {
     bytes: [u8; ROOM],
-    /// Place of the oldest byte, below [`ROOM`].
+    /// Position of the oldest byte, below [`ROOM`].
     first: usize,
-    /// Bytes that wait, at most [`ROOM`].
+    /// Number of bytes that wait, at most [`ROOM`].
     len: usize,
 }
 
 impl Outbox {
-    /// An empty one.
+    /// Returns an empty buffer.
     pub(super) const fn new() -> Self {
         Self {
             bytes: [0; ROOM],
@@ -24,14 +24,14 @@ impl Outbox {
         }
     }
 
-    /// Bytes that wait.
+    /// Returns the number of bytes that wait.
     pub(super) const fn len(&self) -> usize {
         self.len
     }
 
-    /// Appends as many of `bytes` as there is room for.
+    /// Appends as many of `bytes` as fit.
     pub(super) fn push(&mut self, mut bytes: &[u8]) {
-        // To the ring's end, then from its start. Both below twice ROOM.
+        // First up to the ring's end, then from its start. Both positions are below twice ROOM.
         for _ in 0..2 {
             let start = (self.first + self.len) % ROOM;
             let end = (start + ROOM - self.len).min(ROOM);
@@ -41,7 +41,7 @@ impl Outbox {
         }
     }
 
-    /// Moves the oldest bytes into `buffer`; how many.
+    /// Moves the oldest bytes into `buffer`, and returns their number.
     pub(super) fn pop(&mut self, buffer: &mut [u8]) -> usize {
         let mut taken = 0;
         for _ in 0..2 {
@@ -56,7 +56,7 @@ impl Outbox {
     }
 }
 
-/// Copies what fits; how many bytes.
+/// Copies the bytes that fit, and returns their number.
 fn copy(from: &[u8], to: Option<&mut [u8]>) -> usize {
     let to = to.unwrap_or_default();
     let count = from.len().min(to.len());

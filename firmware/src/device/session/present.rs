@@ -1,24 +1,25 @@
-//! Which of the other owners' messages are of the present.
+//! Detection of stale messages from the other parts of the device program.
 //!
-//! A mailbox counts what was put in and what was taken. Where a bit of a count is wrong,
-//! the session is handed slots that it took long ago, or that nobody ever wrote and that
-//! read as a deadline missed at time 0. A number in each message would be counted wrong by
-//! the same bit, and silence its mailbox from then on; the time that each has anyhow is not.
+//! A mailbox counts the messages put in and taken out. After a bit flip in a count, the session
+//! receives slots that it took long ago, or that were never written and that read as a deadline
+//! missed at time 0. A sequence number in each message would be miscounted by the same bit flip,
+//! and would silence its mailbox from then on; the time that each message has anyway is not
+//! affected.
 
 use super::super::mail::{ControlReport, ControlVerdict, Released, Report};
 use crate::units::Micros;
 
-/// The furthest from now, µs. The watchdog resets a device whose session stays away from its
-/// mail for 12 ms.
+/// Largest plausible difference between a message's time and now, µs. The watchdog resets a device
+/// whose session does not read its mail for 12 ms.
 const PRESENT_US: u32 = 100_000;
 
-/// Whether what says of itself that it came `at` can have come about `now`.
+/// Returns whether a message with time `at` can have been written around `now`.
 pub(super) const fn is_of_present(at: Micros, now: Micros) -> bool {
     now.elapsed_since(at) <= PRESENT_US && at.elapsed_since(now) <= PRESENT_US
 }
 
 impl Report {
-    /// When it was written.
+    /// Returns the time at which the report was written.
     pub(super) const fn at(&self) -> Micros {
         match *self {
             Self::Verdict { at, .. }
@@ -31,7 +32,7 @@ impl Report {
 }
 
 impl ControlReport {
-    /// When it was written.
+    /// Returns the time at which the report was written.
     pub(super) const fn at(&self) -> Micros {
         match *self {
             Self::Verdict(ControlVerdict { at, .. }) | Self::Event { at, .. } => at,
@@ -71,8 +72,8 @@ mod tests {
         }
     }
 
-    /// What is told at `now` of what came `at`: whether the state changed, whether
-    /// anything is said, and what was dropped.
+    /// Polls a session at `now` after `report`, and returns whether its state changed, whether it
+    /// sent anything, and the number of dropped messages.
     fn told(report: Report, now: Micros) -> (bool, bool, u32) {
         let mut mail = Mailboxes::new();
         mail.split().0.report(report).unwrap();
@@ -112,12 +113,13 @@ mod tests {
             at: Micros::new(0),
             state: State::Fault,
         };
-        // No `Stop` waits for its answer; the state is taken.
+        // No `Stop` waits for its answer, but the state is taken over.
         let fate = told(stopped, Micros::new(3_600_000_000));
         assert_eq!(fate, (true, false, 0));
     }
 
-    /// Edges leave the room that telemetry leaves, and what does not fit is counted.
+    /// Edges leave the same room free that telemetry leaves, and edges that do not fit are
+    /// counted.
     #[test]
     fn edges_leave_room_for_answers() {
         let now = Micros::new(3_600_000_000);

@@ -1,8 +1,7 @@
-//! What takes the device away from its session: another host's `Hello`, and a stage table,
-//! after which the device restarts. Both need a device at rest, and the session's own copy
-//! of the state is as old as its last look at the mail. So the pulser, the owner of the
-//! state, judges them in turn with what was ordered before; meanwhile nothing is ordered
-//! that could end its rest.
+//! Requests that take the device away from its session: another host's `Hello`, and a stage table,
+//! after which the device restarts. Both need a device at rest, and the session's own copy of the
+//! state is as old as its last look at the mail. So the pulser, which owns the state, judges them
+//! in turn with the earlier orders; until then nothing is ordered that could end the rest.
 
 use super::super::mail::{Order, OrderKind, Released, SessionMail};
 use super::present::is_of_present;
@@ -11,21 +10,22 @@ use crate::link::{Code, Refusal, Request, Response};
 use crate::safety::{StageTable, State};
 use crate::units::Micros;
 
-/// A takeover or a restart that the pulser has yet to judge.
+/// A takeover or a restart that the pulser has not judged yet.
 #[derive(Debug)]
 pub(super) struct Release {
     seq: u16,
     at: Micros,
-    /// What to store before the restart; `None` for a takeover.
+    /// Stage table to store before the restart; `None` for a takeover.
     table: Option<StageTable>,
 }
 
 impl Session {
-    /// Asks the pulser whether another host may take over or, with a `table`, the device
-    /// restart. What the session knows already is refused at once.
+    /// Asks the pulser whether another host may take over or, with a `table`, whether the device
+    /// may restart. If the session knows already that the device is not at rest, it refuses at
+    /// once.
     ///
     /// # Errors
-    /// The device is not at rest, or cannot be asked now.
+    /// Refuses if the device is not at rest, or if the pulser cannot be asked now.
     pub(super) fn ask_release(
         &mut self,
         now: Micros,
@@ -55,14 +55,15 @@ impl Session {
         Ok(())
     }
 
-    /// The one that waits for its verdict; a verdict that is so late is lost.
+    /// Returns the takeover or restart that waits for its verdict; a verdict that is too late
+    /// counts as lost.
     fn release_under_way(&mut self, now: Micros) -> Option<&Release> {
         self.release
             .take_if(|release| !is_of_present(release.at, now));
         self.release.as_ref()
     }
 
-    /// Refuses what may not be ordered while the pulser judges a takeover or a restart, or
+    /// Refuses requests that are not allowed while the pulser judges a takeover or a restart, or
     /// before a restart.
     pub(super) fn check_release(
         &mut self,
@@ -78,7 +79,7 @@ impl Session {
         }
     }
 
-    /// The pulser's verdict.
+    /// Carries out the pulser's verdict on a takeover or a restart.
     pub(super) fn released(&mut self, verdict: Released, mail: &mut SessionMail<'_>) {
         let Released {
             seq, at, restarts, ..
@@ -103,8 +104,8 @@ impl Session {
     }
 }
 
-/// Whether another host may take over in `state`, or the device restart: as the pulser has
-/// it, which knows of an electrode check besides.
+/// Returns whether another host may take over in `state`, or whether the device may restart. The
+/// pulser, which decides, also takes an electrode check into account.
 pub(in crate::device) const fn is_at_rest(state: State, restarts: bool) -> bool {
     match state {
         State::Idle => true,

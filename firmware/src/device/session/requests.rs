@@ -1,5 +1,5 @@
-//! What each request does: edits the draft, or orders something of another
-//! owner, who answers it.
+//! The effect of each request: an edit of the draft, or an order to another part of the device
+//! program, which answers it.
 
 use super::super::draft::check_channel;
 use super::super::mail::{ControlRequest, Order, OrderKind, SessionMail};
@@ -15,8 +15,8 @@ use fixed::types::I16F16;
 use heapless::Vec;
 
 impl Session {
-    /// What a request of the session's owner comes to: an edit of the draft, or an
-    /// order to the owner who will answer it.
+    /// Carries out a request of the session's owner: an edit of the draft, or an order to the part
+    /// that will answer it.
     pub(super) fn answer(
         &mut self,
         now: Micros,
@@ -33,7 +33,7 @@ impl Session {
             kind,
         };
         self.check_release(now, request)?;
-        // Each may make a table of force control.
+        // Each of these requests may compute a table of force control.
         if let Request::Channel { .. } | Request::Muscle { .. } | Request::ForceControl { .. } =
             request
         {
@@ -155,11 +155,11 @@ impl Session {
                 self.store_stages(now, seq, *stages, *supply, mail)?;
                 return Ok(Reply::Later);
             }
-            // Who serves a simulator takes it on its way here.
+            // The server of a simulator handles this request before it arrives here.
             Request::SimulateTrigger => {
                 return Err(Refusal::new(Code::SimulatorOnly, "trigger"));
             }
-            // Handled before, `Hello` and `Stop` among them.
+            // Handled before, as are `Hello` and `Stop`.
             _ => {
                 return Err(Refusal::new(Code::UnknownMessage, "request"));
             }
@@ -167,7 +167,7 @@ impl Session {
         Ok(Reply::Done)
     }
 
-    /// Takes a table of the board's stages if there is where to keep it; the pulser says
+    /// Accepts a table of the board's stages if the device can store it; the pulser decides
     /// whether the device is idle.
     fn store_stages(
         &mut self,
@@ -189,7 +189,7 @@ impl Session {
         self.ask_release(now, seq, Some(table), mail)
     }
 
-    /// Hands a list of pulses to the pulser; of two in one window the second finds no room.
+    /// Passes a list of pulses to the pulser. Of two lists in one window the second finds no room.
     fn play(
         &self,
         channel: u8,
@@ -212,23 +212,22 @@ impl Session {
         later(order, mail)
     }
 
-    /// Checks the whole draft, and that it is what the host means by `sum`, and hands
-    /// it to its two users.
+    /// Checks the whole draft, and that its checksum is the host's `sum`, and passes it to the
+    /// pulser and the controller.
     fn arm(&mut self, sum: u32, order: Order, mail: &mut SessionMail<'_>) -> Answer {
-        // One order at a time, and all of it: a part left behind would block the
-        // next one.
+        // One order at a time, and all of it: a part left behind would block the next order.
         if is_arming(mail) || !mail.setup.ready() || !mail.has_room_for_order() {
             return Err(busy());
         }
-        // Before what is wrong with a setup that the host does not mean.
+        // Checked before the draft's mistakes, because the host may mean another setup.
         if self.setup.total() != sum {
             return Err(Refusal::new(Code::OtherSetup, "setup"));
         }
-        // None only if a mistake was let pass.
+        // `None` only if a mistake was ignored.
         let refuse = |mistake| Err(Refusal::from(mistake));
         let setup = self.draft.examine(refuse)?.ok_or_else(busy)?;
-        // Nothing is refused from here on: every part was just built, and the
-        // mailboxes are as large as the largest setup.
+        // Nothing is refused from here on: every part was just built, and the mailboxes are as
+        // large as the largest setup.
         for line in self.draft.lines() {
             send(&mut mail.lines, line.clone())?;
         }
@@ -240,8 +239,8 @@ impl Session {
     }
 }
 
-/// One value per bit of `mask`, and one width or none at all; as arrays with what there
-/// is in front.
+/// Returns a host's amplitudes and widths as arrays, filled from the front. There must be one
+/// value per bit of `mask`, and one width per bit or none.
 fn stimuli(mask: u16, values: &[Amplitude], widths: &[u16]) -> Result<Stimuli, Refusal<'static>> {
     Request::MASK.check(mask)?;
     let count = mask.count_ones();

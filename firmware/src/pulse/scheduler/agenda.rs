@@ -1,4 +1,4 @@
-//! What changes at which microsecond of one window.
+//! The changes of the outputs in one window, ordered by microsecond.
 
 use super::bits;
 use crate::pulse::WINDOW_US;
@@ -7,14 +7,14 @@ use crate::units::Micros;
 const SLOTS: usize = WINDOW_US as usize;
 const _: () = assert!(SLOTS <= 256);
 
-/// Changes of the picture by slot, entered in any order, handed over in time's.
-/// Every operation costs the same however much is entered.
+/// The queue of changes of the picture, entered in any order and handed over in the order of their
+/// slots. Each operation takes the same time however many changes are queued.
 #[derive(Debug)]
 pub(super) struct Agenda {
     start: Micros,
-    /// Bit n of all words together: slot n has an entry.
+    /// Bitmap of the slots that have a change: bit n of all words together stands for slot n.
     slots: [u32; SLOTS.div_ceil(32)],
-    /// The bits of the picture that change there; none in slots without entry.
+    /// Bits of the picture that change at each slot; 0 in slots without a change.
     changes: [u32; SLOTS],
 }
 
@@ -27,18 +27,18 @@ impl Agenda {
         }
     }
 
-    /// Forgets what was entered.
+    /// Discards all changes.
     pub(super) fn clear(&mut self) {
         self.slots.fill(0);
         self.changes.fill(0);
     }
 
-    /// Turns to the window at `start`; what was entered has been handed over.
+    /// Starts the window at `start`; the changes of the previous window have been handed over.
     pub(super) const fn begin(&mut self, start: Micros) {
         self.start = start;
     }
 
-    /// When `at` is, µs after the window's start; most without.
+    /// Returns how far `at` is after the window's start, µs; the largest number for `None`.
     #[inline]
     pub(super) fn ahead(&self, at: Option<Micros>) -> u32 {
         match at {
@@ -47,15 +47,14 @@ impl Agenda {
         }
     }
 
-    /// The slot of `at`, not before the window; none after it.
+    /// Returns the slot of `at`, which is not before the window; `None` if it is after the window.
     #[inline]
     pub(super) fn slot(&self, at: Micros) -> Option<u32> {
         let slot = (at - self.start).us().cast_unsigned();
         if slot < WINDOW_US { Some(slot) } else { None }
     }
 
-    /// Enters that `bits` of the picture change at `slot`; nothing outside the
-    /// window.
+    /// Enters that `bits` of the picture change at `slot`. A slot outside the window is ignored.
     #[inline]
     pub(super) fn enter(&mut self, slot: u32, bits: u32) {
         if let Some(changes) = self.changes.get_mut(slot as usize)
@@ -66,7 +65,7 @@ impl Agenda {
         }
     }
 
-    /// Hands over and forgets what changes, slot by slot, until `change` fails.
+    /// Hands over all changes to `change` and removes them, slot by slot, until it fails.
     #[inline]
     pub(super) fn drain<E>(
         &mut self,

@@ -1,4 +1,4 @@
-//! Isolated groups: their members' edges are taken together, in time order.
+//! Isolated groups: the edges of their members are processed together, in the order of time.
 
 use super::agenda::Agenda;
 use super::lane::Lane;
@@ -7,8 +7,8 @@ use crate::pulse::CHANNELS;
 use crate::pulse::plan::WindowPlan;
 use crate::units::Micros;
 
-/// Takes the members of an isolated group through the window, earliest edge
-/// first, and settles after each which groundings it interrupts or resumes.
+/// Advances the members of an isolated group through the window, earliest edge first, and
+/// determines after each edge which groundings it interrupts or resumes.
 pub(super) fn advance_together(
     lanes: &mut [Option<Lane>; CHANNELS],
     members: u16,
@@ -42,7 +42,7 @@ pub(super) fn advance_together(
     Ok(())
 }
 
-/// The next edges of those lanes that have one.
+/// Returns the times of the next edges of the lanes in `members` that have one.
 pub(super) fn dues(lanes: &[Option<Lane>; CHANNELS], members: u16) -> impl Iterator<Item = Micros> {
     let lanes = lanes.iter().enumerate();
     lanes.filter_map(move |(channel, lane)| {
@@ -51,12 +51,12 @@ pub(super) fn dues(lanes: &[Option<Lane>; CHANNELS], members: u16) -> impl Itera
     })
 }
 
-/// The first of `times`, which lie within half the clock's range.
+/// Returns the earliest of `times`, which lie within half the clock's range.
 pub(super) fn earliest(times: impl Iterator<Item = Micros>) -> Option<Micros> {
     times.fold(None, |first, at| earlier(first, Some(at)))
 }
 
-/// The first of two times, if any.
+/// Returns the earlier of two times, if any.
 fn earlier(a: Option<Micros>, b: Option<Micros>) -> Option<Micros> {
     match (a, b) {
         (Some(a), Some(b)) => Some(if b.is_before(a) { b } else { a }),

@@ -1,5 +1,5 @@
-//! The scheduler's own memory: sealed between windows, so that a bit that changes by
-//! itself is a fault before it is an edge.
+//! Checksums over the scheduler's own memory between windows, so that a bit flip becomes a fault
+//! before it becomes an edge.
 
 use super::{Lane, RenderError, Scheduler};
 use crate::pulse::{Partner, WINDOW_US};
@@ -7,7 +7,7 @@ use crate::seal::Seal;
 use core::hash::Hash;
 
 impl Scheduler {
-    /// Looks at the seals: what all lanes share, and one lane after the other.
+    /// Verifies the checksum over the memory that all lanes share, and that of one lane in turn.
     #[inline]
     pub(super) fn look(&mut self) -> Result<(), RenderError> {
         let lane = self.turn.next().and_then(|turn| self.lanes.get(turn));
@@ -28,8 +28,8 @@ impl Scheduler {
         self.seal = seal;
     }
 
-    /// Lanes that this window takes: with an edge in it, or in an isolated group. Their
-    /// memory must be as it was left.
+    /// Returns the lanes that this window needs, bit i for channel i: those with an edge in it,
+    /// and those in an isolated group. Their checksums must match.
     pub(super) fn open(&self) -> Result<u16, RenderError> {
         if !self.groups_seal.holds(&self.groups) {
             return Err(RenderError::Memory);

@@ -1,4 +1,4 @@
-//! Renders windows: from edge to edge of all channels, in time order.
+//! The scheduler, which renders windows from edge to edge of all channels, in the order of time.
 
 use super::plan::{Change, Levels, State, WindowPlan};
 use super::{CHANNELS, Group, MAX_GROUPS, Partner, Train, WINDOW_US};
@@ -21,33 +21,33 @@ use lane::{Lane, Phase};
 pub use supply::{Burst, BurstTime, Supply};
 use triggers::Gate;
 
-/// The middle of a phase.
+/// The middle of a phase of a channel's pulses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Middle {
-    /// From the pulse's start, µs.
+    /// Time from the pulse's start to the middle, µs.
     pub after_us: u32,
-    /// Of the second phase.
+    /// Whether it is the middle of the second phase.
     pub second: bool,
-    /// Half of the phase, µs.
+    /// Half of the phase's width, µs.
     pub half_us: u32,
-    /// From burst to burst, µs.
+    /// Time from burst to burst, µs.
     pub period_us: u32,
 }
 
-/// Why a window could not be rendered. Either is a fault: outputs isolate.
+/// The reason why a window could not be rendered. Each one is a fault, which disconnects the
+/// outputs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum RenderError {
     /// An edge lies before the window: a refill was missed.
     Late,
-    /// More edges than a window can hold; excluded by validation.
+    /// The window has more edges than it can hold, which validation excludes.
     Full,
-    /// Its memory changed by itself.
+    /// The scheduler's memory changed by itself.
     Memory,
 }
 
-/// What all lanes ask for together, kept up to date edge by edge: [`Levels`],
-/// and above them bit 21 + i while channel i is between its first and its last
-/// driven edge.
+/// The combined output of all lanes, updated edge by edge: [`Levels`] in the lower bits, and above
+/// them bit 21 + i while channel i is between its first and its last driven edge.
 #[derive(Clone, Copy, Debug, Hash)]
 struct Picture(u32);
 
@@ -56,7 +56,7 @@ impl Picture {
     const SHIFT: usize = 2 * CHANNELS + 1;
     const PULSING: u32 = ((1 << CHANNELS) - 1) << Self::SHIFT;
 
-    /// `channel` (below [`CHANNELS`]) inside a pulse and in `state`.
+    /// Returns a picture in which `channel` (below [`CHANNELS`]) is inside a pulse and in `state`.
     const fn pulsing_in(channel: usize, state: State) -> Self {
         let bit = 1 << (Self::SHIFT + channel % CHANNELS);
         Self(Levels::ISOLATED.with(channel, state).0 | bit)
@@ -66,29 +66,29 @@ impl Picture {
         Levels(self.0 & !Self::PULSING)
     }
 
-    /// Bit i is channel i.
+    /// Returns the channels that are inside a pulse, bit i for channel i.
     const fn pulsing(self) -> u16 {
         (self.0 >> Self::SHIFT) as u16 // ten bits
     }
 }
 
-/// All channels' trains under way. Small state, no time of its own.
+/// The trains of all channels in progress. It has little state and no clock of its own.
 #[derive(Debug)]
 pub struct Scheduler {
     lanes: [Option<Lane>; CHANNELS],
     groups: Vec<Group, MAX_GROUPS>,
     picture: Picture,
-    /// What the outputs are at.
+    /// The output levels at the end of the last rendered window.
     levels: Levels,
     agenda: Agenda,
-    /// Earliest `due` of all lanes, so that an idle window costs one compare.
+    /// Earliest `due` of all lanes, so that an idle window needs only one comparison.
     next: Option<Micros>,
-    /// The trigger input, for trains that play while it is held.
+    /// State of the trigger input, for trains that play while it is active.
     gate: Gate,
-    /// Over `picture`, `levels`, `next` and `gate`; over `groups`.
+    /// Checksums: over `picture`, `levels`, `next` and `gate`; below, over `groups`.
     seal: Seal,
     groups_seal: Seal,
-    /// The lane that is looked at in the next window, whether it has an edge or not.
+    /// The lane whose memory is verified in the next window, whether it has an edge or not.
     turn: Turn,
 }
 
@@ -99,7 +99,7 @@ impl Default for Scheduler {
 }
 
 impl Scheduler {
-    /// Without trains: everything isolated.
+    /// Returns a scheduler without trains, with every channel disconnected.
     #[must_use]
     pub fn new() -> Self {
         let mut new = Self {
@@ -118,9 +118,9 @@ impl Scheduler {
         new
     }
 
-    /// Drops every train and isolates every channel.
+    /// Removes every train and disconnects every channel.
     pub fn clear(&mut self) {
-        // In place: a new one would lie on the stack first.
+        // Cleared in place: a new scheduler would need room on the stack first.
         self.lanes.fill(None);
         self.groups.clear();
         (self.picture, self.levels) = (Picture::ISOLATED, Levels::ISOLATED);
@@ -130,7 +130,7 @@ impl Scheduler {
         self.seal();
     }
 
-    /// Drops every train and holds all channels grounded until the next call.
+    /// Removes every train and keeps all channels grounded until the next call.
     pub fn ground_all(&mut self) {
         self.clear();
         self.picture = Picture(Levels::GROUNDED.0);
@@ -138,8 +138,8 @@ impl Scheduler {
         self.seal();
     }
 
-    /// Starts `trains` at `epoch`, which must not lie before the next window;
-    /// triggered trains wait. `sync` names the channel that drives sync out.
+    /// Starts `trains` at `epoch`, which must not lie before the next window; triggered trains
+    /// wait. `sync` is the channel that drives the sync output.
     pub fn start(
         &mut self,
         trains: &[Option<Train>; CHANNELS],
@@ -184,17 +184,17 @@ impl Scheduler {
         self.refresh_next();
     }
 
-    /// Charge left on each channel if everything is isolated at `at`, which
-    /// lies in a rendered window: DAC-code·µs, anodic positive.
+    /// Returns the charge that remains on each channel if everything is disconnected at `at`,
+    /// which lies in a rendered window: DAC-code·µs, anodic positive.
     #[must_use]
     pub fn residual(&self, at: Micros) -> [i32; CHANNELS] {
         self.lanes
             .map(|lane| lane.map_or(0, |lane| lane.residual(at)))
     }
 
-    /// Plays `channel` on with a burst every `period_us`: from its next burst
-    /// on, which is moved but never into a window before `start`, the next to
-    /// be rendered. Whether the limits allow the period is the caller's to know.
+    /// Changes the period of `channel` to `period_us` from its next burst on. That burst is moved,
+    /// but never into a window before `start`, the next window to be rendered. The caller must
+    /// know that the limits allow the period.
     pub fn set_period(&mut self, channel: u8, period_us: u32, start: Micros) {
         let lane = self.lanes.get_mut(usize::from(channel));
         if let Some(Some(lane)) = lane
@@ -204,8 +204,8 @@ impl Scheduler {
         }
     }
 
-    /// The middle of the first phase of the latest burst's pulses on `channel`, or of
-    /// their second if `second` and they have one; `None` without a train.
+    /// Returns the middle of the first phase of the latest burst's pulses on `channel`, or of
+    /// their second phase if `second` is set and they have one; `None` without a train.
     #[inline]
     #[must_use]
     pub fn middle(&self, channel: u8, second: bool) -> Option<Middle> {
@@ -222,21 +222,21 @@ impl Scheduler {
         })
     }
 
-    /// Whether every train has played; never with one that waits for triggers.
+    /// Returns whether every train has played; never true with a train that waits for triggers.
     #[must_use]
     pub fn is_finished(&self) -> bool {
         let mut lanes = self.lanes.iter().flatten();
         self.next.is_none() && !lanes.any(|lane| lane.train.spec().trigger.is_some())
     }
 
-    /// Whether no channel is inside a pulse or its grounding.
+    /// Returns whether no channel is inside a pulse or its grounding.
     #[must_use]
     pub fn is_resting(&self) -> bool {
         let mut lanes = self.lanes.iter().flatten();
         lanes.all(|lane| matches!(lane.phase, Phase::Rest | Phase::Recovering))
     }
 
-    /// Whether the window at `start` has no edge of its own.
+    /// Returns whether the window at `start` has no edge of its own.
     #[must_use]
     pub fn is_idle(&self, start: Micros) -> bool {
         let end = start + us(WINDOW_US);
@@ -246,8 +246,8 @@ impl Scheduler {
     /// Renders the window at `start` into `plan`.
     ///
     /// # Errors
-    /// [`RenderError`]; `plan` must then not be played, and nothing rendered
-    /// before trains start anew.
+    /// [`RenderError`]; `plan` must then not be played, and nothing may be rendered before trains
+    /// start again.
     pub fn render(
         &mut self,
         start: Micros,
@@ -265,7 +265,7 @@ impl Scheduler {
         self.render_busy(start, supply, plan)
     }
 
-    /// Renders a window with edges; apart, so that an idle one stays cheap.
+    /// Renders a window with edges. It is a separate function, so that an idle window stays cheap.
     #[inline(never)]
     fn render_busy(
         &mut self,
@@ -305,8 +305,8 @@ impl Scheduler {
         Ok(())
     }
 
-    /// Carries what the agenda holds into the picture, and what `outputs`
-    /// makes of it into the plan.
+    /// Applies the changes in the agenda to the picture, and enters the levels that `outputs`
+    /// computes from it into the plan.
     fn emit(
         &mut self,
         plan: &mut WindowPlan,
@@ -334,8 +334,8 @@ impl Scheduler {
     }
 }
 
-/// What the lanes ask for, and what groups make of it: silent members of a
-/// pulsing group are grounded. Those of an isolated one are isolated already.
+/// Returns the levels for a picture, with the rules of groups applied: silent members of a pulsing
+/// group are grounded. Members of an isolated group are disconnected already.
 fn with_groups(picture: Picture, groups: &[Group]) -> Levels {
     let mut levels = picture.levels();
     for group in groups {
@@ -347,7 +347,7 @@ fn with_groups(picture: Picture, groups: &[Group]) -> Levels {
     levels
 }
 
-/// Positions of the bits of `mask`, lowest first.
+/// Returns the positions of the bits set in `mask`, lowest first.
 pub(crate) fn bits(mut mask: u32) -> impl Iterator<Item = usize> + Clone {
     core::iter::from_fn(move || {
         let lowest = mask.trailing_zeros() as usize;

@@ -1,51 +1,53 @@
-//! What a scheduler has from `safety`: permission and amplitudes.
+//! The interface through which the scheduler gets permission and amplitudes from `safety`.
 
 use crate::units::{DacCode, Micros};
 use core::num::{NonZeroU16, NonZeroU32};
 
-/// What the scheduler asks before it pulses. `safety` answers; a refusal means
-/// silence, never a smaller pulse.
+/// Permission and amplitudes for the scheduler, implemented by `safety`. A refused pulse is left
+/// out, never made smaller.
 pub trait Supply {
-    /// Amplitude and width of the whole burst on `channel` that starts at `time`.
+    /// Returns amplitude and width of the whole burst on `channel` that starts at `time`.
     fn burst(&mut self, channel: u8, time: BurstTime) -> Burst;
-    /// From that burst to the next, µs, played or left out; none is the period. Asked of
-    /// trains that take lists, right after the burst.
+    /// Returns the time from that burst to the next, µs, whether it is played or left out; `None`
+    /// means the train's period. Called for trains that take lists, directly after
+    /// [`Self::burst`].
     fn next_us(&self, _channel: u8) -> Option<NonZeroU32> {
         None
     }
-    /// Whether a pulse may still start that has its last edge at `end`.
+    /// Returns whether a pulse whose last edge is at `end` may still start.
     fn may_pulse(&mut self, channel: u8, end: Micros) -> bool;
 }
 
-/// When a burst starts.
+/// The time at which a burst starts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct BurstTime {
-    /// Its first edge.
+    /// Time of the burst's first edge.
     pub at: Micros,
-    /// The train's period in force, µs.
+    /// Period of the train in force, µs.
     pub period_us: u32,
-    /// The train begins with it: at its start, and whenever the trigger input lets it.
+    /// Whether the train begins with this burst: at its start, and whenever the trigger input
+    /// starts it.
     pub opens: bool,
 }
 
-/// A burst as its supply wants it: amplitude and width together, for all its pulses. Two
-/// words, which are returned in registers.
+/// Amplitude and width of all pulses of a burst, as the supply wants them. The size is two words,
+/// so that it is returned in registers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Burst {
-    /// Of each pulse; none leaves the burst out.
+    /// DAC code of each pulse; `None` leaves the burst out.
     pub code: Option<DacCode>,
-    /// Width of each phase, µs, at most the train's largest; none is the train's own.
+    /// Width of each phase, µs, at most the train's largest; `None` means the train's own.
     pub width_us: Option<NonZeroU16>,
 }
 
 impl Burst {
-    /// No pulse.
+    /// A burst that is left out.
     pub const SILENT: Self = Self {
         code: None,
         width_us: None,
     };
 
-    /// Of this amplitude and the train's own width.
+    /// Returns a burst of this DAC code and the train's own width.
     #[must_use]
     pub const fn of(code: DacCode) -> Self {
         Self {

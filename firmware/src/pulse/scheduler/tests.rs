@@ -161,7 +161,7 @@ fn a_trigger_starts_a_prepared_train_once() {
     assert_eq!(starts, [Micros::new(1077)]);
 }
 
-/// Starts of one channel's bursts, with periods set before given windows.
+/// Returns the starts of one channel's bursts, with periods set before given windows.
 fn starts(
     spec: TrainSpec,
     changes: &[(u32, u32)],
@@ -190,16 +190,16 @@ fn a_period_changes_between_pulses() {
     for epoch in [Micros::new(0), Micros::new(u32::MAX - 30_000)] {
         let starts = |changes: &[(u32, u32)]| starts(PLAIN, changes, 240, epoch);
         assert_eq!(starts(&[]), [0, 20_000, 40_000]);
-        // Before the first burst: it stays, the rest follows.
+        // Before the first burst: that burst stays, the following bursts move.
         assert_eq!(starts(&[(0, 15_000)]), [0, 15_000, 30_000, 45_000]);
-        // The burst that waits moves nearer, and further away.
+        // The waiting burst moves nearer, and further away.
         assert_eq!(starts(&[(20, 10_000)])[..3], [0, 10_000, 20_000]);
         assert_eq!(starts(&[(20, 30_000)]), [0, 30_000]);
-        // Nearer than now is now: the window about to be rendered.
+        // A start that has passed already moves to the window rendered next.
         assert_eq!(starts(&[(60, 10_000)])[..3], [0, 15_000, 25_000]);
-        // Inside a pulse (0 to 500 µs): from the next on.
+        // Inside a pulse (0 to 500 µs): from the next burst on.
         assert_eq!(starts(&[(1, 7_000)])[..3], [0, 7_000, 14_000]);
-        // Back and forth leaves nothing behind.
+        // Changing the period back and forth has no lasting effect.
         let there_and_back = [(20, 10_000), (21, 20_000), (22, 10_000), (23, 20_000)];
         assert_eq!(starts(&there_and_back), [0, 20_000, 40_000]);
     }
@@ -223,8 +223,8 @@ fn a_period_never_hurries_the_first_burst_nor_a_finished_train() {
 }
 
 proptest::proptest! {
-    /// Whatever periods come when, bursts are never closer than the shortest
-    /// ordered nor further apart than the longest, and nothing is late.
+    /// For any sequence of periods, bursts are never closer than the shortest ordered nor further
+    /// apart than the longest, and no edge is late.
     #[test]
     fn bursts_keep_their_distance(
         changes in proptest::collection::vec((0..800u32, 5_000..60_000u32), 0..40),
@@ -240,7 +240,7 @@ proptest::proptest! {
     }
 }
 
-/// Each at rest between two pulses and inside one: no window is rendered with it.
+/// Flips occur at rest between two pulses and inside a pulse: no window is rendered with them.
 #[test]
 fn a_bit_that_changes_by_itself_is_found_before_an_edge_comes_of_it() {
     for windows in [3, 81] {

@@ -1,26 +1,27 @@
-//! What the trigger input does to trains that wait for it.
+//! Effects of the trigger input on trains that wait for it.
 
 use super::{Lane, Scheduler};
 use crate::pulse::{Partner, TRIGGER_DELAY_US, Trigger, WINDOW_US};
 use crate::units::{Micros, us};
 
-/// The trigger input as a gate, held or released: bit i while the train of channel i
-/// waits, held, for its last period to be over; above them what is known.
+/// State of the trigger input for gated trains: bit i while the train of channel i waits, with the
+/// input active, for the end of its last period; above these bits the flags below.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
 pub(super) struct Gate(u16);
 
 impl Gate {
-    /// No train is gated.
+    /// The state without a gated train.
     pub(super) const NONE: Self = Self(0);
-    /// Some train is.
+    /// Flag: there is at least one gated train.
     const SOME: u16 = 1 << 13;
-    /// It was seen released since the trains were prepared.
+    /// Flag: the input was sampled as released since the trains were prepared.
     const SEEN: u16 = 1 << 14;
-    /// It is held, and was seen to come to it.
+    /// Flag: the input is active, and the change to active was observed.
     const HELD: u16 = 1 << 15;
     const WAITING: u16 = Self::SOME - 1;
 
-    /// Of trains on `channels`, bit i for channel i, before anything was seen of the input.
+    /// Returns the state for gated trains on `channels`, bit i for channel i, before the input was
+    /// sampled.
     pub(super) const fn over(channels: u16) -> Self {
         Self(if channels == 0 { 0 } else { Self::SOME })
     }
@@ -37,11 +38,11 @@ impl Gate {
 }
 
 impl Scheduler {
-    /// A trigger edge captured at `at`: prepared trains start
-    /// [`TRIGGER_DELAY_US`] later, plus their offset; of those that play, the ones that a
-    /// trigger toggles begin no burst from then on. Returns how many of both; trains whose
-    /// last period is not over are left alone, and so is an isolated group with such a
-    /// train, whose distances hold from one trigger. Not for gated trains: [`Self::gate`].
+    /// Handles a trigger edge captured at `at`: prepared trains start [`TRIGGER_DELAY_US`] later,
+    /// plus their offset; playing trains that a trigger toggles begin no burst from then on.
+    /// Returns the number of trains started and ended. A train whose last period is not over is
+    /// not started, and neither is an isolated group with such a train, because the distances
+    /// within a group hold only from one common trigger. Gated trains use [`Self::gate`] instead.
     pub fn trigger(&mut self, at: Micros) -> usize {
         if !self.seal.holds(&self.shared()) {
             return 0; // found by the next window
@@ -53,8 +54,8 @@ impl Scheduler {
         (ended | started).count_ones() as usize
     }
 
-    /// Whether the trigger input, `held` or not and without an edge, changes nothing for
-    /// gated trains.
+    /// Returns whether the trigger input, active if `held` and without an edge, changes nothing
+    /// for gated trains.
     #[inline(always)]
     #[must_use]
     pub const fn is_gate_still(&self, held: bool) -> bool {
@@ -68,17 +69,17 @@ impl Scheduler {
         }
     }
 
-    /// The trigger input before the window at `start` is rendered, for gated trains:
-    /// whether it is `held` now, and its latest edge. Once it was seen released, an edge
-    /// that is still held lets them start [`TRIGGER_DELAY_US`] after it, as [`Self::trigger`]
-    /// does; one whose last period is not over, as soon as it is. Released, none begins a
-    /// burst from that delay after this window's refill on. Returns whether the edge
-    /// counts for one.
+    /// Updates gated trains from the trigger input before the window at `start` is rendered:
+    /// `held` is its present level, `edge` its latest edge. Once the input was sampled as
+    /// released, an edge after which it is still active starts them [`TRIGGER_DELAY_US`] later, as
+    /// [`Self::trigger`] does; a train whose last period is not over starts as soon as it is.
+    /// After a release, no train begins a burst later than that delay after this window's refill.
+    /// Returns whether the edge counted for a gated train.
     pub fn gate(&mut self, held: bool, edge: Option<Micros>, start: Micros) -> bool {
         if self.gate == Gate::NONE || !self.seal.holds(&self.shared()) {
             return false; // none is gated, or found by this window
         }
-        // As long after the refill as trains start after an edge.
+        // Same delay after the refill as trains have after an edge.
         let now = start + us(TRIGGER_DELAY_US - WINDOW_US);
         let counts = if self.gate.has(Gate::HELD) {
             if held {
@@ -107,7 +108,8 @@ impl Scheduler {
         counts
     }
 
-    /// Channels whose trains wait for the input, gated or the others.
+    /// Returns the channels whose trains wait for the trigger input: gated ones if `gated`, else
+    /// all others.
     pub(super) fn waiting(&self, gated: bool) -> u16 {
         self.channels(|lane| {
             let trigger = lane.train.spec().trigger;
@@ -115,7 +117,8 @@ impl Scheduler {
         })
     }
 
-    /// Lets trains that play by `trigger` begin no burst from `end` on; returns which.
+    /// Ends trains with this kind of trigger, so that they begin no burst from `end` on; returns
+    /// their channels.
     fn end(&mut self, trigger: Trigger, end: Micros) -> u16 {
         let mut ended = 0u16;
         for (channel, lane) in self.lanes.iter_mut().enumerate() {
@@ -131,12 +134,12 @@ impl Scheduler {
         ended
     }
 
-    /// Begins trains of `channels` at `epoch`, but for those whose last period is not over
-    /// then, and for isolated groups with such a train; returns which.
+    /// Starts the trains of `channels` at `epoch`, except those whose last period is not over
+    /// then, and isolated groups with such a train; returns the channels started.
     fn begin(&mut self, channels: u16, epoch: Micros) -> u16 {
         let mut busy = self.channels(|lane| !lane.is_free(epoch));
         for group in &self.groups {
-            // What stays behind of a group keeps it back as a whole.
+            // A member that cannot start keeps its whole group from starting.
             let stays = busy | !channels & self.channels(|_| true);
             if group.partner() == Partner::Isolated && group.members() & stays != 0 {
                 busy |= group.members();
@@ -154,7 +157,7 @@ impl Scheduler {
         begun
     }
 
-    /// Channels with a train of which `is` holds, bit i for channel i.
+    /// Returns the channels with a train for which `is` holds, bit i for channel i.
     fn channels(&self, is: impl Fn(&Lane) -> bool) -> u16 {
         let mut channels = 0u16;
         for (channel, lane) in self.lanes.iter().enumerate() {

@@ -1,25 +1,26 @@
-//! The tape: one BSRR word per port and microsecond (design: "play back
-//! states, not events"), for any board's pin map ([`PinMap`]).
+//! The pulse tape: one BSRR word per port and microsecond (design: "play back states, not
+//! events"), for any board's pin map ([`PinMap`]).
 //!
-//! A word carries the complete state of the port's lines, channels and sync out: set bits
-//! below, reset bits above (RM0090, GPIOx_BSRR). The pump's bit is set or reset where it
-//! changes only. All that follows from the pin map is computed at compile time.
+//! A word carries the complete state of the port's lines (channels and sync output): set bits in
+//! the lower half, reset bits in the upper half (RM0090, GPIOx_BSRR). The pump's bit is set or
+//! reset only where it changes. All values that follow from the pin map are computed at compile
+//! time.
 
 use super::plan::{Levels, WindowPlan};
 use super::{CHANNELS, WINDOW_US};
 use crate::board::wiring::{Pin, PinMap, TAPE_PORTS};
 use core::marker::PhantomData;
 
-/// Words of one window.
+/// Number of words in one window, one per µs.
 pub const SLOTS: usize = WINDOW_US as usize;
 
-/// Distance of pump edges in slots: a 20 kHz square wave.
+/// Distance between pump edges in slots: a 20 kHz square wave.
 pub const PUMP_SLOTS: usize = 25;
 
-/// Lines that follow [`Levels`]: two for each channel, and sync out.
+/// Number of lines that follow [`Levels`]: two for each channel, and the sync output.
 const LINES: usize = 2 * CHANNELS + 1;
 
-/// The pin map `M`, as words and shifts.
+/// The pin map `M`, converted to port words and shifts.
 struct Map<M>(PhantomData<M>);
 
 impl<M: PinMap> Map<M> {
@@ -33,14 +34,14 @@ impl<M: PinMap> Map<M> {
         pins
     };
 
-    /// The pump's pin, on its port.
+    /// Bit of the pump's pin on its port.
     const PUMP: u32 = M::OUTPUTS.pump.bit();
 
     /// Whether the pump is on the first port.
     const IS_PUMP_FIRST: bool = Self::port(M::OUTPUTS.pump) == 0;
 
-    /// How the bits of [`Levels`] get to the pins of each port; those that go equally far
-    /// go together. Unused ones move nothing.
+    /// Moves of the bits of [`Levels`] to the pins of each port; bits that move by the same
+    /// distance share a move. Unused entries move nothing.
     const MOVES: [[Move; LINES]; TAPE_PORTS] = {
         let mut moves = [[Move { bits: 0, by: 0 }; LINES]; TAPE_PORTS];
         let mut bit = 0;
@@ -58,7 +59,7 @@ impl<M: PinMap> Map<M> {
         moves
     };
 
-    /// The pin of bit `bit` of [`Levels`].
+    /// Returns the pin of bit `bit` of [`Levels`].
     const fn line(bit: usize) -> Pin {
         let outputs = M::OUTPUTS;
         if bit == LINES - 1 {
@@ -72,13 +73,13 @@ impl<M: PinMap> Map<M> {
         }
     }
 
-    /// 0 or 1: which port of the tape `pin` is on.
+    /// Returns which port of the tape `pin` is on, 0 or 1.
     const fn port(pin: Pin) -> usize {
         !pin.is_on(M::OUTPUTS.ports[0]) as usize
     }
 }
 
-/// Bits that go to higher or lower numbers by the same distance.
+/// Bits that move up or down by the same distance.
 #[derive(Clone, Copy)]
 struct Move {
     bits: u32,
@@ -97,15 +98,16 @@ impl Move {
     }
 }
 
-/// The words that isolate every channel and drop sync, for each port. They leave the pump's
-/// bit alone: an erased slot does not pump.
+/// Returns the words that disconnect every channel and set sync low, for each port. They do not
+/// change the pump's bit: an erased slot does not pump.
 #[must_use]
 pub const fn isolated<M: PinMap>() -> [u32; TAPE_PORTS] {
     let [first, second] = Map::<M>::PINS;
     [first << 16, second << 16]
 }
 
-/// The bits of each port's BSRR that drop the pump: none on the port that it is not on.
+/// Returns the bits of each port's BSRR that set the pump low; 0 on the port that does not have
+/// the pump.
 #[must_use]
 pub const fn pump_low<M: PinMap>() -> [u32; TAPE_PORTS] {
     let mut low = [0; TAPE_PORTS];
@@ -113,19 +115,19 @@ pub const fn pump_low<M: PinMap>() -> [u32; TAPE_PORTS] {
     low
 }
 
-/// One window of both ports.
+/// One window of the pulse tape, for both ports.
 pub struct Window<'a> {
     /// Words for the BSRR of the port that moves first.
     pub first: &'a mut [u32; SLOTS],
-    /// Words for the BSRR of the other.
+    /// Words for the BSRR of the other port.
     pub second: &'a mut [u32; SLOTS],
 }
 
-/// Words of each port for `levels`; the pump's bit is untouched.
+/// Returns the words of each port for `levels`; the pump's bit is not changed.
 #[must_use]
 #[inline]
 pub const fn words<M: PinMap>(levels: Levels) -> [u32; TAPE_PORTS] {
-    /// All moves of a port. Written out: a loop over constants need not be unrolled.
+    /// All moves of a port. Written out, because a loop over constants need not be unrolled.
     macro_rules! moved {
         ($port:literal, $($n:literal)*) => {
             0 $(| const { Map::<M>::MOVES[$port][$n] }.of(levels.0))*
@@ -140,8 +142,8 @@ pub const fn words<M: PinMap>(levels: Levels) -> [u32; TAPE_PORTS] {
     ]
 }
 
-/// Levels that a pair of words puts on the pins; `None` if a word does not
-/// carry the complete state of its port.
+/// Returns the levels that a pair of words puts on the pins; `None` if a word does not carry the
+/// complete state of its port.
 #[must_use]
 pub const fn levels<M: PinMap>(words: [u32; TAPE_PORTS]) -> Option<Levels> {
     let pump = Map::<M>::PUMP | Map::<M>::PUMP << 16;
@@ -161,8 +163,8 @@ pub const fn levels<M: PinMap>(words: [u32; TAPE_PORTS]) -> Option<Levels> {
     if is_complete { Some(levels) } else { None }
 }
 
-/// Paints `plan` on an erased window: only slots that are not isolated and
-/// the pump's edges are written.
+/// Paints `plan` on an erased window: only slots that are not disconnected and the pump's edges
+/// are written.
 #[inline]
 pub fn paint<M: PinMap>(plan: &WindowPlan, window: &mut Window<'_>) {
     let mut current = plan.initial;
@@ -191,14 +193,14 @@ pub fn paint<M: PinMap>(plan: &WindowPlan, window: &mut Window<'_>) {
     }
 }
 
-/// The window is erased: a port that stays isolated is not written.
+/// Fills slots of an erased window; a port whose channels stay disconnected is not written.
 fn fill<M: PinMap>(window: &mut Window<'_>, from: usize, to: usize, levels: Levels) {
     if levels == Levels::ISOLATED {
         return;
     }
     let [first, second] = words::<M>(levels);
     let [lines_first, lines_second] = Map::<M>::PINS;
-    // A word that sets no line isolates its port. `get_mut` so that a malformed plan cannot
+    // A word that sets no line disconnects its port. `get_mut` so that a malformed plan cannot
     // panic; `paint` keeps from <= to <= SLOTS.
     if first & lines_first != 0
         && let Some(slots) = window.first.get_mut(from..to)
@@ -212,7 +214,8 @@ fn fill<M: PinMap>(window: &mut Window<'_>, from: usize, to: usize, levels: Leve
     }
 }
 
-/// Eight stores in a row: a third of the time of a loop with one.
+/// Fills `slots` with `word`, eight stores in a row: this takes a third of the time of a loop with
+/// one store.
 fn fill_words(slots: &mut [u32], word: u32) {
     let (eights, rest) = slots.as_chunks_mut::<8>();
     for eight in eights {

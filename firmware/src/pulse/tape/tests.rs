@@ -3,9 +3,9 @@ use crate::board::wiring::{BoardPins, Lines, Outputs, Port};
 use crate::pulse::{Change, State};
 use crate::units::Micros;
 
-/// A made-up board whose lines lie as unlike those of the reference board as may be: other
-/// ports, channels in disorder over both, pins that rise and fall, sync and pump on the
-/// second port.
+/// A fictitious board whose lines are arranged as differently from those of the reference board as
+/// possible: other ports, channels in disorder over both, pins that rise and fall, sync and pump
+/// on the second port.
 struct Permuted;
 
 impl PinMap for Permuted {
@@ -28,7 +28,7 @@ impl PinMap for Permuted {
     };
 }
 
-/// All states of all channels, and what each word does to each pin.
+/// Tests all states of all channels, and the effect of each word on each pin.
 fn every_channel_state_survives<M: PinMap>() {
     for bits in 0..1u32 << LINES {
         let words = words::<M>(Levels(bits));

@@ -1,9 +1,9 @@
-//! What the wearer allows of time and charge, since power came up: neither arming nor a
-//! fault nor a reset gives any of it back.
+//! Stimulation time and charge that the wearer allows until power is removed. Neither arming nor a
+//! fault nor a reset restores any of them.
 //!
-//! Time is counted in Stimulating and Stopping, once, whatever the host says: at every
-//! [`SAVE_US`], and at every exit. The counts leave as entries ([`Guard::entry`]) for
-//! memory that a reset leaves alone.
+//! Time counts in Stimulating and Stopping, whether or not the host says anything. It is added at
+//! every [`SAVE_US`] and whenever stimulation ends. The counts are handed out as entries
+//! ([`Guard::entry`]), to be stored in memory that a reset does not clear.
 
 use super::{Fall, Guard, Mode};
 use crate::pulse::{CHANNELS, WINDOW_US};
@@ -12,50 +12,53 @@ use crate::safety::{Channel, Denied, Setup, StopCause, Wearer};
 use crate::seal::Seal;
 use crate::units::{Micros, us};
 
-/// 256ths of a pC in 1 mC, and in 1 µC.
+/// Charge units, 256ths of a pC, in 1 mC; below, in 1 µC.
 const PER_MC: u64 = 256_000_000_000;
 const PER_UC: u64 = PER_MC / 1_000;
 
 const PER_S: u64 = 1_000_000;
 
-/// From an entry to the next while stimulating, µs.
+/// Longest time between two entries while stimulating, µs.
 const SAVE_US: u32 = 200_000;
-// What is left is for the thread that writes it: the watchdog bites 12 ms after it hangs.
+// The rest of the time is for the thread that writes the entry: the watchdog resets the device 12
+// ms after that thread hangs.
 const _: () = assert!(SAVE_US + 2 * WINDOW_US + 12_000 < OPEN_US);
 
-/// What has been spent.
+/// Stimulation time and charge spent since power came up.
 #[derive(Debug)]
 pub(super) struct Allowance {
-    /// Time of stimulation up to `since`, µs, and the seal over both.
+    /// Stimulation time up to `since`, µs, and the checksum over both.
     time_us: u64,
     since: Micros,
     time_seal: Seal,
-    /// When time is counted next; sealed with the guard's state.
+    /// Time at which stimulation time is counted next; covered by the checksum of the guard's
+    /// state.
     due: Micros,
-    /// Of each channel, in 256ths of a pC, one phase a pulse: sealed with its amplitudes.
+    /// Charge of each channel, in 256ths of a pC, counting one phase of each pulse. Covered by the
+    /// checksum of the channel's amplitudes.
     charge: [u64; CHANNELS],
-    /// Largest charge of each channel within [`OPEN_US`], nC.
+    /// Largest charge that each channel can output within [`OPEN_US`], nC.
     most_nc: [u32; CHANNELS],
-    /// Stimulation may begin or goes on.
+    /// Whether stimulation is in progress or may begin, from arming on.
     is_open: bool,
-    /// An entry is to be written.
+    /// Whether an entry has to be written.
     is_owed: bool,
-    /// Nobody knows what was spent before.
+    /// Whether the amount spent before the reset is unknown.
     is_lost: bool,
 }
 
-/// Whether a burst's charge stays within the wearer's limit.
+/// How a burst's charge compares with the wearer's charge limit.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Dose {
     Within,
-    /// Reached with it.
+    /// The burst uses the allowance up exactly.
     Reached,
-    /// It would be more than the wearer allows.
+    /// The burst would exceed the allowance.
     Beyond,
 }
 
 impl Allowance {
-    /// At a boot that found this.
+    /// Returns the allowance after a boot that found `found`.
     pub(super) fn new(found: Found) -> Self {
         let (spent, is_lost) = match found {
             Found::Spent(spent) => (spent, false),
@@ -75,10 +78,10 @@ impl Allowance {
         }
     }
 
-    /// Whether anything is left for `setup`.
+    /// Checks that time and charge are left for `setup`.
     ///
     /// # Errors
-    /// The limit that is used up, or that the counts were lost.
+    /// Returns the limit that is used up, or that the counts were lost.
     pub(super) fn check(&self, setup: &Setup) -> Result<(), Denied> {
         if self.is_lost {
             return Err(Denied::AllowanceLost);
@@ -97,23 +100,25 @@ impl Allowance {
         Ok(())
     }
 
-    /// Time to the fall that ends with the wearer's time, µs.
+    /// Returns the time until the fall must begin that ends with the wearer's time, µs.
     fn time_left_us(&self, wearer: &Wearer) -> u64 {
         let fall_us = u64::from(wearer.fall_us() + WINDOW_US);
         max_time_us(wearer).saturating_sub(self.time_us.saturating_add(fall_us))
     }
 
-    /// When time is counted next; it may not change by itself.
+    /// Returns the time at which stimulation time is counted next, for the checksum of the guard's
+    /// state.
     pub(super) const fn due(&self) -> Micros {
         self.due
     }
 
-    /// What a channel has put out, for its seal.
+    /// Returns the charge that a channel has output, in 256ths of a pC, for its checksum.
     pub(super) fn charge(&self, channel: usize) -> Option<u64> {
         self.charge.get(channel).copied()
     }
 
-    /// Counts `charge` of a burst that is to be output, where the wearer allows `max_mc`.
+    /// Adds `charge` (256ths of a pC) of a burst before it is output, where the wearer allows
+    /// `max_mc`.
     #[inline(always)]
     pub(super) fn spend_charge(&mut self, channel: usize, charge: u64, max_mc: u32) -> Dose {
         let Some(sum) = self.charge.get_mut(channel) else {
@@ -123,7 +128,7 @@ impl Allowance {
         // A day of the largest bursts is 3e18 or less.
         let after = sum.saturating_add(charge);
         if after > max {
-            // What is left is less than a burst: it is over.
+            // Less than one burst is left, so the allowance counts as used up.
             *sum = (*sum).max(max);
             return Dose::Beyond;
         }
@@ -141,13 +146,14 @@ impl Allowance {
 }
 
 impl Guard {
-    /// Whether time is to be counted by the window at `now`.
+    /// Returns whether the window at `now` has to count stimulation time.
     #[inline(always)]
     pub(super) fn is_time_due(&self, now: Micros) -> bool {
         now.has_reached(self.allowance.due)
     }
 
-    /// Armed: from here on a reset may cut a stimulation off.
+    /// Opens the allowance at arming: from here on a reset may interrupt stimulation, and then
+    /// counts the largest charge that each channel could have output.
     #[inline(never)]
     pub(super) fn open_allowance(&mut self) {
         if let Some(setup) = &self.setup {
@@ -159,14 +165,14 @@ impl Guard {
         (self.allowance.is_open, self.allowance.is_owed) = (true, true);
     }
 
-    /// Nothing is put out any more; time was counted.
+    /// Closes the allowance when outputs have ended and the time was counted.
     pub(super) fn close_allowance(&mut self) {
         if core::mem::take(&mut self.allowance.is_open) {
             self.allowance.is_owed = true;
         }
     }
 
-    /// Time is counted from `at` on.
+    /// Starts counting stimulation time at `at`.
     #[inline(never)]
     pub(super) fn begin_time(&mut self, at: Micros) {
         let allowance = &mut self.allowance;
@@ -181,8 +187,8 @@ impl Guard {
         self.schedule_count(at);
     }
 
-    /// Counts the time of stimulation up to `at`, and ends it if it is over. Nothing where
-    /// none is under way.
+    /// Counts the stimulation time up to `at`, and ends stimulation if the allowed time is over.
+    /// Does nothing outside Stimulating and Stopping.
     #[inline(never)]
     pub(super) fn count_time(&mut self, at: Micros) {
         let (Mode::Stimulating | Mode::Stopping { .. }) = self.mode else {
@@ -192,7 +198,7 @@ impl Guard {
         let is_whole = allowance
             .time_seal
             .holds(&(allowance.time_us, allowance.since));
-        // A fault is latched at once, within a window that was counted.
+        // A fault is latched at once, within a window whose time was counted already.
         if allowance.since.is_before(at) {
             let elapsed_us = at.elapsed_since(allowance.since);
             allowance.time_us = allowance.time_us.saturating_add(elapsed_us.into());
@@ -223,7 +229,8 @@ impl Guard {
         self.allowance.due = at + us(wait_us);
     }
 
-    /// From stimulating to a stop as any other, which the next tick tells.
+    /// Ends stimulation with a normal fall, because the allowance is used up. The next tick
+    /// reports it.
     #[cold]
     #[inline(never)]
     pub(super) fn end_allowance(&mut self, at: Micros, cause: StopCause) {
@@ -237,14 +244,14 @@ impl Guard {
         }
     }
 
-    /// What is to be written where a reset leaves it alone, if that is due.
+    /// Returns whether an entry has to be written to memory that a reset does not clear.
     #[must_use]
     #[inline(always)]
     pub fn owes_entry(&self) -> bool {
         self.allowance.is_owed
     }
 
-    /// The entry that is owed, as of now.
+    /// Returns the current entry.
     #[must_use]
     pub fn entry(&self) -> Entry {
         let Allowance {
@@ -261,12 +268,13 @@ impl Guard {
         }
     }
 
-    /// [`Self::entry`] is on its way.
+    /// Notes that [`Self::entry`] is on its way to be written.
     pub const fn gave_entry(&mut self) {
         self.allowance.is_owed = false;
     }
 
-    /// What is left at `now` of what the armed or last armed setup allows.
+    /// Returns the time and charge left at `now` of the setup that is armed or was armed last;
+    /// `None` before the first arming.
     #[must_use]
     pub fn left(&self, now: Micros) -> Option<Left> {
         let setup = self.setup.as_ref()?;
@@ -294,7 +302,7 @@ fn max_time_us(wearer: &Wearer) -> u64 {
     u64::from(wearer.spec().max_session_s) * PER_S
 }
 
-/// Largest charge that a channel can put out within [`OPEN_US`], nC.
+/// Returns the largest charge that a channel can output within [`OPEN_US`], nC.
 fn most_charge_nc(config: &Channel, wearer: &Wearer) -> u32 {
     let bursts = u64::from(OPEN_US / config.min_period_us.max(1) + 2);
     let widest = config.charge_at(*config.train.widths().end());
@@ -311,8 +319,8 @@ mod tests {
     use crate::safety::WearerSpec;
     use crate::safety::setup::tests::CHANNEL;
 
-    /// 14 bursts of 20 mA begin in 250 ms at 20 ms, of 200 µs, or of widths whose charge the
-    /// wearer limits.
+    /// In 250 ms, 14 bursts of 20 mA begin at a period of 20 ms. They have 200 µs, or widths whose
+    /// charge the wearer limits.
     #[test]
     fn a_reset_counts_the_most_that_a_channel_could_have_put_out() {
         let wearer = WearerSpec::default().validate().unwrap();

@@ -1,4 +1,4 @@
-//! How much is put out: what was wanted, within limits, along rise and fall.
+//! Amplitudes of bursts: the wanted amplitude within all limits, along rise and fall.
 
 use super::allowance::Dose;
 use super::{Guard, Mode, bit};
@@ -9,14 +9,15 @@ use crate::units::{Amplitude, DacCode, Micros};
 use core::num::{NonZeroU16, NonZeroU32};
 
 impl Guard {
-    /// A host's direct amplitudes and widths (0 for the train's own), all or none: refused
-    /// beyond a wearer's limit, or where one rises faster than the wearer allows. A host
-    /// that asks for that is in error, and an amplitude in between is one that nobody
-    /// asked for.
+    /// Sets a host's direct amplitudes and pulse widths (0 stands for the train's own width), all
+    /// of them or none. An amplitude beyond the wearer's limit, or one that rises faster than the
+    /// wearer allows, is refused and not reduced: a host that asks for it is in error, and nobody
+    /// asked for an amplitude in between.
     ///
     /// # Errors
-    /// Not armed, no such channel, a controlled channel, a width that its train may not
-    /// have, above the limit or, at this width, the charge's, too large a step.
+    /// Refuses if the device is not armed, a channel does not exist or is driven by a controller,
+    /// its train does not allow the width, the amplitude is above the limit or, at this width,
+    /// above the charge limit, or the step is too large.
     pub fn set_amplitudes(
         &mut self,
         orders: impl Iterator<Item = (u8, Stimulus)> + Clone,
@@ -36,13 +37,13 @@ impl Guard {
         Ok(())
     }
 
-    /// `stimulus`, within every limit, is wanted on `channel` from `now` on.
+    /// Makes `stimulus`, which is within every limit, the wanted one on `channel` from `now` on.
     fn want(&mut self, channel: u8, stimulus: Stimulus, now: Micros) {
         if !self.open_here(channel) {
             return; // and the refill ends in a fault
         }
         let stimulus = self.with_width(channel, stimulus);
-        // A host repeats what it wants of the train; only another order is about the list.
+        // A host repeats the wanted amplitude of the train; only a different order ends the list.
         if self.list.is_on(channel) && self.wanted.get(usize::from(channel)) != Some(&stimulus) {
             self.end_list();
         }
@@ -54,14 +55,14 @@ impl Guard {
         }
     }
 
-    /// The same with the train's own width in place of none.
+    /// Returns `stimulus` with the train's own width in place of width 0.
     #[inline]
     fn with_width(&self, channel: u8, stimulus: Stimulus) -> Stimulus {
         let config = self.setup.as_ref().and_then(|setup| setup.channel(channel));
         config.map_or(stimulus, |config| config.with_width(stimulus))
     }
 
-    /// The setup, if its channels take a host's orders now.
+    /// Returns the setup if its channels accept a host's orders in this state.
     #[inline]
     pub(super) fn setup_for_orders(&self) -> Result<&Setup, Denied> {
         match self.mode {
@@ -80,10 +81,11 @@ impl Guard {
         Ok(())
     }
 
-    /// An amplitude that the control law computed. A joint's points stay
-    /// within the limits of their channels, so the clamp to them only matters if
-    /// that promise were broken. Its width is always the train's own. A law knows nothing
-    /// of the wearer's steps: it is slowed down to them. Returns whether it was, for the law to be told.
+    /// Sets an amplitude that the control law computed, at the train's own width. Controllers keep
+    /// within the limits of their channels, so the clamp to the limit matters only if that
+    /// guarantee is broken. The control law does not know the wearer's step limits, so its
+    /// amplitude is reduced to them. Returns whether it was reduced, so that the caller can report
+    /// it to the control law.
     pub fn command(&mut self, channel: u8, amplitude: Amplitude, now: Micros) -> bool {
         let wanted = self.wanted.get(usize::from(channel));
         if wanted.is_some_and(|wanted| wanted.amplitude == amplitude) {
@@ -111,15 +113,15 @@ impl Guard {
         amplitude > highest
     }
 
-    /// The period nearest to `period_us` that the limits of `channel` were
-    /// checked for; `None` if nothing may be ordered now.
+    /// Returns the period nearest to `period_us` that the limits of `channel` were checked for;
+    /// `None` if no order is accepted in this state.
     #[must_use]
     pub fn clamp_period(&self, channel: u8, period_us: u32) -> Option<u32> {
         let (Mode::Armed { .. } | Mode::Stimulating) = self.mode else {
             return None;
         };
         let config = self.setup.as_ref()?.channel(channel)?;
-        // Not `clamp`, which panics if its bounds were the wrong way round.
+        // Not `clamp`, which panics if its minimum exceeds its maximum.
         Some(
             period_us
                 .max(config.min_period_us)
@@ -127,22 +129,22 @@ impl Guard {
         )
     }
 
-    /// What may come of `train` on an armed channel, for whoever reads windows before
-    /// they play.
+    /// Returns the output that `train` may cause on an armed channel, for
+    /// [`OutputCheck`](crate::safety::OutputCheck), which checks windows before they play.
     #[must_use]
     pub fn expected(&self, channel: u8, train: Option<Train>) -> Option<Expected> {
         let (config, train) = (self.setup.as_ref()?.channel(channel)?, train?);
         let max_nc = self.setup.as_ref()?.wearer.spec().max_charge_nc;
         Some(Expected {
             train,
-            // Another train than the channel's own plays once: the check's.
+            // A train other than the channel's own plays once: it is the electrode check's.
             min_period_us: config.min_period_us.min(train.spec().period_us),
             max_code: config.stage.code(config.limit),
             max_code_us: config.stage.code_us(max_nc),
         })
     }
 
-    /// Amplitude and width of the channel's latest burst.
+    /// Returns amplitude and width of the channel's latest burst.
     #[must_use]
     pub fn in_force(&self, channel: u8) -> Stimulus {
         self.in_force
@@ -186,8 +188,8 @@ impl Supply for Guard {
 }
 
 impl Guard {
-    /// The burst of an open channel that begins at `time` and is to be `wanted`; `None`
-    /// leaves it out.
+    /// Returns the burst at `time` of a channel whose memory was checked; `wanted` is its wanted
+    /// stimulus. `None` leaves the burst out.
     #[inline(always)]
     fn next_burst(&mut self, channel: u8, wanted: Stimulus, time: BurstTime) -> Option<Burst> {
         let at = time.at;
@@ -206,13 +208,13 @@ impl Guard {
                 };
                 return Some(Burst::of(code));
             }
-            // A channel that nobody asked for anything stays out of the schedule.
+            // A channel without a wanted amplitude stays out of the schedule.
             _ if wanted.amplitude == Amplitude::ZERO => {
                 *rise = Rise::default();
                 self.steps.get_mut(index)?.burst = wanted;
                 return None;
             }
-            // Too little for the DAC is nothing to rise from.
+            // An amplitude too small for the DAC cannot be the start of a rise.
             Mode::Stimulating if config.stage.code(wanted.amplitude) == DacCode::new(0) => {
                 *rise = Rise::default();
                 wanted.amplitude
@@ -228,7 +230,7 @@ impl Guard {
                     if amplitude != wanted.amplitude {
                         self.delayed |= bit(channel);
                     }
-                    // A rise has no silent burst, so that a train's first pulse is one.
+                    // A rise has no silent burst, so that a train's first pulse is a real pulse.
                     least = DacCode::new(1);
                     amplitude
                 }
@@ -246,8 +248,8 @@ impl Guard {
         if dose == Dose::Beyond {
             return None; // the others fall, this one ends here
         }
-        // Rise, slope and fall lower the amplitude at the width that was wanted with it: no
-        // pair on the way has more current or charge than what was judged.
+        // Rise, slope and fall lower the amplitude at the wanted width. No combination on the way
+        // has more current or charge than the one that was checked.
         let width_us = wanted.width_us;
         *self.in_force.get_mut(index)? = Stimulus {
             amplitude,
@@ -261,8 +263,8 @@ impl Guard {
     }
 }
 
-/// What a host may order, by the limits that hold at all times; with the train's own width
-/// in place of none.
+/// Checks a host's stimulus against the limits that hold at all times, and returns it with the
+/// train's own width in place of width 0.
 #[inline]
 pub(super) fn check_stimulus(
     setup: &Setup,
@@ -302,7 +304,7 @@ pub(super) fn check_stimulus(
     }
 }
 
-/// What the electrode check that ends at `until` puts out at `at`.
+/// Returns amplitude and DAC code at `at` of the electrode check that ends at `until`.
 #[inline(never)]
 fn check_step(config: &Channel, until: Micros, at: Micros) -> (Amplitude, DacCode) {
     let left_us = until.elapsed_since(at); // none is begun after the end
@@ -316,7 +318,8 @@ fn check_step(config: &Channel, until: Micros, at: Micros) -> (Amplitude, DacCod
     }
 }
 
-/// Sub-threshold, and never above the wearer's limit.
+/// Returns the amplitude of the electrode check: below the motor threshold, and never above the
+/// wearer's limit.
 fn check_amplitude(config: &Channel) -> Amplitude {
     config.stage.check_amplitude().min(config.limit)
 }

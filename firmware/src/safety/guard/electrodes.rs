@@ -1,4 +1,4 @@
-//! What readings of the current say: the check before arming, and the watch after.
+//! Judging readings of the current: in the check before arming, and while stimulating.
 
 use super::{Guard, Mode};
 use crate::pulse::CHANNELS;
@@ -9,11 +9,12 @@ use crate::safety::{Denied, ElectrodeCheck, Fault, Notice, Reading, StopCause};
 use crate::units::{Micros, us};
 
 impl Guard {
-    /// When the pulses of a check that is asked for at `now` may begin: a check is not
-    /// refused for coming soon, for a host that arms anew within a second is no error.
+    /// Returns when the pulses of an electrode check requested at `now` may begin. A check is
+    /// delayed and not refused for coming too soon, because arming again within a second is no
+    /// error of the host.
     pub(super) fn check_from(&self, now: Micros) -> Micros {
         let since_us = self.checked.map(|began| now.elapsed_since(began));
-        // After 72 minutes time wraps, and one check in 8,600 waits in vain.
+        // After 72 minutes the clock wraps, and one check in 8,600 is delayed needlessly.
         now + us(since_us.map_or(0, |since_us| CHECK_PAUSE_US.saturating_sub(since_us)))
     }
 
@@ -34,8 +35,8 @@ impl Guard {
         Notice::Checked(Ok(()))
     }
 
-    /// Keeps the loads that the check measured, and judges every channel with the lower
-    /// of that and the declared one, from now on, and all together too.
+    /// Keeps the loads that the check measured. From now on every channel is judged with the lower
+    /// of the measured and the configured load, and so is the sum of all channels.
     fn take_loads(&mut self) -> Result<(), Denied> {
         let setup = self.setup.as_ref();
         let Some((mut sums, wearer)) = setup.map(|setup| (setup.sums, setup.wearer)) else {
@@ -68,9 +69,9 @@ impl Guard {
         sums.check(&wearer).map_err(Denied::Together)
     }
 
-    /// A reading during the check: ticks its phase off and is told, or ends the check.
-    /// What was read before the check's first window has played is of an earlier
-    /// stimulation.
+    /// Takes a reading during the check. It marks its phase as passed and may be reported, or it
+    /// ends the check. A reading sampled before the check's first window has played belongs to an
+    /// earlier stimulation and is ignored.
     #[inline(never)]
     pub(super) fn check_reading(&mut self, reading: Reading, now: Micros) -> Option<Notice> {
         let Mode::Checking { check, until } = &mut self.mode else {
@@ -99,10 +100,10 @@ impl Guard {
         })
     }
 
-    /// A reading while stimulating.
+    /// Takes a reading while stimulating.
     ///
     /// # Errors
-    /// What it shows, alone or with those before.
+    /// Returns the fault that this reading shows, alone or together with earlier ones.
     pub(super) fn watch_reading(&mut self, reading: Reading) -> Result<(), Fault> {
         if !matches!(self.mode, Mode::Stimulating | Mode::Stopping { .. }) {
             return Ok(());
@@ -119,7 +120,7 @@ impl Guard {
         };
         let max = config.max_current_at(shown.width_us, wearer);
         let after = watch.after(reading, config, load, (shown.amplitude, max))?;
-        // Mostly nothing changes, and what stands there need not be opened and sealed.
+        // Most readings change nothing, and then the memory need not be checked and summed again.
         if after != watch
             && self.open(reading.channel)
             && let Some(watch) = self.watches.get_mut(index)

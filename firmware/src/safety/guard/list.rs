@@ -1,4 +1,4 @@
-//! Lists of pulses: what of them is allowed, and how they take the place of a train's.
+//! Lists of pulses: their checks, and how they replace the pulses of a train.
 
 use super::{Guard, Mode, bit};
 use crate::pulse::BurstTime;
@@ -9,15 +9,16 @@ use crate::seal::Seal;
 use crate::units::{Micros, us};
 
 impl Guard {
-    /// Plays `list` from the channel's next burst on, in place of its train's pulses,
-    /// which follow a period after the last. Each pulse is judged as a setpoint is. A
-    /// channel rises from zero by its train alone: until it has, a list would come
-    /// without a rise, or be altered by it.
+    /// Plays `list` from the channel's next burst on, in place of the train's pulses. The train
+    /// continues a period after the last listed pulse. Each pulse is checked like a setpoint. Only
+    /// a train can raise a channel from zero: before the rise is over, a list would skip the rise
+    /// or be altered by it.
     ///
     /// # Errors
-    /// Not stimulating, no such channel, one that is controlled, takes no lists or has not
-    /// risen, another list under way, a pulse that may not be, comes too soon or too late,
-    /// or is too far from the others where the wearer limits steps.
+    /// Refuses if the state is not Stimulating; if the channel does not exist, is driven by a
+    /// controller, takes no lists or has not risen; if another list is in progress; or if a pulse
+    /// is not allowed, comes too soon or too late, or differs too much from the others where the
+    /// wearer limits steps.
     #[inline(never)]
     pub fn play_list(&mut self, list: &PulseList, now: Micros) -> Result<(), Denied> {
         let channel = list.channel;
@@ -64,8 +65,8 @@ impl Guard {
         Ok(())
     }
 
-    /// Plays `list` on a copy of its channel's rise: each pulse is played as it is listed,
-    /// or the list is refused. The first follows the latest burst by a period more.
+    /// Simulates `list` on a copy of its channel's rise: each pulse is played as listed, or the
+    /// list is refused. The first pulse follows the latest burst by one period plus its own delay.
     #[inline(never)]
     fn check_rise(
         &self,
@@ -97,8 +98,8 @@ impl Guard {
         Ok(())
     }
 
-    /// What the list under way makes of its channel's next burst, in place of what is
-    /// wanted of the train; none leaves it out.
+    /// Returns the stimulus that the list in progress gives to its channel's next burst, in place
+    /// of the train's. `None` leaves the burst out.
     #[inline(never)]
     pub(super) fn take_listed(&mut self) -> Option<Stimulus> {
         if !self.list_seal.holds(&self.list) {
@@ -110,7 +111,7 @@ impl Guard {
         stimulus
     }
 
-    /// Nothing is left of any list: what was ordered later holds.
+    /// Ends any list in progress: the later order holds.
     #[inline(never)]
     pub(super) fn end_list(&mut self) {
         self.list = Playing::NOTHING;
@@ -123,7 +124,7 @@ impl Guard {
     }
 }
 
-/// Whether a channel may play this pulse, `least_us` after the one before at least.
+/// Checks that a channel may play `pulse` at least `least_us` after the previous one.
 fn check_pulse(
     channel: u8,
     config: &Channel,

@@ -1,5 +1,5 @@
-//! The guard's own memory: sealed between refills, so that a bit that changes by
-//! itself is a fault before it is an amplitude, a state or a timeout.
+//! Checksums over the guard's own memory between refills, so that a bit flip becomes a fault
+//! before it becomes an amplitude, a state or a timeout.
 
 use super::{Guard, bit};
 use crate::pulse::CHANNELS;
@@ -7,21 +7,21 @@ use crate::safety::Fault;
 use crate::seal::{Seal, Turn};
 use core::hash::Hash;
 
-/// Sums over the guard's memory, and what of it a refill has changed.
+/// Checksums over the guard's memory, and which parts a refill has changed.
 #[derive(Debug)]
 pub(super) struct Seals {
     core: Seal,
-    /// Over what the setup says of all channels.
+    /// Checksum over the part of the setup that concerns all channels.
     common: Seal,
-    /// Of each channel: over what was armed, over what changes.
+    /// Checksums of each channel: over its armed configuration, and over its changing state.
     channels: [(Seal, Seal); CHANNELS],
-    /// Channels changed since they were sealed.
+    /// Channels changed since their checksums were computed, bit i for channel i.
     open: u16,
-    /// A seal did not hold.
+    /// Whether a checksum did not match.
     broken: bool,
-    /// State and timeouts have changed since they were sealed.
+    /// Whether state and timeouts have changed since their checksum was computed.
     core_open: bool,
-    /// The channel whose seal is looked at, whether it is used or not.
+    /// The channel whose checksums are verified next, whether it is used or not.
     turn: Turn,
 }
 
@@ -40,11 +40,11 @@ impl Default for Seals {
 }
 
 impl Guard {
-    /// Looks at the seals, at the start of a refill: state and time of the last host
-    /// frame each time; one channel after the other, and timeouts, in their turn.
+    /// Verifies checksums at the start of a refill: those of the state and of the time of the last
+    /// host frame each time; those of one channel, or of the common part, in turn.
     ///
     /// # Errors
-    /// [`Fault::Memory`].
+    /// [`Fault::Memory`] if one does not match.
     pub fn check_memory(&mut self) -> Result<(), Fault> {
         let turn = self.seals.turn.next();
         let is_broken = !self.seals.core.holds(&self.core())
@@ -56,10 +56,10 @@ impl Guard {
         Ok(())
     }
 
-    /// Whether a seal looked at since then did not hold.
+    /// Checks that no checksum verified since [`Self::check_memory`] failed.
     ///
     /// # Errors
-    /// [`Fault::Memory`].
+    /// [`Fault::Memory`] if one did not match.
     pub const fn check_seen(&self) -> Result<(), Fault> {
         if self.seals.broken {
             return Err(Fault::Memory);
@@ -67,7 +67,7 @@ impl Guard {
         Ok(())
     }
 
-    /// Seals what has changed, at the end of whatever changes it.
+    /// Renews the checksums of changed memory; called at the end of everything that changes it.
     #[inline]
     pub fn seal(&mut self) {
         if core::mem::take(&mut self.seals.core_open) {
@@ -85,7 +85,7 @@ impl Guard {
         }
     }
 
-    /// Everything is new, with a new setup or without.
+    /// Renews all checksums, with a new setup or without one.
     pub(super) fn renew_seals(&mut self) {
         self.seals.open = (1 << CHANNELS) - 1;
         (self.seals.broken, self.seals.core_open) = (false, true);
@@ -99,14 +99,15 @@ impl Guard {
         }
     }
 
-    /// Whether `channel`'s amplitudes may be read and changed until the next
-    /// [`Self::seal`]: they are as they were left.
+    /// Verifies `channel`'s amplitudes, and returns whether they may be read and changed until the
+    /// next [`Self::seal`].
     #[inline(never)]
     pub(super) fn open(&mut self, channel: u8) -> bool {
         self.open_here(channel)
     }
 
-    /// [`Self::open`] where a call would show: with each burst and each setpoint.
+    /// Does the same as [`Self::open`], inlined where the cost of a call would be noticeable: at
+    /// each burst and each setpoint.
     #[inline(always)]
     pub(super) fn open_here(&mut self, channel: u8) -> bool {
         let bit = bit(channel);
@@ -123,7 +124,8 @@ impl Guard {
         holds
     }
 
-    /// Whether `channel` may begin a burst: what was armed is as it was, too.
+    /// Returns whether `channel` may begin a burst: its armed configuration must be unchanged,
+    /// too.
     pub(super) fn open_burst(&mut self, channel: u8) -> bool {
         let index = usize::from(channel);
         let seals = self.seals.channels.get(index);
@@ -132,7 +134,8 @@ impl Guard {
         holds && self.open_here(channel)
     }
 
-    /// Seals what is armed of `channel`, which was changed after [`Self::open_burst`].
+    /// Renews the checksum of a channel's armed configuration, which was changed after
+    /// [`Self::open_burst`].
     pub(super) fn seal_armed(&mut self, channel: u8) {
         let index = usize::from(channel);
         let armed = self.armed(index);
@@ -141,19 +144,19 @@ impl Guard {
         }
     }
 
-    /// Something sealed elsewhere was not as it was left.
+    /// Notes that a checksum kept elsewhere did not match.
     pub(super) const fn break_seal(&mut self) {
         self.seals.broken = true;
     }
 
-    /// State, timeouts, stop or time of the last host frame may change until the next
+    /// Lets state, timeouts, held inputs or time of the last host frame change until the next
     /// [`Self::seal`].
     pub(super) const fn open_core(&mut self) {
         self.seals.core_open = true;
     }
 
-    /// Whether a channel's memory is as it was left; behind the last, what the setup
-    /// says of all and the next order that waits.
+    /// Returns whether a channel's memory is unchanged. The index behind the last channel stands
+    /// for the common part of the setup and the next timed setpoint.
     #[inline]
     fn holds(&self, channel: usize) -> bool {
         match self.seals.channels.get(channel) {
@@ -164,8 +167,7 @@ impl Guard {
         }
     }
 
-    /// Whether everything that was armed is as it was; if not, the refill ends in a
-    /// fault.
+    /// Verifies the whole armed configuration. If it has changed, the refill ends in a fault.
     pub(super) fn is_whole(&mut self) -> bool {
         self.seals.broken |= !self.holds(CHANNELS);
         for channel in 0..CHANNELS as u8 {
@@ -178,7 +180,8 @@ impl Guard {
         (&self.mode, self.heard, self.held, self.allowance.due())
     }
 
-    /// The wearer's limits and timeouts, groups, sync, which channels are controlled.
+    /// Returns the part of the setup that concerns all channels: the wearer's limits and timeouts,
+    /// groups, sync, which channels are driven by a controller, and the sums at the common return.
     fn common(&self) -> impl Hash + '_ {
         let setup = self.setup.as_ref();
         setup.map(|setup| {
@@ -192,7 +195,8 @@ impl Guard {
         })
     }
 
-    /// Over what was armed of a channel. Once in the image: it is long.
+    /// Computes the checksum over a channel's armed configuration. Never inlined, because it is
+    /// long and the image needs only one copy.
     #[inline(never)]
     fn armed(&self, index: usize) -> Seal {
         let setup = self.setup.as_ref();
@@ -201,7 +205,7 @@ impl Guard {
     }
 
     fn amplitudes(&self, index: usize) -> impl Hash + '_ {
-        // One `None` for all: each costs a word of the sum.
+        // One `None` for all: each costs a word of the checksum.
         let wanted = self.wanted.get(index).zip(self.rises.get(index));
         let shown = self.in_force.get(index).zip(self.watches.get(index));
         let charge = self.allowance.charge(index);

@@ -1,26 +1,4 @@
-//! The state machine that decides whether anything is put out, and how much.
-//!
-//! | state | `arm` | `start` | `stop` | `acknowledge` | `fault` | let go | time is up |
-//! |---|---|---|---|---|---|---|---|
-//! | Boot | refused | refused | – | refused | Fault | Idle | Idle |
-//! | Idle | Checking | refused | – | refused | Fault | – | – |
-//! | Checking | refused | refused | Idle | refused | Fault | Idle | Armed |
-//! | Armed | refused | Stimulating | Idle | refused | Fault | Idle | Idle |
-//! | Stimulating | refused | refused | Stopping | refused | Fault | Stopping | Stopping |
-//! | Stopping | refused | refused | – | refused | Fault | Stopping | Idle |
-//! | Fault | refused | refused | – | Grounding | Fault | – | – |
-//! | Grounding | refused | refused | – | refused | Fault | – | Idle |
-//!
-//! "–" stays. Let go is the hand-held stop that opens after it was closed, or the arm
-//! key that was closed at arming; `arm` needs one of them closed, and the stop where
-//! the wearer's limits say so. Time is up when the electrode check ends (Idle if a channel
-//! owes its reading), 10 s after arming, after the host's silence, at the end of the
-//! fall and of the last grounding. Beside these, trains that have all played end
-//! Stimulating in Idle, and a reading may end Checking in Idle or be a fault. Hosts
-//! see Checking as Idle and Grounding as Fault. Tests hold this and docs/states.md to it.
-//!
-//! Time is what the caller says it is: `now` is the start of the window about to be
-//! rendered.
+//! The state machine that decides whether pulses are output, and at which amplitude.
 
 mod allowance;
 mod amplitude;
@@ -63,7 +41,7 @@ enum Mode {
     Stopping {
         fall: Fall,
         cause: StopCause,
-        /// Whether a notice has said so.
+        /// Whether a [`Notice`] has reported the stop.
         is_told: bool,
     },
     Fault(FaultRecord),
@@ -72,7 +50,7 @@ enum Mode {
     },
 }
 
-/// The guard. One per device, owned by the pulser.
+/// The safety state machine. Each device has one, owned by the pulser.
 #[derive(Debug)]
 pub struct Guard {
     mode: Mode,
@@ -81,29 +59,30 @@ pub struct Guard {
     rises: [Rise; CHANNELS],
     in_force: [Stimulus; CHANNELS],
     steps: [Step; CHANNELS],
-    /// Loads at arming.
+    /// Loads that the electrode check measured at arming.
     loads: [Load; CHANNELS],
     watches: [Watch; CHANNELS],
     heard: Micros,
-    /// What a person holds closed, as [`Inputs::closed`]: opened, it stops.
+    /// Inputs that a person holds closed, as bits of [`Inputs::closed`]. Opening one of them stops
+    /// stimulation.
     held: u8,
     allowance: Allowance,
-    /// When the latest electrode check began.
+    /// Start of the latest electrode check; `None` before the first.
     checked: Option<Micros>,
-    /// The list of pulses under way, and the seal over it.
+    /// The list of pulses in progress, and the checksum over it.
     list: Playing,
     list_seal: Seal,
-    /// Amplitudes that wait for their time.
+    /// Amplitudes of timed setpoints that are not due yet.
     waiting: Waiting,
     seals: Seals,
-    /// Channels whose latest burst was below what was wanted, bit i for channel i: only
-    /// reported, and so not sealed.
+    /// Channels whose latest burst had less than the wanted amplitude, bit i for channel i. They
+    /// are only reported, and so have no checksum.
     delayed: u16,
 }
 
 impl Guard {
-    /// A guard at reset; `latched` is the fault that the reset found recorded, `found` what
-    /// it found spent of time and charge.
+    /// Returns a guard in its state after a reset. `latched` is the fault that was recorded before
+    /// the reset, `found` the time and charge spent before it.
     #[must_use]
     pub fn new(latched: Option<FaultRecord>, found: Found) -> Self {
         let mut guard = Self {
@@ -130,7 +109,7 @@ impl Guard {
         guard
     }
 
-    /// The reported state.
+    /// Returns the state that is reported to hosts.
     #[must_use]
     pub const fn state(&self) -> State {
         match self.mode {
@@ -143,19 +122,19 @@ impl Guard {
         }
     }
 
-    /// The armed or last armed setup.
+    /// Returns the setup that is armed or was armed last; `None` before the first arming.
     #[must_use]
     pub const fn setup(&self) -> Option<&Setup> {
         self.setup.as_ref()
     }
 
-    /// Whether a fault waits to be acknowledged.
+    /// Returns whether a fault waits to be acknowledged.
     #[must_use]
     pub const fn is_latched(&self) -> bool {
         matches!(self.mode, Mode::Fault(_))
     }
 
-    /// Whether the output supply is wanted.
+    /// Returns whether the output supply must be on.
     #[must_use]
     pub const fn pump(&self) -> bool {
         !matches!(
@@ -164,13 +143,14 @@ impl Guard {
         )
     }
 
-    /// Takes `setup` and begins the electrode check. Its pulses start at `now`, or when the
-    /// pause after the check before is over; returns when. The verdict comes as
-    /// [`Notice::Checked`].
+    /// Takes `setup` and begins the electrode check. The check pulses start at `now`, or when the
+    /// pause since the previous check is over; the returned time is their start. The result of the
+    /// check is reported as [`Notice::Checked`].
     ///
     /// # Errors
-    /// Not idle, a latched fault, what must be closed is not, nothing left of what the
-    /// wearer allows of time or charge, or nobody knows what was spent of it.
+    /// Refuses if the state is not Idle, a fault is latched, the input that must be closed is
+    /// open, the wearer's allowance of time or charge is used up, or the amount spent before a
+    /// reset is unknown.
     pub fn arm(
         &mut self,
         setup: &Setup,
@@ -205,10 +185,10 @@ impl Guard {
         Ok((check, epoch))
     }
 
-    /// From armed to stimulating, because of an order that arrived at `heard`.
+    /// Goes from Armed to Stimulating, because of an order that arrived at `heard`.
     ///
     /// # Errors
-    /// Not armed.
+    /// Refuses if the state is not Armed.
     pub fn start(&mut self, heard: Micros) -> Result<(), Denied> {
         let is_whole = self.is_whole();
         match self.mode {
@@ -224,7 +204,8 @@ impl Guard {
         }
     }
 
-    /// A normal stop: always accepted, except that a fault stays latched.
+    /// Stops stimulation, arming or the electrode check. A stop is always accepted; a latched
+    /// fault stays latched.
     pub fn stop(&mut self, now: Micros) -> Option<Notice> {
         match self.mode {
             Mode::Stimulating => Some(self.ramp_down(now, StopCause::Request)),
@@ -240,7 +221,8 @@ impl Guard {
     /// Clears a latched fault after a last grounding that starts at `now`.
     ///
     /// # Errors
-    /// No fault is latched, or one that only a boot without it clears.
+    /// Refuses if no fault is latched, or if the fault was found at boot: only a boot that does
+    /// not find it clears it.
     pub fn acknowledge(&mut self, now: Micros) -> Result<(), Denied> {
         match self.mode {
             Mode::Fault(record) if record.lasts => return Err(Denied::FaultLatched(record.fault)),
@@ -254,8 +236,9 @@ impl Guard {
         Ok(())
     }
 
-    /// The session owner's valid setpoint or keep-alive arrived at `at`. The
-    /// latest counts: what went through the control law comes here later.
+    /// Notes that a valid setpoint or keep-alive of the session's owner arrived at `at`. The
+    /// latest time counts, because setpoints that pass through the control law are noted later
+    /// than they arrived.
     pub fn keep_alive(&mut self, at: Micros) {
         if self.heard.is_before(at) {
             self.open_core();
@@ -263,8 +246,9 @@ impl Guard {
         }
     }
 
-    /// Latches `fault`; the caller isolates the outputs at `at`. While one is latched the
-    /// first is kept, and notes that this one came.
+    /// Latches `fault`; the caller disconnects the outputs at `at`. `residual` is the charge left
+    /// on each channel. If a fault is latched already, that one is kept and the new one is added
+    /// to [`FaultRecord::later`].
     pub fn fault(&mut self, fault: Fault, at: Micros, residual: [i32; CHANNELS]) -> Notice {
         self.open_core();
         if let Mode::Fault(first) = &mut self.mode {
@@ -284,15 +268,15 @@ impl Guard {
         Notice::Faulted(record)
     }
 
-    /// Whether a rise or the slope kept the latest burst of `channel` below what was
-    /// wanted.
+    /// Returns whether a rise or the slope limit kept the latest burst of `channel` below the
+    /// wanted amplitude.
     #[must_use]
     pub const fn is_delayed(&self, channel: u8) -> bool {
         self.delayed & bit(channel) != 0
     }
 
-    /// Moves the state on before the window at `now` is rendered. `Err` is a fault for the caller to
-    /// latch.
+    /// Updates the state before the window at `now` is rendered. An error is a fault that the
+    /// caller must latch.
     ///
     /// # Errors
     /// [`Fault::OverCurrent`], [`Fault::ElectrodeOff`], [`Fault::PhaseLost`],
@@ -317,7 +301,7 @@ impl Guard {
                 self.watch_reading(reading)?;
             }
         }
-        // Once closed, it is in somebody's hand.
+        // A hand-held stop that closes later counts as held from then on: its opening stops.
         let closed = inputs.closed();
         if closed & !self.held & Inputs::STOP != 0 {
             self.open_core();
@@ -376,8 +360,8 @@ impl Guard {
         Ok(change.or(read))
     }
 
-    /// Whether [`Self::tick`] would change nothing and find nothing: `false` where
-    /// that is not plain. For simulators, which may then leave the tick out.
+    /// Returns whether [`Self::tick`] would change nothing and find no fault; `false` if this
+    /// cannot be decided easily. For simulators, which may then omit the tick.
     #[must_use]
     #[inline]
     pub fn is_at_rest(&self, now: Micros, inputs: &Inputs, scheduler: &Scheduler) -> bool {
@@ -410,9 +394,9 @@ impl Guard {
         Some(self.ramp_down(from, StopCause::HostSilent))
     }
 
-    /// When the host's silence became too long, if it has. Judged at the end of
-    /// the window about to be rendered, so that the fall begins on the very
-    /// microsecond inside it.
+    /// Returns the time at which the host's silence became too long; `None` while it has not.
+    /// Judged at the end of the window that is rendered next, so that the fall begins at the exact
+    /// microsecond inside that window.
     fn silent_since(&self, now: Micros) -> Option<Micros> {
         let setup = self.setup.as_ref();
         let timeout_us = setup.map_or(0, |s| s.wearer.host_timeout_us());
@@ -421,7 +405,7 @@ impl Guard {
     }
 }
 
-/// Bit i for channel i, 0 to 15.
+/// Returns a mask with only the bit of `channel` set, for channels 0 to 15; 0 for any other.
 const fn bit(channel: u8) -> u16 {
     match 1u16.checked_shl(channel as u32) {
         Some(bit) => bit,

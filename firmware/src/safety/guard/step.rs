@@ -1,7 +1,7 @@
-//! How far an amplitude may rise from what it was: per burst and per second, once it
-//! has risen from zero, which a ramp governs. Lower is always allowed. A wider phase
-//! counts as the amplitude that has its charge at the train's own width: what an
-//! amplitude may not do, a width may not either.
+//! Limits on how far an amplitude may rise per burst and per second, once it has risen from zero
+//! (which a ramp governs). A lower amplitude is always allowed. A wider phase counts as the
+//! amplitude that has its charge at the train's own width, so that a width cannot do what an
+//! amplitude may not.
 
 use super::Guard;
 use crate::safety::measures::Measures;
@@ -10,27 +10,28 @@ use crate::units::{Amplitude, MicroAmps, Micros, us};
 
 const SECOND_US: u32 = 1_000_000;
 
-/// What a channel was ordered before. It decides only whether an order is taken, never
-/// what is put out, which the channel's limit holds: it is not sealed.
+/// Earlier orders to a channel. They decide only whether an order is accepted; the output itself
+/// is bounded by the channel's limit. So they have no checksum.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Step {
-    /// Wanted when the latest burst began; zero before the first of a rise.
+    /// Stimulus that was wanted when the latest burst began; zero before the first burst of a
+    /// rise.
     pub(super) burst: Stimulus,
-    /// The least wanted since `since`, and in the second before that.
+    /// The smallest wanted measures since `since`, and in the second before `since`.
     low: Measures,
     low_before: Measures,
     since: Micros,
 }
 
-/// Width of the channel's own pulses, µs.
+/// Returns the width of the train's own phases, µs.
 const fn own_us(channel: &Channel) -> u16 {
     channel.train.spec().width_us
 }
 
 impl Step {
-    /// The same when `now` has come, with `wanted` all the time.
+    /// Returns the record updated to `now`, with `wanted` unchanged in between.
     fn at(mut self, wanted: Measures, now: Micros) -> Self {
-        // Backwards is beyond half the clock: long ago.
+        // A negative difference exceeds half the clock's range: it is long ago.
         let elapsed_us = (now - self.since).us().cast_unsigned();
         if elapsed_us >= 2 * SECOND_US {
             (self.low_before, self.low, self.since) = (wanted, wanted, now);
@@ -43,7 +44,7 @@ impl Step {
 }
 
 impl Guard {
-    /// Whether the wearer limits steps at all. Most do not.
+    /// Returns whether the wearer limits steps at all. Most wearers do not.
     pub(super) fn limits_steps(&self) -> bool {
         let (burst, second) = (&WearerSpec::MAX_STEP_UA, &WearerSpec::MAX_STEP_UA_PER_S);
         self.setup.as_ref().is_some_and(|setup| {
@@ -53,9 +54,9 @@ impl Guard {
         })
     }
 
-    /// The largest amplitude of this width that `channel` may be ordered at `now`. In no
-    /// second it rises by more than the wearer allows for one: what is looked back on is
-    /// the present second and the whole one before it.
+    /// Returns the largest amplitude of this width that `channel` may be ordered at `now`. Within
+    /// no second does it rise by more than the wearer allows per second: the minimum over the
+    /// present second and the whole second before it is the base.
     #[inline(never)]
     pub(super) fn highest(&self, channel: u8, width_us: u16, now: Micros) -> Amplitude {
         let index = usize::from(channel);
@@ -86,15 +87,18 @@ impl Guard {
         let Measures([wanted, wanted_charge]) = wanted;
         let ([burst, burst_charge], [low, low_charge]) = (burst, low);
         let by_charge = bound(burst_charge, low_charge, wanted_charge).get();
-        // What saturates is far above every limit.
+        // A saturated value is far above every limit.
         let by_charge = by_charge.saturating_mul(own_us.into());
         let by_charge = by_charge.checked_div(width_us.into()).unwrap_or(0);
         let most = bound(burst, low, wanted).min(Amplitude::new(by_charge));
         most.min(config.limit)
     }
 
-    /// Checks that no two of `listed`, what is wanted and the least of this second and the
-    /// one before are further apart than the wearer's smaller step.
+    /// Checks that no two of the `listed` stimuli, the wanted one and the minimum of this second
+    /// and the one before are further apart than the smaller of the wearer's step limits.
+    ///
+    /// # Errors
+    /// [`Denied::TooLargeStep`] with the largest allowed amplitude; [`Denied::NoChannel`].
     #[inline(never)]
     pub(super) fn check_spread(
         &self,
@@ -131,7 +135,7 @@ impl Guard {
         Ok(())
     }
 
-    /// `stimulus` is about to be wanted on `channel`.
+    /// Records that `stimulus` is about to be wanted on `channel`.
     #[inline(never)]
     pub(super) fn note_order(&mut self, channel: u8, stimulus: Stimulus, now: Micros) {
         let index = usize::from(channel);

@@ -1,4 +1,4 @@
-//! How stimulation ends: by the wearer's fall, or at once.
+//! The two ways in which stimulation ends: along the wearer's fall, or at once.
 
 use super::{Fall, Guard, Mode, Rise, Step, Watch};
 use crate::pulse::CHANNELS;
@@ -15,7 +15,8 @@ impl Guard {
         self.setup.as_ref().map_or(0, |s| s.wearer.fall_us())
     }
 
-    /// Stops along `fall`, which is told by the caller. What waits for its time is forgotten.
+    /// Stops along `fall`. The caller reports the stop. Timed setpoints that are not due yet are
+    /// dropped.
     pub(super) fn fall(&mut self, fall: Fall, cause: StopCause) {
         self.open_core();
         self.waiting.clear();
@@ -26,16 +27,16 @@ impl Guard {
         };
     }
 
-    /// What was held closed opened: no further pulse begins.
+    /// Stops after an input that was held closed has opened: no further pulse begins.
     pub(super) fn stop_at_once(&mut self, now: Micros, released: u8) -> Notice {
         let cause = let_go(released);
         self.fall(Fall::new(now, 0), cause);
         Notice::Stopping(cause)
     }
 
-    /// Nothing is wanted, in force or waiting any more.
+    /// Clears every wanted amplitude, every amplitude in force and every timed setpoint.
     pub(super) fn clear_amplitudes(&mut self) {
-        // What stood there does not matter any more; what is armed does.
+        // The old amplitudes do not matter any more, but the armed channels still do.
         for channel in 0..CHANNELS as u8 {
             self.open(channel);
         }
@@ -58,12 +59,13 @@ impl Guard {
     }
 }
 
-/// Whether a stop for this reason lets no further pulse begin.
+/// Returns whether a stop for this reason lets no further pulse begin.
 pub(super) const fn is_at_once(cause: StopCause) -> bool {
     matches!(cause, StopCause::HandStop | StopCause::ArmKey)
 }
 
-/// Why what was held closed stops, as bits of [`Inputs::closed`]: the stop comes first.
+/// Returns the stop cause for inputs that opened, as bits of [`Inputs::closed`]. The hand-held
+/// stop takes precedence over the arm key.
 pub(super) const fn let_go(released: u8) -> StopCause {
     if released & Inputs::STOP != 0 {
         StopCause::HandStop

@@ -1,5 +1,5 @@
-//! Amplitudes that wait for their time: judged when they come by the limits that hold at
-//! all times, and when they are due by all.
+//! Timed setpoints. On arrival they are checked against the limits that hold at all times, and
+//! when they are due against all limits.
 
 use super::Guard;
 use super::amplitude::check_stimulus;
@@ -8,11 +8,12 @@ use crate::safety::{Denied, Timed, limits};
 use crate::units::{Micros, us};
 
 impl Guard {
-    /// Lets `order` wait; it is due in the window at `start` or later.
+    /// Queues `order` until it is due, in the window at `start` or later.
     ///
     /// # Errors
-    /// Not armed, too far ahead, less than a window after the latest that waits, as many
-    /// wait as may, or what [`Self::set_amplitudes`] refuses at any time.
+    /// Refuses if the device is not armed, the order is too far ahead, it is due less than a
+    /// window after the latest queued order, the queue is full, or [`Self::set_amplitudes`] would
+    /// refuse it at any time.
     #[inline(never)]
     pub fn wait_for_time(&mut self, order: &Timed, start: Micros) -> Result<(), Denied> {
         let setup = self.setup_for_orders()?;
@@ -36,21 +37,22 @@ impl Guard {
         Ok(())
     }
 
-    /// Forgets what waits.
+    /// Drops all timed setpoints that are not due yet.
     pub fn forget_waiting(&mut self) {
         self.waiting.clear();
     }
 
-    /// Whether an order that waits is due before `end`.
+    /// Returns whether a queued order is due before `end`.
     #[inline(always)]
     #[must_use]
     pub fn is_order_due(&self, end: Micros) -> bool {
         self.waiting.next().is_some_and(|at| at.is_before(end))
     }
 
-    /// The order that waits and is due at `until` or before, which lies in the window at
-    /// `start`. One whose memory is not as it was left is none, and the refill ends in a
-    /// fault; so does one that was due in an earlier window, where it would have been taken.
+    /// Removes and returns the queued order that is due at `until` or before; `until` lies in the
+    /// window at `start`. If the order's memory has changed by itself, or if it was due in an
+    /// earlier window, which should have taken it, the result is `None` and the refill ends in a
+    /// fault.
     #[inline(never)]
     pub fn take_due(&mut self, until: Micros, start: Micros) -> Option<Timed> {
         if !self.is_order_due(until + us(1)) {

@@ -1,13 +1,13 @@
-//! A second reading of each window before it plays: what is on its way to the pins,
-//! held against what was armed.
+//! An independent check of each window before it plays: the edges on their way to the pins are
+//! compared with the armed trains.
 //!
-//! It knows trains, limits and groups, and nothing of how the scheduler makes edges of
-//! them: it keeps its own copy of what was armed and its own account of each channel,
-//! from edge to edge. Held are the length of each phase, that it and the DAC code are
-//! allowed together, that two phases are equal and opposite with the gap between them, that a pulse that is to be grounded is so
-//! in full before the next, the distance of pulses and bursts, that nothing is grounded
-//! without a reason, and that no DAC code is above the limit's. Silence breaks no
-//! rule.
+//! The check knows trains, limits and groups, and nothing of how the scheduler makes edges of
+//! them: it keeps its own copy of the armed trains and its own account of each channel, from edge
+//! to edge. It checks the length of each phase; that the width and the DAC code are allowed
+//! together; that two phases are equal and opposite with the gap between them; that a grounding
+//! after a pulse is complete before the next pulse; the distance of pulses and bursts; that
+//! nothing is grounded without a reason; and that no DAC code is above the code of the limit.
+//! Silence breaks no rule.
 
 use crate::pulse::{
     CHANNELS, Group, Levels, MAX_GROUPS, Partner, PulseStart, State as OutputState, Train,
@@ -16,87 +16,87 @@ use crate::pulse::{
 use crate::seal::{Seal, Turn};
 use crate::units::{DacCode, Micros, us};
 
-/// Longer than any period, and far from where the clock wraps.
+/// A time longer than any period, and far from half the range of the clock.
 const LONG_AGO_US: u32 = 1 << 30;
 
-/// What may come of one channel.
+/// The output that is allowed on one channel.
 #[derive(Clone, Copy, Debug, Hash)]
 pub struct Expected {
-    /// Its train.
+    /// The channel's train.
     pub train: Train,
-    /// Shortest time from burst to burst that the limits were checked for, µs.
+    /// Shortest time from burst to burst for which the limits were checked, µs.
     pub min_period_us: u32,
-    /// No DAC code is above this.
+    /// Largest allowed DAC code.
     pub max_code: DacCode,
-    /// No DAC code times the width of its phases is above this, µs.
+    /// Largest allowed product of a DAC code and the width of its phases, µs.
     pub max_code_us: u32,
 }
 
 /// A rule that a window would have broken.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Broken {
-    /// The account itself changed.
+    /// The memory of this check changed by itself.
     Memory,
     /// The window does not begin where the one before it ended.
     Start,
     /// A channel that was not armed is driven or has a DAC code.
     Channel,
-    /// A phase or a gap has another length, or a phase another polarity.
+    /// A phase or a gap has a wrong length, or a phase a wrong polarity.
     Phase,
-    /// A pulse begins too early after the one before.
+    /// A pulse begins too early after the previous one.
     Spacing,
     /// A channel is grounded without a reason, or not long enough.
     Grounding,
-    /// A DAC code above the limit's.
+    /// A DAC code is above the code of the limit.
     Code,
-    /// A width that the train may not have, or with more charge than is allowed.
+    /// The train does not allow a width, or the width gives more charge than is allowed.
     Width,
 }
 
-/// Where a channel is in its pulse.
+/// Position of a channel in its pulse.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
 enum Part {
     Rest,
     First,
     Gap,
     Second,
-    /// After a pulse that is to be grounded, until it was in full.
+    /// After a pulse that must be grounded, until the grounding is complete.
     Discharge,
 }
 
 #[derive(Clone, Copy, Debug, Hash)]
 struct Line {
     part: Part,
-    /// The latest edge of the channel.
+    /// Time of the channel's latest edge.
     since: Micros,
-    /// Start of the latest burst and of its latest pulse; none has been yet without
-    /// pulses.
+    /// Start of the latest burst and of the latest pulse; both are meaningless while `pulses` is
+    /// 0.
     burst: Micros,
     pulse: Micros,
     pulses: u8,
-    /// Of the phases of its latest pulses, µs; 0 is the train's own.
+    /// Width of the phases of the latest pulses, µs; 0 stands for the train's own width.
     width_us: u16,
 }
 
-/// The account of all channels.
+/// The check of the outputs, with an account of every channel.
 #[derive(Debug)]
 pub struct OutputCheck {
     expected: [Option<Expected>; CHANNELS],
     lines: [Line; CHANNELS],
     groups: [Option<Group>; MAX_GROUPS],
     levels: Levels,
-    /// Every bit of `levels` the other way.
+    /// `levels` with every bit inverted, which reveals a bit flip.
     inverse: Levels,
-    /// Of each channel: over what is expected, over its line.
+    /// Checksums of each channel: over its expected output, and over its account.
     seals: [(Seal, Seal); CHANNELS],
-    /// Over the groups.
+    /// Checksum over the groups.
     seal: Seal,
-    /// The channel that is looked at, whether it changes or not.
+    /// The channel whose memory is verified next, whether it changes or not.
     turn: Turn,
 }
 
 impl OutputCheck {
-    /// Nothing is armed: everything is isolated.
+    /// Returns a check in which nothing is armed and every channel is disconnected.
     #[must_use]
     pub fn new() -> Self {
         let mut check = Self {
@@ -113,14 +113,15 @@ impl OutputCheck {
         check
     }
 
-    /// From now on nothing may play; all channels are isolated, or grounded.
+    /// Forbids all pulses from now on. All channels are disconnected or grounded, as `levels` say.
     pub fn disarm(&mut self, levels: Levels) {
         self.arm(|_| None, &[]);
         self.levels = levels;
         self.seal_all();
     }
 
-    /// From now on what `expected` says of each channel may play, from rest.
+    /// Allows, from now on, the output that `expected` returns for each channel, which starts at
+    /// rest.
     pub fn arm(&mut self, expected: impl Fn(u8) -> Option<Expected>, groups: &[Group]) {
         for (channel, slot) in (0..).zip(&mut self.expected) {
             *slot = expected(channel);
@@ -143,10 +144,10 @@ impl OutputCheck {
         self.inverse = Levels(!self.levels.0);
     }
 
-    /// Reads a window that is about to be painted.
+    /// Checks a window that is about to be painted on the pulse tape.
     ///
     /// # Errors
-    /// The first rule that it breaks; it must not be played then.
+    /// Returns the first rule that the window breaks; it must not be played then.
     pub fn read(&mut self, plan: &WindowPlan) -> Result<(), Broken> {
         if self.levels.0 != !self.inverse.0 {
             return Err(Broken::Memory);
@@ -161,7 +162,7 @@ impl OutputCheck {
             let (Some(Some(expected)), Some((seal, _))) = (expected, self.seals.get(index)) else {
                 return Err(Broken::Channel);
             };
-            // A burst begins: what it may be is as it was armed.
+            // A burst begins, so the expected output must be unchanged.
             if !seal.holds(&Some(expected)) {
                 return Err(Broken::Memory);
             }
@@ -185,8 +186,8 @@ impl OutputCheck {
         Ok(())
     }
 
-    /// Looks at one channel after the other: at its memory, and whether its latest
-    /// pulse was so long ago that the clock will not tell for much longer.
+    /// Verifies the memory of one channel after the other, and forgets the latest pulse of a
+    /// channel before the clock wraps and makes its time ambiguous.
     fn look(&mut self, now: Micros) -> Result<(), Broken> {
         let Some(turn) = self.turn.next() else {
             return Ok(());
@@ -206,8 +207,8 @@ impl OutputCheck {
         Ok(())
     }
 
-    /// Bursts begin of which some may have other widths than the trains' own: what the
-    /// plan says of their pulses, which the edges of each burst are held to.
+    /// Takes the widths of the bursts that begin in this window, some of which may differ from
+    /// their trains' own. The edges of each burst are compared with these widths.
     #[inline(never)]
     fn take_widths(&mut self, pulses: &[PulseStart]) -> Result<(), Broken> {
         for pulse in pulses {
@@ -266,8 +267,8 @@ impl OutputCheck {
         self.check_grounded(levels)
     }
 
-    /// Each grounded channel has a reason: its own discharge, another member's pulse,
-    /// or that all are grounded after a fault.
+    /// Checks that each grounded channel has a reason: its own discharge, the pulse of another
+    /// member of its group, or the grounding of all channels after a fault.
     fn check_grounded(&self, levels: Levels) -> Result<(), Broken> {
         let grounded = levels.grounded_channels();
         let mut left = grounded;
@@ -278,14 +279,14 @@ impl OutputCheck {
             let line = self.lines.get(channel);
             discharges &= line.is_some_and(|line| line.part == Part::Discharge);
         }
-        // As mostly: no group is asked.
+        // Mostly true, so that no group is checked.
         if discharges || levels.without_sync() == Levels::GROUNDED {
             return Ok(());
         }
         self.check_grouped(grounded)
     }
 
-    /// Some of these are grounded for other members of their groups.
+    /// Checks channels of which some are grounded for other members of their groups.
     #[inline(never)]
     fn check_grouped(&self, grounded: u16) -> Result<(), Broken> {
         if !self.seal.holds(&self.groups) {
@@ -330,7 +331,7 @@ impl Line {
         matches!(self.part, Part::First | Part::Gap | Part::Second)
     }
 
-    /// The channel goes from `old` to `new` at `at`.
+    /// Checks that the channel may go from the state `old` to `new` at `at`.
     fn edge(
         &mut self,
         expected: Option<&Expected>,
@@ -338,7 +339,7 @@ impl Line {
         (old, new): (OutputState, OutputState),
     ) -> Result<(), Broken> {
         let Some(expected) = expected else {
-            // Another member's pulse may ground it.
+            // The pulse of another member of its group may ground the channel.
             return match new {
                 OutputState::Cathodic | OutputState::Anodic => Err(Broken::Channel),
                 _ => Ok(()),
@@ -374,7 +375,8 @@ impl Line {
             Part::Second if spec.ground_us != 0 => Part::Discharge,
             Part::Second => Part::Rest,
             Part::Discharge if old == OutputState::Grounded => {
-                // Interrupted by another member of an isolated group, or over.
+                // The grounding is interrupted by another member of an isolated group, or
+                // complete.
                 let is_full = lasted >= u32::from(spec.ground_us);
                 match (is_full, new) {
                     (true, OutputState::Isolated) => Part::Rest,
@@ -392,7 +394,7 @@ impl Line {
         Ok(())
     }
 
-    /// A pulse begins.
+    /// Checks the distances of a pulse that begins at `at`, and starts its account.
     fn begin(&mut self, expected: &Expected, at: Micros) -> Result<(), Broken> {
         let spec = expected.train.spec();
         let since = |then: Micros| (at - then).us().cast_unsigned();

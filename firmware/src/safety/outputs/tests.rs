@@ -1,4 +1,4 @@
-//! Plans made wrong on purpose, one way each, and whole trains that are right.
+//! Window plans with one deliberate error each, and whole trains that are correct.
 
 use super::*;
 use crate::pulse::{
@@ -9,10 +9,11 @@ use std::vec::Vec;
 use std::{format, println};
 
 const CODE: DacCode = DacCode::new(1000);
-/// The channel whose width may change.
+/// The channel whose pulse width may change.
 const LIVE: u8 = 4;
 
-/// Widths of 100 and 300 µs in turn where a train allows it; else its own.
+/// A supply that alternates between widths of 100 and 300 µs where a train allows it, and
+/// otherwise uses the train's own.
 struct Always;
 impl Supply for Always {
     fn burst(&mut self, channel: u8, time: BurstTime) -> Burst {
@@ -45,7 +46,7 @@ fn channels(specs: &[TrainSpec]) -> [Option<Expected>; CHANNELS] {
     all
 }
 
-/// Plays the scheduler's windows past the check, each spoiled by `spoil`; the first
+/// Passes the scheduler's windows to the check, each changed by `spoil`, and returns the first
 /// rule broken.
 fn play(
     specs: &[TrainSpec],
@@ -87,7 +88,7 @@ fn grounded(offset_us: u32) -> TrainSpec {
     }
 }
 
-/// Biphasic, and grounded after it.
+/// Returns a biphasic train with a grounding after each pulse.
 fn given_back(offset_us: u32) -> TrainSpec {
     TrainSpec {
         offset_us,
@@ -120,7 +121,7 @@ fn right_trains_break_no_rule() {
     }
 }
 
-/// Moves the `n`th change of window `k` by `by` slots.
+/// Returns a function that moves change `n` of window `k` by `by` slots.
 fn shift(k: u32, n: usize, by: i16) -> impl Fn(u32, &mut WindowPlan) {
     move |window, plan| {
         if window == k {
@@ -133,17 +134,17 @@ fn shift(k: u32, n: usize, by: i16) -> impl Fn(u32, &mut WindowPlan) {
 #[test]
 fn each_way_to_be_wrong_is_told() {
     let one = |spoil: &dyn Fn(u32, &mut WindowPlan)| play(&[PLAIN], &[], spoil);
-    // A first phase of 199 and of 201 µs, a gap of 39 µs, in the second pulse.
+    // In the second pulse: a first phase of 199 µs, one of 201 µs, and a gap of 39 µs.
     assert_eq!(one(&shift(80, 1, -1)), Err(Broken::Phase));
     assert_eq!(one(&shift(80, 1, 1)), Err(Broken::Phase));
     assert_eq!(one(&shift(80, 2, -1)), Err(Broken::Phase));
-    // A pulse 1 µs early: its first phase is long as well, but it is early first.
+    // A pulse 1 µs early: its first phase is also too long, but the early start is found first.
     let early = [TrainSpec {
         offset_us: 100,
         ..PLAIN
     }];
     assert_eq!(play(&early, &[], shift(80, 0, -1)), Err(Broken::Spacing));
-    // The second phase on the same line, or never.
+    // The second phase is on the same line as the first, or absent.
     let levels = |k: u32, n: usize, levels: Levels| {
         move |window: u32, plan: &mut WindowPlan| {
             if window == k {
@@ -155,12 +156,12 @@ fn each_way_to_be_wrong_is_told() {
     assert_eq!(one(&levels(80, 2, cathodic)), Err(Broken::Phase));
     let grounds = Levels::ISOLATED.with(0, OutputState::Grounded);
     assert_eq!(one(&levels(80, 1, grounds)), Err(Broken::Phase));
-    // A channel that is not armed, and one grounded without a reason.
+    // A channel that is not armed is driven, and one is grounded without a reason.
     let other = Levels::ISOLATED.with(7, OutputState::Anodic);
     assert_eq!(one(&levels(80, 1, other)), Err(Broken::Channel));
     let idle = Levels::ISOLATED.with(7, OutputState::Grounded);
     assert_eq!(one(&levels(0, 1, idle)), Err(Broken::Grounding));
-    // Codes.
+    // DAC codes that are too large or on a wrong channel.
     let code = |channel, code| {
         move |window: u32, plan: &mut WindowPlan| {
             if window == 80 {
@@ -170,17 +171,17 @@ fn each_way_to_be_wrong_is_told() {
     };
     assert_eq!(one(&code(0, 1001)), Err(Broken::Code));
     assert_eq!(one(&code(3, 1)), Err(Broken::Channel));
-    // A window that does not begin where the last one ended.
+    // A window that does not begin where the previous one ended.
     let jump = |window: u32, plan: &mut WindowPlan| {
         if window == 40 {
             plan.initial = Levels::ISOLATED.with(0, OutputState::Cathodic);
         }
     };
     assert_eq!(one(&jump), Err(Broken::Start));
-    // A grounding cut short by 1 µs: found with the edge that ends it.
+    // A grounding that is 1 µs too short, found with the edge that ends it.
     let mono = [grounded(0)];
     assert_eq!(play(&mono, &[], shift(5, 0, -1)), Err(Broken::Grounding));
-    // And left out: the next pulse would find charge.
+    // An omitted grounding: the next pulse would start with residual charge.
     let left_out = |window: u32, plan: &mut WindowPlan| {
         if (1..6).contains(&window) {
             plan.initial = Levels::ISOLATED;
@@ -190,7 +191,7 @@ fn each_way_to_be_wrong_is_told() {
         }
     };
     assert!(play(&mono, &[], left_out).is_err());
-    // The same after two phases; and one that nobody asked for.
+    // The same errors after two phases, and a grounding without a reason.
     let biphasic = [given_back(0)];
     assert_eq!(
         play(&biphasic, &[], shift(85, 0, -1)),
@@ -205,8 +206,8 @@ fn each_way_to_be_wrong_is_told() {
     assert_eq!(one(&levels(81, 0, grounds)), Err(Broken::Grounding));
 }
 
-/// A live width: each burst's own is right; one that the train may not have, that has too
-/// much charge, or that is not the one announced, is not.
+/// With a variable width, each burst's announced width passes. A width that the train does not
+/// allow, that has too much charge, or that differs from the announced one is refused.
 #[test]
 fn a_live_width_is_the_announced_one_and_within_its_bounds() {
     let live = TrainSpec {
@@ -276,8 +277,8 @@ fn its_own_memory_is_sealed() {
     }
 }
 
-/// Every step of two lines, at every place of a pulse and after every time: drive never
-/// follows the opposite drive, no phase has another length, nothing is skipped.
+/// Tests every transition of two lines, at every part of a pulse and after every time: drive never
+/// follows the opposite drive, no phase has a wrong length, nothing is skipped.
 #[test]
 fn no_step_leads_from_drive_to_opposite_drive() {
     use OutputState::{Anodic, Cathodic, Grounded, Isolated};
@@ -328,8 +329,8 @@ fn no_step_leads_from_drive_to_opposite_drive() {
                     }
                     taken += 1;
                     let what = format!("{shape:?}, {part:?}: {old:?} to {new:?}, {lasted} µs");
-                    // Where a phase is under way its line says so, or the levels were
-                    // changed behind the account's back.
+                    // While a phase is in progress the account says so; otherwise the levels were
+                    // changed without the account.
                     let drives = matches!(part, Part::First | Part::Second);
                     assert!(!(drives && is_driven(new)), "{what}");
                     assert!(!drives || lasted == WIDTH, "{what}");

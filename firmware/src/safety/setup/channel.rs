@@ -1,4 +1,4 @@
-//! A channel: what a host declares, held against every limit of the wearer.
+//! A channel's configuration, checked against every limit of the wearer.
 
 use super::SetupError;
 use crate::pulse::{Train, TrainSpec};
@@ -10,72 +10,72 @@ use crate::units::{Amplitude, MicroAmps};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// Longest driven part of any pulse, µs: what a group's partner can put off the
-/// start of a grounding by.
+/// Longest driven part of any pulse, µs, by which another member of a group can delay the start of
+/// a grounding.
 const LONGEST_PULSE_US: u32 = 1_200;
 
 /// A channel as a host configures it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize, Schema)]
 pub struct ChannelSpec {
-    /// Its pulses.
+    /// The channel's pulse train.
     pub train: TrainSpec,
-    /// Its output stage.
+    /// The channel's output stage.
     pub stage: StageSpec,
-    /// The wearer's largest amplitude here, in the stage's thousandths.
+    /// The wearer's largest amplitude on this channel, in the stage's thousandths.
     pub limit: Amplitude,
     /// The largest amplitude that a rise reaches at once, in the stage's thousandths.
     pub start: Amplitude,
-    /// Area of its active electrode, 10–20 000 mm².
+    /// Area of the channel's active electrode, 10–20 000 mm².
     pub area_mm2: u32,
 }
 
-/// A channel whose largest amplitude keeps every limit.
+/// A channel whose largest amplitude satisfies every limit.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Channel {
-    /// Its pulses.
+    /// The channel's validated pulse train.
     pub train: Train,
-    /// Its output stage.
+    /// The channel's validated output stage.
     pub stage: Stage,
-    /// No amplitude above this is ever put out.
+    /// The largest amplitude that is ever output, in the stage's thousandths.
     pub limit: Amplitude,
-    /// No amplitude up to this is delayed by a rise.
+    /// The largest amplitude that a rise does not delay, in the stage's thousandths.
     pub start: Amplitude,
-    /// No current above this may flow: a current stage's limit; of a voltage stage, what
-    /// the limits of current, charge and rms allow.
+    /// The largest current that may flow: for a current stage its limit; for a voltage stage the
+    /// largest that the limits of current, charge and rms allow.
     pub max_current: MicroAmps,
-    /// Of its electrode, mm².
+    /// Area of the active electrode, mm².
     pub area_mm2: u32,
-    /// Shortest period that the limits were checked for, µs.
+    /// Shortest period for which the limits were checked, µs.
     pub min_period_us: u32,
-    /// Longest period that may be ordered, µs; the limits hold for it because they
-    /// do for the train's own.
+    /// Longest period that may be ordered, µs. The limits hold for it because they hold for the
+    /// train's own period.
     pub max_period_us: u32,
-    /// Charge of a burst at amplitude 1 and the train's own width, one phase a pulse, in
-    /// 256ths of a pC; rounded up.
+    /// Charge of a burst at amplitude 1 and the train's own width, counting one phase of each
+    /// pulse, in 256ths of a pC; rounded up.
     pub charge: u32,
-    /// The width at which the limits of rms and density were checked with the largest
-    /// amplitude, µs: no pulse with less charge than the wearer allows heats more. The
-    /// train's own if it never changes.
+    /// The width at which the limits of rms and density were checked with the largest amplitude,
+    /// µs: no pulse with less charge than the wearer allows heats more. Equals the train's own
+    /// width if that never changes.
     pub judged_width_us: u16,
 }
 
 impl ChannelSpec {
-    /// Of [`Self::limit`], at the largest full scale.
+    /// Range of [`Self::limit`], at the largest full scale.
     pub const LIMIT: Range = Range::new("limit", 1, StageSpec::FULL_SCALE_MV.max);
-    /// Of [`Self::start`]; at most the limit.
+    /// Range of [`Self::start`]; its maximum is the channel's limit.
     pub const START: Range = Range::new("start", 0, StageSpec::FULL_SCALE_MV.max);
-    /// Of [`Self::area_mm2`].
+    /// Range of [`Self::area_mm2`].
     pub const AREA_MM2: Range = Range::new("area_mm2", 10, 20_000);
-    /// What stands for an area that nobody said: a disc of 32 mm, 8 cm², the smallest
-    /// self-adhesive electrode that the source of [`limits::MAX_DENSITY_UA_MM2`] names.
-    /// It is not the largest, with which the density would limit nothing.
+    /// Area assumed if none is given: a disc of 32 mm diameter, 8 cm², the smallest self-adhesive
+    /// electrode that the source of [`limits::MAX_DENSITY_UA_MM2`] names. The largest would make
+    /// the density limit ineffective.
     pub const ASSUMED_AREA_MM2: u32 = 800;
 
-    /// Checks the train, the stage and what the limit amounts to in current,
-    /// charge per phase, rms current and its density.
+    /// Checks the train, the stage, and the current, charge per phase, rms current and density
+    /// that the limit amounts to.
     ///
     /// # Errors
-    /// The first limit exceeded, by name.
+    /// Returns the first limit exceeded, with its value.
     pub fn validate(&self, wearer: &Wearer) -> Result<Channel, SetupError> {
         let train = self.train.validate().map_err(SetupError::Train)?;
         let stage = self.stage.validate()?;
@@ -90,7 +90,7 @@ impl ChannelSpec {
             return Err(SetupError::Current { max: most });
         }
         let ua = current.get();
-        // The grounding after a pulse that began before the fall ends in it.
+        // The grounding after a pulse that began before the fall must end within the fall.
         if spec.ground_us != 0 {
             let max = wearer.fall_us() - LONGEST_PULSE_US; // the fall takes 5 ms or more
             TrainSpec::GROUND_US.up_to(max).check(spec.ground_us)?;
@@ -138,13 +138,13 @@ impl ChannelSpec {
         })
     }
 
-    /// [`Self::validate`] for a channel whose pulse rate may change while it
-    /// stimulates, from a burst every `min_period_us` to one every `max_period_us`
-    /// (the train's if none): every limit holds at the highest rate too. A burst
-    /// must be a single pulse, and the train not triggered.
+    /// Checks like [`Self::validate`] a channel whose pulse rate may change while it stimulates,
+    /// from a burst every `min_period_us` to one every `max_period_us` (the train's period if
+    /// `None`). Every limit must hold at the highest rate too. A burst must be a single pulse, and
+    /// the train must have neither trigger nor lists.
     ///
     /// # Errors
-    /// As there; for the highest rate as well.
+    /// Returns the same errors as [`Self::validate`], at the train's own rate and at the highest.
     pub fn validate_rates(
         &self,
         min_period_us: u32,
@@ -192,12 +192,12 @@ impl ChannelSpec {
     }
 }
 
-/// The width at which a train whose largest current is `current` heats most, µs.
+/// Returns the width at which a train whose largest current is `current` heats most, µs.
 ///
-/// What heats is I²·w, which is I times the charge I·w. Where both are bounded, the
-/// current by `current` and the charge by the wearer, it is largest with both at their
-/// bounds, or with the train's widest phase if that comes first. Not below the train's
-/// own width, whose charge has been checked.
+/// The heat grows with I²·w, which is I times the charge I·w. The current is bounded by `current`,
+/// the charge by the wearer, and the heat is largest with both at their bounds, or with the
+/// train's widest phase if that comes first. The result is not below the train's own width, whose
+/// charge has been checked.
 fn judged_width(train: &Train, current: MicroAmps, wearer: &Wearer) -> u16 {
     let max_pc = wearer.spec().max_charge_nc * 1000; // at most 4e7
     // Rounded up: with a µs less, a slightly smaller current might heat more.
@@ -207,7 +207,7 @@ fn judged_width(train: &Train, current: MicroAmps, wearer: &Wearer) -> u16 {
     by_charge.min(widest).max(train.spec().width_us.into()) as u16
 }
 
-/// The largest current with which phases of `width_us` keep the limits of charge and of
+/// Returns the largest current with which phases of `width_us` satisfy the limits of charge and of
 /// rms.
 fn most_current(train: &Train, width_us: u16, max_rms: MicroAmps, wearer: &Wearer) -> MicroAmps {
     let rms = u64::from(max_rms.get());
@@ -220,12 +220,12 @@ fn most_current(train: &Train, width_us: u16, max_rms: MicroAmps, wearer: &Weare
 }
 
 impl Channel {
-    /// Of a voltage stage: the same channel judged with a load of `ohm` if that is below
-    /// the declared one.
+    /// Returns the channel checked with a load of `ohm`, if its stage is a voltage stage and `ohm`
+    /// is below the configured load; otherwise the channel unchanged.
     ///
     /// # Errors
-    /// The first limit that it exceeds then; [`SetupError::Range`] for a load that no
-    /// host may declare.
+    /// Returns the first limit exceeded with that load; [`SetupError::Range`] for a load that no
+    /// host may configure.
     pub fn with_load(&self, ohm: u32, wearer: &Wearer) -> Result<Self, SetupError> {
         let Some(stage) = self.stage.with_load(ohm) else {
             return Ok(*self);
@@ -251,8 +251,8 @@ impl Channel {
         })
     }
 
-    /// How many pulses of a train of a fixed number would be below `stimulus`, for having to
-    /// rise: none if it is not above `start`, or the train plays on.
+    /// Returns how many pulses of a train with a fixed number of bursts would be below `stimulus`
+    /// during the rise; 0 if `stimulus` is not above `start`, or if the train is endless.
     #[must_use]
     #[inline]
     pub fn pulses_below(&self, stimulus: Stimulus, wearer: &Wearer) -> u32 {
@@ -274,14 +274,14 @@ impl Channel {
         bursts.saturating_mul(spec.burst_count.into())
     }
 
-    /// By how much a burst of this channel may be above the one before it, one period
+    /// Returns by how much a burst of this channel may exceed the previous one, one period
     /// earlier.
     #[must_use]
     pub fn slope(&self, wearer: &Wearer) -> Amplitude {
         Slope::of(self.limit, wearer).over(self.train.spec().period_us)
     }
 
-    /// No current above this may flow in phases of `width_us`.
+    /// Returns the largest current that may flow in phases of `width_us`.
     #[must_use]
     #[inline]
     pub fn max_current_at(&self, width_us: u16, wearer: &Wearer) -> MicroAmps {
@@ -291,7 +291,7 @@ impl Channel {
         self.max_current.min(wearer.max_current_at(width_us))
     }
 
-    /// `stimulus`, with the train's own width in place of none.
+    /// Returns `stimulus` with the train's own width in place of width 0.
     #[must_use]
     #[inline]
     pub const fn with_width(&self, stimulus: Stimulus) -> Stimulus {
@@ -304,7 +304,8 @@ impl Channel {
         }
     }
 
-    /// The largest amplitude of phases of `width_us`, by the limits and by charge.
+    /// Returns the largest amplitude of phases of `width_us` that the limit and the charge limit
+    /// allow.
     #[must_use]
     #[inline]
     pub fn highest_at(&self, width_us: u16, wearer: &Wearer) -> Amplitude {
@@ -320,7 +321,7 @@ impl Channel {
         self.limit.min(by_charge)
     }
 
-    /// [`Self::charge`] of a burst with phases of `width_us`.
+    /// Returns [`Self::charge`] for a burst with phases of `width_us`.
     #[must_use]
     #[inline]
     pub fn charge_at(&self, width_us: u16) -> u32 {
@@ -333,7 +334,7 @@ impl Channel {
     }
 }
 
-/// Of [`Channel::charge`].
+/// Computes [`Channel::charge`] for phases of `width_us`.
 fn charge_of(train: &TrainSpec, width_us: u16, stage: Stage) -> u32 {
     // µA · µs = pC; at most 8 · 500 · 256.
     let pulses = u32::from(width_us) * u32::from(train.burst_count) * 256;

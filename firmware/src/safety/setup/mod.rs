@@ -1,4 +1,4 @@
-//! Everything a session configures, checked as a whole before arming.
+//! A session's configuration, checked as a whole before arming.
 
 mod channel;
 #[cfg(test)]
@@ -14,48 +14,45 @@ use crate::range::OutOfRange;
 use crate::units::MicroAmps;
 use heapless::Vec;
 
-/// Why a setup cannot be armed. `channel` is counted from 0.
+/// The reason why a setup cannot be armed. Channels count from 0.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SetupError {
-    /// A field outside its range.
+    /// A field is outside its range.
     Range(OutOfRange),
     /// The train cannot be played.
     Train(TrainError),
-    /// The groups cannot be kept.
+    /// The groups contradict their channels or trains.
     Group(GroupError),
-    /// The board has another stage than is declared.
+    /// The board has another output stage than the configured one.
     Stage(StageMismatch),
-    /// At its limit the channel would exceed a current limit; the largest
-    /// allowed current is `max`.
+    /// At its limit the channel would exceed a current limit.
     Current {
-        /// That current.
+        /// The largest allowed current.
         max: MicroAmps,
     },
     /// At its limit one phase would exceed the charge limit.
     Charge {
-        /// nC.
+        /// The largest allowed charge of one phase, nC.
         max_nc: u32,
     },
-    /// At its limit the channel would exceed the rms limit; every pulse of a
-    /// burst counts.
+    /// At its limit the channel would exceed the rms limit; every pulse of a burst counts.
     Rms {
-        /// That limit.
+        /// The largest allowed rms current.
         max: MicroAmps,
     },
-    /// At its limit the channel would exceed the rms current density under its
-    /// electrode.
+    /// At its limit the channel would exceed the limit of rms current density under its electrode.
     Density {
-        /// Largest rms current at that area.
+        /// The largest allowed rms current for the electrode's area.
         max: MicroAmps,
     },
-    /// With all channels at their limits, the common return would carry too much.
+    /// With all channels at their limits, the common return would carry too much current.
     Sum(SumError),
-    /// Two channels can drive in opposite directions at the same time, and the board's
-    /// stages have one supply, or do not say which.
+    /// Two channels can drive in opposite directions at the same time, but the board's stages
+    /// share one supply, or the stage table does not say which supply they have.
     Opposed {
-        /// One.
+        /// The lower of the two channels, from 0.
         channel: u8,
-        /// The other.
+        /// The other channel, from 0.
         other: u8,
     },
 }
@@ -72,31 +69,32 @@ impl From<OutOfRange> for SetupError {
     }
 }
 
-/// A complete setup that keeps every limit and rule.
+/// A complete setup that satisfies every limit and rule.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// The wearer's limits.
     pub wearer: Wearer,
-    /// Configured channels.
+    /// Configured channels; `None` for unused ones.
     pub channels: [Option<Channel>; CHANNELS],
-    /// What they come to at the common return, each at its limit.
+    /// Largest currents through the common return, with each channel at its limit.
     pub sums: Sums,
-    /// Groups of channels.
+    /// Groups of channels that share a muscle.
     pub groups: Vec<Group, MAX_GROUPS>,
-    /// The channel that drives sync out.
+    /// The channel that drives the sync output, from 0; `None` leaves the output low.
     pub sync: Option<u8>,
-    /// Channels that a joint, a wall or force control drives; a host may not.
+    /// Channels that a joint, a wall or another controller drives, bit i for channel i; a host may
+    /// not order amplitudes on them.
     pub controlled: u16,
 }
 
 impl Setup {
-    /// A configured channel.
+    /// Returns a configured channel; `None` if `channel` is unused.
     #[must_use]
     pub fn channel(&self, channel: u8) -> Option<&Channel> {
         self.channels.get(usize::from(channel))?.as_ref()
     }
 
-    /// The trains, by channel.
+    /// Returns the validated train of each channel; `None` for unused channels.
     #[must_use]
     pub fn trains(&self) -> [Option<Train>; CHANNELS] {
         self.channels.map(|c| c.map(|c| c.train))
@@ -106,8 +104,8 @@ impl Setup {
 /// Checks a group against the channels it joins and their trains.
 ///
 /// # Errors
-/// The first rule between them that it breaks: its trains', or that the rate of an
-/// isolated group's member may change.
+/// Returns the first rule that the group breaks: one of its trains', or that the rate of an
+/// isolated group's member must be fixed.
 pub fn check_group(
     spec: &GroupSpec,
     channels: &[Option<Channel>; CHANNELS],

@@ -52,7 +52,7 @@ fn each_limit_is_named() {
     );
 }
 
-/// The rate of a channel outside of an isolated group may change.
+/// Only members of an isolated group must keep their pulse rate; other channels' rates may change.
 #[test]
 fn only_a_groups_own_members_must_keep_their_rate() {
     let steady = try_channel(|_| ()).unwrap();
@@ -76,8 +76,8 @@ fn only_a_groups_own_members_must_keep_their_rate() {
     assert_eq!(group(changing, later), Err(refused));
 }
 
-/// 8 µC let 20 mA last 400 µs: there it heats most, and is judged; at 500 µs 16 mA
-/// remain.
+/// A charge of 8 µC allows 20 mA for 400 µs, the width that heats most and is checked; at 500 µs,
+/// 16 mA remain.
 #[test]
 fn a_live_width_is_judged_where_it_heats_most() {
     let wearer = WearerSpec {
@@ -91,23 +91,23 @@ fn a_live_width_is_judged_where_it_heats_most() {
     assert_eq!(channel.judged_width_us, 400);
     let highest = [10, 400, 401, 500].map(|w| channel.highest_at(w, &wearer).get());
     assert_eq!(highest, [20_000, 20_000, 19_950, 16_000]);
-    // 20 mA for two phases of 400 µs in 20 ms: 4 mA rms, which 200 mm² take.
+    // 20 mA for two phases of 400 µs in 20 ms: 4 mA rms, for which 200 mm² suffice.
     spec.area_mm2 = 200;
     assert!(spec.validate(&wearer).is_ok());
     spec.area_mm2 = 199;
     let max = MicroAmps::new(199 * 20);
     assert_eq!(spec.validate(&wearer), Err(SetupError::Density { max }));
-    // Alone, without the charge's limit, the widest phase counts.
+    // Without the charge limit, the widest phase is checked.
     let free = WearerSpec::default().validate().unwrap();
     spec.area_mm2 = 2_500;
     assert_eq!(spec.validate(&free).unwrap().judged_width_us, 500);
     assert_eq!(CHANNEL.validate(&free).unwrap().judged_width_us, 200);
 }
 
-/// A field of the wearer's limits, and how it is set.
+/// A field of the wearer's limits, and a function that sets it.
 type Field = (Range, fn(&mut WearerSpec, u32));
 
-/// All of them that are numbers.
+/// All numeric fields of the wearer's limits.
 const FIELDS: [Field; 14] = [
     (WearerSpec::MAX_CURRENT_UA, |w, n| w.max_current_ua = n),
     (WearerSpec::MAX_CHARGE_NC, |w, n| w.max_charge_nc = n),
@@ -135,8 +135,8 @@ fn wearer_with(set: fn(&mut WearerSpec, u32), n: u32) -> Result<Wearer, OutOfRan
     spec.validate()
 }
 
-/// Each end of each range is taken, and what is beyond it refused by the field's name. The
-/// hard limits are typed in again, so that a range that grows is seen.
+/// Each end of each range is accepted, and values beyond it are refused with the field's name. The
+/// hard limits are repeated as literals, so that a wider range fails the test.
 #[test]
 fn wearer_limits_can_only_be_tighter() {
     let hard: [(&str, u32, u32); FIELDS.len()] = [
@@ -167,9 +167,9 @@ fn wearer_limits_can_only_be_tighter() {
     }
 }
 
-/// Each limit that a channel's setup answers to refuses by its name what the wearer's is
-/// just below, and takes what is just at it: 20 mA in two phases of 200 µs at 50 Hz are
-/// 4 µC a phase and 2.83 mA rms.
+/// Each limit of a channel's setup is refused by name when the wearer's limit is just below, and
+/// accepted when it is just reached: 20 mA in two phases of 200 µs at 50 Hz are 4 µC a phase and
+/// 2.83 mA rms.
 #[test]
 fn a_tighter_limit_is_the_one_that_counts() {
     let try_on = |set: fn(&mut WearerSpec, u32), n| {

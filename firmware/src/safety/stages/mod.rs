@@ -1,9 +1,9 @@
-//! Which output stages a board has: its own word, kept in its memory, against which
-//! what a host declares is held.
+//! The output stages that a board has. The board keeps this table in its own memory, and a host's
+//! configuration is compared with it.
 //!
-//! A host that declares 60 V on a stage of 100 mA would arm, and drive three times
-//! the current it asked for: no measurement below the first pulse can tell. So a
-//! board says what it is, and a setup that says otherwise is refused by name.
+//! A host that configures 60 V on a stage of 100 mA would arm, and drive three times the current
+//! it asked for: no measurement before the first pulse can reveal this. So the board identifies
+//! its stages, and a setup that differs is refused with the differing field.
 
 #[cfg(test)]
 mod tests;
@@ -18,95 +18,96 @@ use serde::{Deserialize, Serialize};
 /// An output stage as the board has it; a host adds the load that it assumes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum StageKind {
-    /// Sets currents.
+    /// Current-controlled stage.
     Current {
-        /// At DAC code 65 535, 1000–100 000 µA.
+        /// Current at DAC code 65 535, 1000–100 000 µA.
         full_scale_ua: u32,
     },
-    /// Sets voltages.
+    /// Voltage-controlled stage.
     Voltage {
-        /// At DAC code 65 535, 1000–150 000 mV.
+        /// Voltage at DAC code 65 535, 1000–150 000 mV.
         full_scale_mv: u32,
     },
 }
 
-/// What drives the stages' currents through the wearer.
+/// The supply that drives the stages' currents through the wearer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum StageSupply {
-    /// One high-voltage supply and one return for all: no two channels may drive in
+    /// One high-voltage supply and one return for all stages: no two channels may drive in
     /// opposite directions at the same time.
     Common,
-    /// Each stage drives either direction whatever the others do: a supply of its own, or
+    /// Each stage drives either direction independently of the others: it has its own supply, or
     /// two rails with the return between them.
     Separate,
 }
 
-/// Who says what stages there are.
+/// Source of a stage table.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum Origin {
-    /// Whoever put the board into service.
+    /// The person who put the board into service.
     Owner,
-    /// The session to be played: a simulator's board, made to fit it.
+    /// The session that will be played: a simulated board is made to fit it.
     Session,
 }
 
-/// The stages of one board, by channel; `None` where it has none.
+/// The stages of one board, by channel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub struct StageTable {
-    /// Who says so.
+    /// Whether the owner or a session determined the stages.
     pub origin: Origin,
-    /// How they are supplied. `None` in a table from before this was asked: taken as common.
+    /// Supply of the stages. `None` in a table from before this field existed, which counts as
+    /// common.
     pub supply: Option<StageSupply>,
-    /// One per channel.
+    /// Stage of each channel; `None` where the board has none.
     pub stages: [Option<StageKind>; CHANNELS],
 }
 
-/// What a device knows of its stages.
+/// A device's knowledge of its output stages.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum Stages {
-    /// A simulator without stages of its own: they are what a setup declares.
+    /// A simulator without stages of its own: it accepts the stages that a setup configures.
     AsDeclared,
-    /// What its memory holds.
+    /// The table in the board's memory.
     Stored(StageTable),
-    /// Nothing that can be relied on: nothing can be armed.
+    /// No reliable table, so that nothing can be armed.
     Unknown(StagesFault),
 }
 
-/// Why a board does not know its stages. Each is mended by storing the table again.
+/// The reason why a board does not know its stages. Storing the table again solves each of them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, Schema)]
 pub enum StagesFault {
-    /// Never written.
+    /// The table was never written.
     Erased,
-    /// The two copies differ, or one is damaged: a writing was cut off.
+    /// The two copies differ, or one is damaged: a write was interrupted.
     HalfWritten,
     /// Both copies are damaged.
     Damaged,
-    /// Written by another version of the firmware.
+    /// Another version of the firmware wrote the table.
     Version,
-    /// Written for a chip with another number.
+    /// The table was written for a chip with another unique number.
     OtherBoard,
 }
 
-/// Why a declared stage does not fit the board's.
+/// The reason why a configured stage does not fit the board's.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum StageMismatch {
     /// The board does not know its stages.
     Unknown(StagesFault),
     /// The board has no stage on this channel.
     NoStage,
-    /// A current stage is declared a voltage stage, or the other way round.
+    /// A current stage is configured as a voltage stage, or the other way round.
     Kind,
-    /// The kind is right, its full scale is another.
+    /// The kind is right, but the full scale differs.
     FullScale {
-        /// The field that says so.
+        /// Name of the field with the full scale.
         field: &'static str,
-        /// What the board has, µA or mV.
+        /// Full scale of the board's stage, µA or mV.
         has: u32,
     },
 }
 
 impl StageSpec {
-    /// What of it is the board's.
+    /// Returns kind and full scale, without the load, which is not a property of the board.
     #[must_use]
     pub const fn kind(&self) -> StageKind {
         match *self {
@@ -117,8 +118,8 @@ impl StageSpec {
 }
 
 impl Stages {
-    /// Whether channels may drive in opposite directions at the same time: those of a
-    /// simulator may, as if each had a supply of its own.
+    /// Returns whether channels may drive in opposite directions at the same time. Channels of a
+    /// simulator may, as if each had its own supply.
     #[must_use]
     pub const fn may_oppose(&self) -> bool {
         match self {
@@ -127,10 +128,10 @@ impl Stages {
         }
     }
 
-    /// Holds what is declared for `channel` against what the board has.
+    /// Compares the configured stage of `channel` with the board's.
     ///
     /// # Errors
-    /// How they differ.
+    /// Returns how the two differ.
     pub fn check(&self, channel: u8, declared: &StageSpec) -> Result<(), StageMismatch> {
         let table = match self {
             Self::AsDeclared => return Ok(()),
@@ -154,27 +155,27 @@ impl Stages {
     }
 }
 
-/// A table as it lies in a board's memory, little-endian words: "FXST"; version (upper
-/// half), supply (bits 8 to 15) and origin; the chip's number; ten stages; CRC-32 of all
+/// A table as stored in a board's memory, in little-endian words: "FXST"; version (upper half),
+/// supply (bits 8 to 15) and origin; the chip's unique number; ten stages; CRC-32 of all words
 /// before it.
 pub type StageWords = [u32; WORDS];
 
 const MAGIC: u32 = u32::from_le_bytes(*b"FXST");
-/// Without a supply.
+/// Version of a table without a supply.
 const UNDECLARED_VERSION: u32 = 1;
 const VERSION: u32 = 2;
-/// Magic, version, three of the chip's number.
+/// Number of words before the stages: magic, version, three of the chip's unique number.
 const HEAD: usize = 5;
 const WORDS: usize = HEAD + CHANNELS + 1;
-/// Bits of a stage's word below its kind.
+/// Position of the kind in a stage's word; the bits below hold the full scale.
 const KIND_SHIFT: u32 = 24;
 const ERASED: u32 = u32::MAX;
 
 impl StageTable {
-    /// Checks each stage's range.
+    /// Checks that the full scale of each stage is within its range.
     ///
     /// # Errors
-    /// The first field outside of its range.
+    /// Returns the first field outside its range.
     pub fn validate(&self) -> Result<(), OutOfRange> {
         for stage in self.stages.iter().flatten() {
             match *stage {
@@ -189,7 +190,7 @@ impl StageTable {
         Ok(())
     }
 
-    /// As it lies in the memory of the chip with this number.
+    /// Encodes the table for the memory of the chip with this unique number.
     #[must_use]
     pub fn words(&self, unique_id: [u32; 3]) -> StageWords {
         let origin = match self.origin {
@@ -219,7 +220,7 @@ impl StageTable {
         words
     }
 
-    /// The table in one copy of such words.
+    /// Decodes one copy of the table.
     #[inline(never)]
     fn read(words: &StageWords, unique_id: [u32; 3]) -> Result<Self, StagesFault> {
         if words.iter().all(|&word| word == ERASED) {
@@ -268,9 +269,9 @@ impl StageTable {
 }
 
 impl Stages {
-    /// What two copies say. The second is written after the first and means that the
-    /// first is whole; so one without the other is a writing that was cut off, after
-    /// which nobody knows what stages the board has now.
+    /// Returns the stages that two copies store. The second copy is written after the first and
+    /// means that the first is complete. One copy without the other is an interrupted write, after
+    /// which the board's present stages are unknown.
     #[must_use]
     pub fn stored(copies: [&StageWords; 2], unique_id: [u32; 3]) -> Self {
         match copies.map(|words| StageTable::read(words, unique_id)) {

@@ -1,4 +1,4 @@
-//! Tables that come back from their words, and those that are damaged.
+//! Tables that survive encoding and decoding, and damaged ones that are refused.
 
 use super::*;
 
@@ -40,7 +40,7 @@ fn a_table_comes_back_from_its_words() {
     }
 }
 
-/// As firmware wrote it that knew of no supply.
+/// Decodes a table from a firmware version that had no supply field.
 #[test]
 fn a_table_from_before_declares_no_supply() {
     let mut words = table().words(UID);
@@ -96,16 +96,16 @@ fn what_is_no_table_of_this_board_is_told_apart() {
         let found = stored(&later);
         assert_eq!(found, unknown(StagesFault::Version), "{version:#x}");
     }
-    // A right sum over a stage that cannot be.
+    // A correct checksum over an impossible stage.
     let mut wild = whole;
     wild[HEAD] = 1 << KIND_SHIFT | 999;
     wild[WORDS - 1] = checksum(&wild[..WORDS - 1]);
     assert_eq!(stored(&wild), unknown(StagesFault::Damaged));
 }
 
-/// Another table is stored over this one as the board does it, copy after copy, erased
-/// and then word by word, and the power fails at each step and within it: a sector
-/// half erased has ones for zeros, a word half programmed has not all its zeros.
+/// Stores another table over this one as the board does (copy after copy, erased and then word by
+/// word), with a power failure at each step and within it: a half erased sector has ones in place
+/// of some zeros, a half programmed word lacks some of its zeros.
 #[test]
 fn power_that_fails_at_any_step_of_a_writing_leaves_no_third_table() {
     let mut other = table();

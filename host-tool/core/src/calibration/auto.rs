@@ -1,16 +1,16 @@
-//! The operator that stands in for a person on simulators.
+//! Operator that stands in for a person on simulators.
 
 use super::error::Gone;
 use super::{Operator, Order, Phase, Step, View};
 
-/// Orders what the instrument and the simulated wearer say: raises when it may, answers
-/// as the instrument judged, takes threshold and limit for minimum and maximum. For
-/// simulators alone: a person is asked.
+/// Operator that follows the instrument and the simulated wearer: it raises when it may, answers as
+/// the instrument judged, and takes threshold and limit as minimum and maximum. It is for
+/// simulators alone; on a board a person must be asked.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Auto;
 
 impl Auto {
-    /// What it orders at this sight.
+    /// Returns the order for this view; `None` if there is nothing to order now.
     #[must_use]
     pub fn decide(view: &View) -> Option<Order> {
         if view.complains && view.given.0 > 0 {

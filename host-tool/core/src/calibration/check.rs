@@ -1,8 +1,8 @@
-//! The drift check: whether thresholds are still where a wearer file has them.
+//! The drift check: tests whether thresholds still agree with a wearer file.
 //!
-//! Each electrode gets four levels at most, from twice the tolerance below its threshold
-//! to once above it, rising until something moves. Found is the lowest that moved; it is
-//! accepted from one tolerance below on.
+//! Each electrode is given at most four levels, from twice the tolerance below its threshold to
+//! once above it, rising until something moves. The lowest level that moved is the threshold found;
+//! it is accepted from one tolerance below the filed threshold on.
 
 use super::conduct::{Desk, Procedure, Spent, conduct};
 use super::presentation::Presentation;
@@ -15,29 +15,29 @@ use crate::session::Unit;
 use crate::wearer::{DriftCheck, Wearer, append};
 use std::path::Path;
 
-/// A check as it is ordered.
+/// Parameters of a drift check.
 pub struct Checked<'a> {
-    /// The wearer file: read, and appended to.
+    /// Path of the wearer file, which is read and appended to.
     pub file: &'a Path,
-    /// How far a threshold may be off, in its unit.
+    /// Largest accepted fall of a threshold, in the channel's unit.
     pub tolerance: Level,
-    /// When, and who checks.
+    /// Date, operator and device of the check.
     pub head: &'a Head,
 }
 
-/// What the check of an electrode came to.
+/// Result of the check of one electrode.
 pub type Drift = DriftCheck;
 
-/// The procedure.
+/// State of the check under way.
 struct Checking<'a> {
     plan: Plan,
     expected: Vec<Level>,
     checked: &'a Checked<'a>,
     drifts: Vec<Drift>,
-    /// The level given last of an electrode, and how many there were.
+    /// Level given last at this electrode, and the number of levels given so far.
     level: Level,
     tried: u32,
-    /// `level` before the latest.
+    /// Level before the latest presentation.
     before: Level,
     presentation: Presentation,
 }
@@ -69,7 +69,7 @@ impl Checking<'_> {
             .find(|level| *level > self.level)
     }
 
-    /// The electrode has its verdict: `found` moved, or nothing did.
+    /// Records the result of the electrode: the level that moved, or `None` if nothing did.
     fn conclude(&mut self, found: Option<Level>) -> Vec<Action> {
         let at = self.at();
         let (planned, expected) = (&self.plan.electrodes[at], self.expected[at]);
@@ -115,7 +115,7 @@ impl Procedure for Checking<'_> {
     fn order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
         match order {
             Order::Abort => Ok(vec![Action::Abort]),
-            // What is too much now is no check to go on with.
+            // A level that is too much now ends the check of this electrode.
             Order::TooMuch | Order::Skip => Ok(self.conclude(None)),
             Order::Lower => {
                 self.presentation.end(t_us);
@@ -209,11 +209,12 @@ impl Procedure for Checking<'_> {
     }
 }
 
-/// Checks the plan of a wearer file ([`Plan::of`]) through `port`, and appends every
-/// electrode's verdict to the file.
+/// Checks the thresholds of a wearer file ([`Plan::of`]) through `port`, and appends the result of
+/// every electrode to the file.
 ///
 /// # Errors
-/// What ended it; [`CalibrationError::Drifted`] if a threshold is beyond the tolerance.
+/// The reason why the check ended early; [`CalibrationError::Drifted`] if a threshold is beyond the
+/// tolerance.
 pub fn check<P: Port>(
     port: P,
     wearer: &Wearer,

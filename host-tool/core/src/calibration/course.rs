@@ -1,4 +1,4 @@
-//! A calibration from its journal on to its wearer file.
+//! Runs a calibration, from an earlier journal to the wearer file.
 
 use super::conduct::{Desk, Procedure, Spent, conduct};
 use super::{
@@ -10,21 +10,22 @@ use crate::wearer::Wearer;
 use firmware::safety::WearerSpec;
 use std::path::Path;
 
-/// What is calibrated, from where on, and where it is written.
+/// Parameters of a calibration: the plan, the state to continue from, and the files.
 pub struct Course<'a> {
-    /// What is calibrated.
+    /// Plan of the electrodes to calibrate.
     pub plan: &'a Plan,
-    /// The wearer file.
+    /// Path of the wearer file.
     pub out: &'a Path,
-    /// Where files go.
+    /// Destination of the files.
     pub files: &'a dyn Files,
-    /// What happened before, of an earlier journal; its head's entry included.
+    /// Entries of an earlier journal to continue from, including the entry of its head.
     pub before: &'a [Entry],
-    /// Who and what the journal and the file's history name from now on.
+    /// Head that names the operator, the device and the date in the journal and in the file's
+    /// history from now on.
     pub head: &'a Head,
 }
 
-/// The machine, and what it writes.
+/// Calibration machine together with the parameters of the files it writes.
 struct Writing<'a> {
     machine: Machine,
     course: &'a Course<'a>,
@@ -60,7 +61,7 @@ impl Procedure for Writing<'_> {
         self.machine.is_over()
     }
 
-    /// The file as a whole, with all that is complete.
+    /// Writes the whole wearer file, with every electrode that is complete.
     fn write(&mut self) -> Result<Option<usize>, CalibrationError> {
         let Course {
             plan,
@@ -74,7 +75,7 @@ impl Procedure for Writing<'_> {
         if electrodes == 0 {
             return Ok(None);
         }
-        // What others have added to it since stays.
+        // Entries that others have added to the file since then are kept.
         if let Ok(old) = Wearer::read(out) {
             wearer.checks = old.checks;
             (wearer.note, wearer.forearm, wearer.elbow) = (old.note, old.forearm, old.elbow);
@@ -84,9 +85,9 @@ impl Procedure for Writing<'_> {
     }
 }
 
-/// Carries out `course` through `port`: what was found by electrode of the plan, what it
-/// took, and the port, as far as there is one. Whatever ends it, the device is asked to
-/// stop first; journal and wearer file are whole.
+/// Carries out `course` through `port`. Returns the results by electrode of the plan, the extent of
+/// the calibration, and the port unless it was lost. The device is asked to stop first, however the
+/// calibration ended; journal and wearer file are complete files in every case.
 pub fn calibrate<P: Port>(
     port: P,
     course: &Course<'_>,

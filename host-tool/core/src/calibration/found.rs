@@ -1,45 +1,45 @@
-//! What was found at one electrode so far.
+//! Results of a calibration at one electrode so far.
 
 use super::{Level, Refusal, Step};
 use serde::{Deserialize, Serialize};
 
-/// What came of a step.
+/// Result of a step.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Value {
-    /// A level, in the channel's unit.
+    /// Level in the channel's unit.
     Level(Level),
-    /// Names of movements.
+    /// Names of the movements that the electrode causes.
     Moves(Vec<String>),
 }
 
-/// What was found at one electrode, complete or not.
+/// Results at one electrode, complete or not.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct Found {
-    /// Level at which its place was confirmed.
+    /// Level at which the placement was confirmed.
     pub placement: Option<Level>,
-    /// Motor threshold.
+    /// Motor threshold, in the channel's unit.
     pub threshold: Option<Level>,
     /// Largest level that the wearer accepts.
     pub limit: Option<Level>,
-    /// Least level to work with.
+    /// Smallest level to work with.
     pub minimum: Option<Level>,
     /// Largest level to work with.
     pub maximum: Option<Level>,
-    /// What the point moves.
+    /// Names of the movements that this point causes.
     pub moves: Option<Vec<String>>,
-    /// Left out by the operator.
+    /// Whether the operator left this electrode out.
     pub is_skipped: bool,
 }
 
 impl Found {
-    /// The first step without a result; none when it is done or left out.
+    /// Returns the first step without a result; `None` if the electrode is done or left out.
     #[must_use]
     pub fn step(&self) -> Option<Step> {
         self.open().filter(|_| !self.is_skipped)
     }
 
-    /// The first step without a result, of one that is left out too.
+    /// Returns the first step without a result, even if the electrode is left out.
     #[must_use]
     pub fn open(&self) -> Option<Step> {
         let has = |step: &Step| match step {
@@ -53,16 +53,17 @@ impl Found {
         Step::ALL.into_iter().find(|step| !has(step))
     }
 
-    /// Whether every step has a result.
+    /// Returns whether every step has a result.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         !self.is_skipped && self.step().is_none()
     }
 
-    /// Takes the result of its next step; nothing is taken that is none of it.
+    /// Stores the result of a step. A result of the wrong kind is refused.
     ///
     /// # Errors
-    /// It would be out of order: threshold ≤ minimum < maximum ≤ limit, threshold < limit.
+    /// The result would be out of order. The order is threshold ≤ minimum < maximum ≤ limit, and
+    /// threshold < limit.
     pub fn take(&mut self, step: Step, value: &Value) -> Result<(), Refusal> {
         let level = match (step, value) {
             (Step::Points, Value::Moves(moves)) => {

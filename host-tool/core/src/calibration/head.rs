@@ -1,40 +1,41 @@
-//! Whose journal it is, and of what: what must agree to go on with it.
+//! The head of a journal, whose parts must agree before the journal is continued.
 
 use super::CalibrationError;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Format of the journal.
+/// Version of the journal format.
 pub(super) const FORMAT: u32 = 1;
 
-/// Whose journal it is, and of what.
+/// First entry of a journal: wearer, plan, operator and device.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Head {
-    /// Of the journal.
+    /// Version of the journal format.
     pub format: u32,
-    /// The wearer's pseudonym.
+    /// Pseudonym of the wearer.
     pub wearer: String,
     /// SHA-256 of the plan's text.
     pub plan: String,
-    /// Who operates.
+    /// Name of the operator.
     pub operator: String,
-    /// When, as the operator or the program's clock says; "simulated" on simulators.
+    /// Date as the operator gave it or the program's clock shows it; "simulated" on simulators.
     pub at: String,
-    /// The device, by its own word.
+    /// Kind of the device, as the device reports it.
     pub device: String,
-    /// Its firmware.
+    /// Firmware version of the device.
     pub firmware: String,
-    /// The simulated wearer, by name.
+    /// Name of the simulated wearer; `None` for a person.
     pub body: Option<String>,
-    /// Its seed.
+    /// Seed of the simulated wearer; `None` for a person.
     pub seed: Option<u64>,
-    /// Whether a simulated wearer stood behind it.
+    /// Whether the device's wearer is simulated.
     pub simulated: bool,
 }
 
 impl Head {
-    /// Of this format, the rest empty.
+    /// Creates a head of this format for the wearer and the plan's text; the other fields are
+    /// empty.
     #[must_use]
     pub fn of(wearer: &str, plan: &str) -> Self {
         Self {
@@ -51,10 +52,11 @@ impl Head {
         }
     }
 
-    /// Whether `next` may go on with what this began, whose journal is at `path`.
+    /// Checks that a calibration with the head `next` may continue the journal at `path`, which has
+    /// this head.
     ///
     /// # Errors
-    /// Another person, another plan, another simulated wearer.
+    /// The wearer, the plan or the simulated wearer differs.
     pub fn goes_on(&self, path: &Path, next: &Self) -> Result<(), CalibrationError> {
         let known = |body: &Option<String>, seed: Option<u64>| match (body, seed) {
             (Some(body), Some(seed)) => format!("the simulated {body} of seed {seed}"),

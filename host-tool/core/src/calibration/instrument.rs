@@ -1,22 +1,22 @@
-//! What the bench's instrument says of a presentation.
+//! Judges from the instrument of the test rig whether a presentation moved anything.
 
 use super::CalibrationError;
 use crate::statistics::Detector;
 use serde::Serialize;
 use std::collections::VecDeque;
 
-/// From reading to reading, µs.
+/// Time between two readings, µs.
 pub const READ_US: u64 = 10_000;
 
-/// Readings of a window.
+/// Number of readings in a window.
 const READINGS: usize = 10;
 
-/// From a level to its first window, µs: rise of amplitude and of force.
+/// Time from the start of a level to its first window, µs, for the rise of amplitude and force.
 const SETTLE_US: u64 = 450_000;
 
-/// Windows of 100 ms, five at rest and five under stimulation; three of these in a row
-/// beyond six deviations. With the confirmation a search of 40 levels is wrong in far
-/// less than 1 % (test).
+/// Detector of movement in windows of 100 ms, five at rest and five under stimulation. Movement is
+/// three of these in a row beyond six standard deviations. With the confirmation, a search of 40
+/// levels is wrong in far less than 1 % (see the test).
 const DETECTOR: Detector = Detector {
     windows: 5,
     baseline: 5,
@@ -26,31 +26,31 @@ const DETECTOR: Detector = Detector {
     resolution: 0.0,
 };
 
-/// Whether a presentation moved anything.
+/// Verdict on whether a presentation moved anything.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct Judged {
-    /// It did.
+    /// Whether something moved.
     pub moved: bool,
-    /// Largest distance from rest that lasted, N.
+    /// Largest lasting distance from rest, N.
     pub deviation_n: f64,
-    /// What it had to exceed, N.
+    /// Bound that the distance had to exceed, N.
     pub bound_n: f64,
 }
 
-/// Readings at rest and under stimulation.
+/// Readings of the instrument at rest and under stimulation.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Instrument {
     window: Vec<f64>,
     baseline: VecDeque<f64>,
     windows: Vec<f64>,
-    /// Since when a level is given, µs.
+    /// Time at which the present level began, µs; `None` at rest.
     on_us: Option<u64>,
-    /// Lowest and highest reading of the windows.
+    /// Lowest and highest reading under stimulation, N.
     ends: Option<(f64, f64)>,
 }
 
 impl Instrument {
-    /// A reading at `t_us`, while a level is given or not.
+    /// Adds a reading of `n` newtons at `t_us`; `is_on` is true while a level is given.
     pub fn read(&mut self, t_us: u64, n: f64, is_on: bool) {
         match (is_on, self.on_us) {
             (true, None) => {
@@ -88,15 +88,15 @@ impl Instrument {
         }
     }
 
-    /// Whether it has been read at rest for long enough.
+    /// Returns whether the instrument has been read at rest for long enough.
     pub fn is_rested(&self) -> bool {
         self.on_us.is_none() && self.baseline.len() >= DETECTOR.baseline as usize
     }
 
-    /// What the presentation's windows say. Nothing without enough readings.
+    /// Judges the windows of the presentation. Returns `None` if there are too few readings.
     ///
     /// # Errors
-    /// The sensor saturates, or is upside down.
+    /// The instrument saturates, or is mounted with the wrong sign.
     pub fn judge(&mut self) -> Result<Option<Judged>, CalibrationError> {
         let baseline = self.baseline.make_contiguous();
         let is_enough = |count: usize, of: u32| count >= of as usize;
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
     use hal_sim::random::standard_normal;
 
-    /// What is said of a second at rest and one at `force` with this noise.
+    /// Judges one second at rest and one second at `force`, with this noise.
     fn said(
         seed: u64,
         noise_n: f64,

@@ -1,8 +1,10 @@
-//! The journal beside a wearer file: what happened, line by line, to go on from.
+//! The journal beside a wearer file, which records line by line what happened, so that a
+//! calibration can be continued.
 //!
-//! One JSON object a line, handed to the system at once. A last line without its end was
-//! cut off and does not count; any other line that is not as written is damage: each ends
-//! with a sum over itself and all before it. That finds a slip or an edit, not a forger.
+//! Each line holds one JSON object and is handed to the system at once. A last line without its end
+//! was cut off and is ignored. Any other line that differs from what was written is damage: each
+//! line ends with a checksum over itself and all lines before it. The checksum finds a slip or an
+//! edit, not a forger.
 
 use super::found::Value;
 use super::head::{FORMAT, Head};
@@ -13,98 +15,99 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Something that happened.
+/// Entry of the journal.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Entry {
-    /// It began, or was gone on with.
+    /// A calibration began or was continued.
     Begun(Head),
-    /// An electrode was armed: what the check read, mA.
+    /// An electrode was armed.
     Armed {
-        /// From 1.
+        /// Channel, counted from 1.
         channel: u8,
-        /// Nothing where the device told none.
+        /// Current that the electrode check measured, mA; `None` if the device reported none.
         check_ma: Option<f64>,
     },
     /// A level was given.
     Given {
-        /// From 1.
+        /// Channel, counted from 1.
         channel: u8,
-        /// In which step.
+        /// Step in which the level was given.
         step: Step,
-        /// In the channel's unit.
+        /// Level in the channel's unit.
         level: Level,
     },
-    /// What the instrument said, N.
+    /// The instrument judged a presentation.
     Judged {
-        /// From 1.
+        /// Channel, counted from 1.
         channel: u8,
-        /// Whether it moved.
+        /// Whether something moved.
         moved: bool,
-        /// Largest lasting distance from rest.
+        /// Largest lasting distance from rest, N.
         deviation_n: f64,
-        /// What it had to exceed.
+        /// Bound that the distance had to exceed, N.
         bound_n: f64,
     },
     /// A step has its result.
     Found {
-        /// From 1.
+        /// Channel, counted from 1.
         channel: u8,
-        /// The step.
+        /// Step that ended with this result.
         step: Step,
-        /// Level or movements.
+        /// Resulting level or movements.
         value: Value,
     },
-    /// The wearer wanted no more of this.
+    /// The wearer found this level too much.
     TooMuch {
-        /// From 1.
+        /// Channel, counted from 1.
         channel: u8,
-        /// In the channel's unit.
+        /// Level in the channel's unit.
         level: Level,
     },
     /// The operator left the electrode out.
     Skipped {
-        /// From 1.
+        /// Channel, counted from 1.
         channel: u8,
     },
-    /// This computer did not tell the device for so long that it was there, and the device
-    /// ended stimulation: what was being given counts for nothing.
+    /// This computer sent no keep-alive for so long that the device ended stimulation. The level
+    /// that was being given counts for nothing.
     Stalled {
-        /// From 1.
+        /// Channel, counted from 1.
         channel: u8,
-        /// The longest pause between two keep-alives.
+        /// Longest pause between two keep-alives, ms.
         pause_ms: u32,
     },
-    /// The wearer file was written with so many electrodes.
+    /// The wearer file was written.
     Written {
-        /// Complete ones.
+        /// Number of complete electrodes in the file.
         electrodes: usize,
     },
-    /// It ended before its end.
+    /// The calibration ended early.
     Ended {
-        /// Why.
+        /// Reason for the end, as the error message states it.
         why: String,
     },
     /// Every electrode is done.
     Done,
 }
 
-/// A line of the journal.
+/// Line of the journal.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Line {
-    /// From 1, without a gap.
+    /// Number of the line, counted from 1 without a gap.
     n: usize,
-    /// Since the device was opened, s of its time.
+    /// Time since the device was opened, s of the device's time.
     t_s: f64,
     entry: Entry,
-    /// [`chained`] over all before it and this line up to here; written by hand.
+    /// Checksum by [`chained`] over all lines before this one and this line up to here. It is
+    /// appended by hand, not by serde.
     #[serde(default, skip_serializing)]
     sum: String,
 }
 
 impl Line {
-    /// As it is written after a line with the sum `before`, and its own sum.
+    /// Returns the text of the line after a line with the checksum `before`, and its own checksum.
     fn written(&self, before: &str) -> serde_json::Result<(String, String)> {
         let object = serde_json::to_string(self)?;
         let told = object.strip_suffix('}').unwrap_or(&object); // an object ends so
@@ -113,33 +116,33 @@ impl Line {
     }
 }
 
-/// What stands between a line's content and its sum.
+/// Text between a line's content and its checksum.
 const SUM: &str = ",\"sum\":\"";
 
-/// Sum over a line's content `told` and, by their last sum, all lines before it: the first
-/// 64 bits of SHA-256, hexadecimal.
+/// Returns the checksum over a line's content `told` and, by their last checksum `before`, all
+/// lines before it: the first 64 bits of SHA-256, in hexadecimal.
 fn chained(before: &str, told: &str) -> String {
     let mut sum = crate::record::sha256(format!("{before}{told}").as_bytes());
     sum.truncate(16);
     sum
 }
 
-/// Where journal and wearer file go: the file system, or one that fills up.
+/// Destination of journal and wearer file: the file system, or a test double that fills up.
 pub trait Files {
-    /// Opens a file to be appended to; every write is handed to the system at once.
+    /// Opens a file for appending; every write is handed to the system at once.
     ///
     /// # Errors
-    /// It cannot be.
+    /// The file cannot be opened.
     fn append(&self, path: &Path) -> io::Result<Box<dyn Write>>;
 
-    /// Replaces a file as a whole, or leaves the old one.
+    /// Replaces a file as a whole, or leaves the old file unchanged.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     fn replace(&self, path: &Path, text: &str) -> io::Result<()>;
 }
 
-/// The file system.
+/// Files in the file system.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct OnDisk;
 
@@ -147,7 +150,7 @@ impl Files for OnDisk {
     fn append(&self, path: &Path) -> io::Result<Box<dyn Write>> {
         input::may_go_on(path)?;
         let file = OpenOptions::new().append(true).create(true).open(path)?;
-        // Held until it is closed, however the program ends.
+        // The lock is held until the file is closed, however the program ends.
         if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
             return Err(io::Error::other("another flexor writes it"));
         }
@@ -163,7 +166,7 @@ impl Files for OnDisk {
     }
 }
 
-/// Where the journal of a wearer file lies: beside it.
+/// Returns the path of the journal of a wearer file, which lies beside that file.
 #[must_use]
 pub fn journal_of(out: &Path) -> PathBuf {
     let mut name = out.file_name().unwrap_or_default().to_owned();
@@ -171,20 +174,21 @@ pub fn journal_of(out: &Path) -> PathBuf {
     out.with_file_name(name)
 }
 
-/// A journal that is written to.
+/// Journal that is open for writing.
 pub struct Journal {
     path: PathBuf,
     out: Box<dyn Write>,
     lines: usize,
-    /// Of the last line; empty without one.
+    /// Checksum of the last line; empty if there is none.
     sum: String,
 }
 
 impl Journal {
-    /// Goes on with the journal at `path` after what it has `kept`, or begins it.
+    /// Opens the journal at `path`, and continues after the lines it has `kept`, or begins a new
+    /// journal.
     ///
     /// # Errors
-    /// It cannot be opened.
+    /// The file cannot be opened.
     pub fn open(
         files: &dyn Files,
         path: &Path,
@@ -200,7 +204,7 @@ impl Journal {
         })
     }
 
-    /// One that keeps nothing.
+    /// Creates a journal that discards its entries.
     #[must_use]
     pub fn nowhere() -> Self {
         Self {
@@ -211,10 +215,10 @@ impl Journal {
         }
     }
 
-    /// Adds a line, `t_s` after the device was opened.
+    /// Appends an entry, `t_s` seconds after the device was opened.
     ///
     /// # Errors
-    /// It cannot be written, as a whole.
+    /// The line cannot be written completely.
     pub fn add(&mut self, t_s: f64, entry: &Entry) -> Result<(), CalibrationError> {
         let line = Line {
             n: self.lines + 1,
@@ -234,11 +238,11 @@ impl Journal {
     }
 }
 
-/// Whether a journal at `path` has anything whole in it. One that has not is taken away:
-/// it was cut off before anything had happened.
+/// Returns whether the journal at `path` contains a complete line. A file without one is removed,
+/// because it was cut off before anything had happened.
 ///
 /// # Errors
-/// It cannot be read, or taken away.
+/// The file cannot be read or removed.
 pub fn is_begun(path: &Path) -> io::Result<bool> {
     match input::read(path, input::LONGEST_DOCUMENT) {
         Err(why) if why.kind() == io::ErrorKind::NotFound => Ok(false),
@@ -248,23 +252,23 @@ pub fn is_begun(path: &Path) -> io::Result<bool> {
     }
 }
 
-/// What a journal holds.
+/// Content of a journal.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Kept {
-    /// Who began it.
+    /// Head with which the journal began.
     pub head: Head,
-    /// Everything, the head's entry included.
+    /// All entries, including the entry of the head.
     pub entries: Vec<Entry>,
-    /// Bytes of whole lines.
+    /// Length of the complete lines, bytes.
     pub whole: usize,
-    /// Sum over them.
+    /// Checksum over the complete lines.
     pub sum: String,
 }
 
-/// Reads the journal at `path` and takes what was cut off from it.
+/// Reads the journal at `path`, and cuts an incomplete last line off the file.
 ///
 /// # Errors
-/// It cannot be read, is of a later format, or damaged.
+/// The file cannot be read, has a later format, or is damaged.
 pub fn read(path: &Path) -> Result<Kept, CalibrationError> {
     let unusable = |why: String| CalibrationError::NotResumable(path.to_owned(), why);
     let text = input::read(path, input::LONGEST_DOCUMENT).map_err(|why| {
@@ -294,10 +298,10 @@ pub fn read(path: &Path) -> Result<Kept, CalibrationError> {
     Ok(kept)
 }
 
-/// What the bytes of the journal at `path` hold; what was cut off does not count.
+/// Parses the bytes of the journal at `path`; an incomplete last line is ignored.
 ///
 /// # Errors
-/// They are damaged: where, and why.
+/// The bytes are damaged; the error names the line and the reason.
 pub fn kept(path: &Path, text: &[u8]) -> Result<Kept, CalibrationError> {
     let damaged = |line: usize, why: &str| {
         CalibrationError::Damaged(path.to_owned(), line, crate::session::visible(why))

@@ -1,17 +1,17 @@
-//! Amplitudes as files and the link have them.
+//! Amplitudes in the resolution of files and link.
 
 use firmware::units::Amplitude;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// An amplitude in thousandths of its channel's unit, mA or V: exact, as on the link.
+/// Amplitude in thousandths of its channel's unit, mA or V. It is exact, as on the link.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Serialize, Deserialize)]
 #[serde(into = "f64", try_from = "f64")]
 pub struct Level(pub u32);
 
 impl Level {
-    /// Of this many units; nothing that is no whole number of thousandths, or is not
-    /// between 0 and 100 units.
+    /// Converts a number of units; `None` if it is not a whole number of thousandths or not between
+    /// 0 and 100 units.
     #[must_use]
     pub fn of(units: f64) -> Option<Self> {
         let milli = (units * 1e3).round();
@@ -19,25 +19,25 @@ impl Level {
         (is_whole && (0.0..=1e5).contains(&milli)).then_some(Self(milli as u32))
     }
 
-    /// In its unit.
+    /// Returns the level in mA or V.
     #[must_use]
     pub fn units(self) -> f64 {
         f64::from(self.0) / 1e3
     }
 
-    /// As much higher.
+    /// Returns the level that is higher by `step`.
     #[must_use]
     pub const fn above(self, step: Self) -> Self {
         Self(self.0.saturating_add(step.0))
     }
 
-    /// As much lower, and not below 0.
+    /// Returns the level that is lower by `step`, but not below 0.
     #[must_use]
     pub const fn below(self, step: Self) -> Self {
         Self(self.0.saturating_sub(step.0))
     }
 
-    /// As the link has it.
+    /// Returns the level as the link represents it.
     #[must_use]
     pub const fn amplitude(self) -> Amplitude {
         Amplitude::new(self.0)

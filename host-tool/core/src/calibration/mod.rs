@@ -1,12 +1,11 @@
-//! Guided calibration: from a person under electrodes to a wearer file.
+//! Guided calibration: takes a person with electrodes to a finished wearer file.
 //!
-//! Lives here: the plan (which electrodes, how far), the procedure as a pure machine
-//! (orders and time in, actions out), the journal that it is resumed from, the
-//! instrument's verdict, the operator that stands in for a person on simulators, and
-//! the course on a device. Not here: terminals, lines of JSON (the program), the wearer
-//! file's format (`wearer`).
-//! In: a [`Plan`], a port, an [`Operator`]. Out: a journal and a wearer file. Nothing
-//! is raised but by an order of its own; silence raises nothing.
+//! This module holds the plan (which electrodes, how far), the procedure as a pure state machine
+//! (orders and time in, actions out), the journal from which it is continued, the instrument's
+//! verdict, the operator that stands in for a person on simulators, and the course on a device.
+//! Terminals and lines of JSON are part of the program, and the wearer file's format is in
+//! `wearer`. The inputs are a [`Plan`], a port and an [`Operator`]; the outputs are a journal and a
+//! wearer file. Every raise needs an order of its own: silence raises nothing.
 
 mod auto;
 mod check;

@@ -1,29 +1,30 @@
-//! Who orders: a person at a terminal, another program, or nobody on a simulator.
+//! Operators: a person at a terminal, another program, or a stand-in on a simulator.
 
 use super::error::Gone;
 use super::{Entry, Order, Refusal, View};
 
-/// What an operator is told beside the view.
+/// Message to an operator, in addition to the view.
 #[derive(Clone, Copy, Debug)]
 pub enum Told<'a> {
-    /// Something was recorded.
+    /// An entry was recorded in the journal.
     Recorded(&'a Entry),
-    /// An order was not carried out, or what it led to is not possible.
+    /// An order was not carried out, or its consequence is not possible.
     Refused(&'a Refusal),
     /// The wearer file was written.
     Written,
 }
 
-/// Who orders. Never waits: the device must hear of its host meanwhile.
+/// Source of orders. Its methods must never wait, because keep-alives must be sent meanwhile.
 pub trait Operator {
-    /// What is to be seen now, asked for every 5 ms; what is to be done now, in this order.
-    /// What raises or answers was ordered after the state that it is for was shown.
+    /// Takes the present view, and returns the orders to carry out now, in this order. It is called
+    /// every 5 ms. An order that raises or answers must have been given after the state that it
+    /// refers to was shown.
     ///
     /// # Errors
-    /// Nobody is there any more.
+    /// Nobody can order any more.
     fn orders(&mut self, view: &View) -> Result<Vec<Order>, Gone>;
 
-    /// Something happened.
+    /// Receives a message.
     fn tell(&mut self, _told: Told<'_>, _view: &View) {}
 }
 

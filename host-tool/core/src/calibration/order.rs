@@ -1,4 +1,4 @@
-//! What an operator orders, and why it is not done.
+//! Orders of an operator, and the reasons for refusing them.
 
 use super::Step;
 use serde::{Deserialize, Serialize};
@@ -7,42 +7,43 @@ use serde_json::Value;
 /// Longest name of a movement, characters.
 const LONGEST: usize = 60;
 
-/// Most movements of one point.
+/// Maximum number of movements of one point.
 const MOST: usize = 10;
 
-/// An operator's order. As JSON `{"order":"raise"}`, with `moves` a list of names.
+/// Order of an operator. Its JSON form is `{"order":"raise"}`, with a list of names in `moves`.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(tag = "order", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Order {
-    /// One step up, given for the presentation's length.
+    /// Give the level one step higher, for the length of a presentation.
     Raise,
-    /// One step down: at once if it is being given, else for what comes next.
+    /// Go one step down: at once if a level is being given, otherwise for the next presentation.
     Lower,
-    /// The present level once more.
+    /// Give the present level once more.
     Again,
-    /// Yes to the step's question.
+    /// Answer the step's question with yes.
     Yes,
-    /// No to the step's question.
+    /// Answer the step's question with no.
     No,
-    /// The names of what the point moves.
+    /// Name the movements that the point causes.
     Moves {
-        /// One or more, or none if nothing moves.
+        /// Names of the movements; empty if nothing moves.
         moves: Vec<String>,
     },
-    /// It was too much: silent at once, and never given again at this electrode.
+    /// Report that the level was too much: silence at once, and never that level again at this
+    /// electrode.
     TooMuch,
-    /// The last accepted level is the limit, without trying more.
+    /// Take the last accepted level as the limit, without trying higher levels.
     Enough,
-    /// Leaves this electrode out.
+    /// Leave this electrode out.
     Skip,
-    /// Ends everything: silent at once.
+    /// End everything, with silence at once.
     Abort,
 }
 
-/// A line that is no order.
+/// Reason why a line is not an order.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum OrderError {
-    /// It is none.
+    /// The line is not a valid order (E678).
     #[error(
         "E678 this is no order ({0}): nothing was changed; send one JSON object a line, such \
          as {{\"order\":\"raise\"}}"
@@ -51,14 +52,15 @@ pub enum OrderError {
 }
 
 impl Order {
-    /// Reads a line of JSON.
+    /// Parses a line of JSON.
     ///
     /// # Errors
-    /// It is no order.
+    /// The line is not a valid order.
     pub fn parse(line: &str) -> Result<Self, OrderError> {
         let nonsense = |why: String| OrderError::Nonsense(crate::session::visible(&why));
         let order: Self = serde_json::from_str(line).map_err(|why| nonsense(why.to_string()))?;
-        // A tagged enum heeds no unknown field of an order that has none.
+        // For variants without fields, serde's tagged enums ignore unknown fields, so they are
+        // checked here.
         let said: Value = serde_json::from_str(line).map_err(|why| nonsense(why.to_string()))?;
         let has_moves = matches!(order, Self::Moves { .. });
         let mut keys = said.as_object().into_iter().flat_map(|map| map.keys());
@@ -81,26 +83,26 @@ impl Order {
         Ok(order)
     }
 
-    /// Whether it can make the device give more than before.
+    /// Returns whether the order can make the device give more than before.
     #[must_use]
     pub const fn raises(&self) -> bool {
         matches!(self, Self::Raise | Self::Again)
     }
 
-    /// Whether it lowers or ends, and is carried out in every state.
+    /// Returns whether the order lowers or ends, and is therefore carried out in every state.
     #[must_use]
     pub const fn lowers(&self) -> bool {
         matches!(self, Self::Lower | Self::TooMuch | Self::Abort)
     }
 }
 
-/// Why an order is not carried out now. Nothing was changed.
+/// Reason why an order is not carried out now. Nothing was changed.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum Refusal {
-    /// Not in this state.
+    /// The order is not possible in this state (E671).
     #[error("E671 not now: {0}")]
     NotNow(String),
-    /// Levels would be out of order.
+    /// The result would put levels out of order; the step and the reason are given (E676).
     #[error("E676 out of order at {0}: {1}")]
     OutOfOrder(&'static str, String),
 }

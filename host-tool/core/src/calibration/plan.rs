@@ -1,4 +1,4 @@
-//! What is to be calibrated: the wearer, the limits, the electrodes.
+//! The plan of a calibration: the wearer, the limits and the electrodes.
 
 use super::{CalibrationError, Level};
 use crate::session::Unit;
@@ -7,33 +7,32 @@ use serde::Deserialize;
 use std::collections::BTreeSet;
 use toml::Table;
 
-/// Longest host silence of a calibration, ms: `flexor selftest --keep-alives` has what it
-/// must be longer than, docs/safety.md what it must not be longer than.
+/// Longest host silence of a calibration, ms. `flexor selftest --keep-alives` measures what it must
+/// exceed, and docs/safety.md states what it must not exceed.
 pub const HOST_TIMEOUT_MS: u16 = 100;
 
-/// Longest fall when it ends, ms.
+/// Longest fall of the amplitude at the end of stimulation, ms.
 const FALL_MS: i64 = 50;
 
-/// Limits that are tighter in a calibration, with their largest values, ms.
+/// Limits that are tighter in a calibration, with their maximum values, ms.
 const MOST_MS: [(&str, i64); 2] = [
     ("host_timeout_ms", HOST_TIMEOUT_MS as i64),
     ("fall_ms", FALL_MS),
 ];
 
-/// Rise of an amplitude from zero unless the plan says otherwise, ms: less than half of
-/// a presentation of 1 s.
+/// Default rise of an amplitude from zero, ms: less than half of a presentation of 1 s.
 const RISE_MS: i64 = 200;
 
-/// An electrode of the plan.
+/// Electrode of the plan.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Planned {
-    /// Its channel, from 1.
+    /// Channel of the electrode, counted from 1.
     pub channel: u8,
-    /// Where it is, in words.
+    /// Place on the body, in words.
     pub place: String,
-    /// Area of its active electrode, mm².
+    /// Area of the active electrode, mm².
     pub area_mm2: u32,
-    /// What its stage controls.
+    /// Unit that the output stage controls.
     pub stage: Unit,
     /// Output at full code, mA or V.
     pub full_scale: f64,
@@ -41,28 +40,29 @@ pub struct Planned {
     pub width_us: u16,
     /// Pulse rate, Hz.
     pub frequency_hz: f64,
-    /// First level of the threshold's climb at the lowest.
+    /// Lowest possible first level of the threshold's climb.
     pub start: Level,
-    /// From level to level.
+    /// Difference between two levels.
     pub step: Level,
-    /// From level to level while the electrode is placed.
+    /// Difference between two levels while the electrode is placed.
     pub coarse: Level,
-    /// No level goes above it.
+    /// Highest level that may be given.
     pub ceiling: Level,
 }
 
-/// A calibration as it is ordered, checked by itself.
+/// Plan of a calibration, checked for consistency.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Plan {
-    /// The wearer's pseudonym.
+    /// Pseudonym of the wearer.
     pub wearer: String,
-    /// As a session's `[wearer]`, complete enough to be safe here.
+    /// Limits as in a session's `[wearer]`, completed with the values that a calibration needs to
+    /// be safe.
     pub limits: Table,
     /// Length of a presentation, ms.
     pub on_ms: u32,
-    /// Rest after it, ms.
+    /// Rest after a presentation, ms.
     pub off_ms: u32,
-    /// One to ten, by their order of calibration.
+    /// Electrodes in the order of their calibration, one to ten.
     pub electrodes: Vec<Planned>,
 }
 
@@ -84,7 +84,7 @@ const fn one() -> f64 {
     1.0
 }
 
-/// An `[[electrode]]` as the file has it.
+/// Table `[[electrode]]` as the file contains it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Declared {
@@ -105,28 +105,28 @@ struct Declared {
     ceiling: f64,
 }
 
-/// Two pads of 5 × 5 cm (Lee 2020 §2.2.1).
+/// Returns the default area, mm²: two pads of 5 × 5 cm (Lee 2020 §2.2.1).
 const fn area() -> u32 {
     2500
 }
 
-/// Lee 2020, table 1.
+/// Returns the default phase width, µs (Lee 2020, table 1).
 const fn width() -> u16 {
     400
 }
 
-/// Lee 2020, step 3, has 30 Hz, and says that the threshold changes by less than 0.5 mA
-/// from 20 to 40 Hz: with this much an electrode that is off, known by three pulses, is
-/// isolated within 100 ms.
+/// Returns the default pulse rate, Hz. Lee 2020, step 3, uses 30 Hz and states that the threshold
+/// changes by less than 0.5 mA from 20 to 40 Hz. At the rate used here, an electrode that falls
+/// off, which three pulses show, is disconnected within 100 ms.
 const fn frequency() -> f64 {
     LEAST_HZ
 }
 
-/// Three periods and what the device takes are within 100 ms from here on.
+/// Lowest pulse rate, Hz, at which three periods and the device's own delay are within 100 ms.
 const LEAST_HZ: f64 = 32.0;
-/// Of faster trains not every pulse is read.
+/// Highest pulse rate, Hz; of faster trains the device does not read every pulse.
 const MOST_HZ: f64 = 50.0;
-/// From the third pulse's phase to silence, ms: its reading, and two windows of the device.
+/// Time from the third pulse's phase to silence, ms: its reading, and two windows of the device.
 const TO_SILENCE_MS: f64 = 2.0;
 const _: () = assert!(3.0 * 1000.0 / LEAST_HZ + TO_SILENCE_MS < 100.0);
 
@@ -139,10 +139,10 @@ enum Stage {
 }
 
 impl Plan {
-    /// Reads the text of a plan.
+    /// Parses the text of a plan.
     ///
     /// # Errors
-    /// Everything that is wrong with it by itself.
+    /// Lists every mistake that the plan shows by itself.
     pub fn parse(name: &str, text: &str) -> Result<Self, CalibrationError> {
         let refused =
             |told: Vec<String>| CalibrationError::Plan(name.to_owned(), told.join("\n  "));
@@ -168,13 +168,13 @@ impl Plan {
         }
     }
 
-    /// The electrodes of a wearer file as they are there, up to their limits. Where the
-    /// file's rate is outside 32 to 50 Hz, within which an electrode that falls off is
-    /// silent within 100 ms, the nearest of those has its place.
+    /// Creates a plan from the electrodes of a wearer file, with the file's limits as ceilings.
+    /// Where the file's rate is outside 32 to 50 Hz, the nearest rate within that range is used,
+    /// because only there an electrode that falls off is silent within 100 ms.
     ///
     /// # Errors
-    /// It has none, one at which nothing could be found, or one whose threshold holds at no
-    /// such rate.
+    /// The file has no electrodes, an electrode whose values leave nothing to find, or an electrode
+    /// whose threshold holds at no such rate.
     pub fn of(wearer: &Wearer) -> Result<Self, CalibrationError> {
         let mut told = Vec::new();
         let limits = wearer_limits(wearer).map_err(|why| {
@@ -219,13 +219,13 @@ impl Plan {
         }
     }
 
-    /// Length of a presentation, µs.
+    /// Returns the length of a presentation, µs.
     #[must_use]
     pub fn on_us(&self) -> u64 {
         u64::from(self.on_ms) * 1000
     }
 
-    /// Rest after it, µs.
+    /// Returns the rest after a presentation, µs.
     #[must_use]
     pub fn off_us(&self) -> u64 {
         u64::from(self.off_ms) * 1000
@@ -258,7 +258,7 @@ fn millis(name: &str, seconds: f64, [least, most]: [f64; 2], told: &mut Vec<Stri
     (seconds * 1e3).round() as u32 // saturates
 }
 
-/// A wearer's limits, as tight as a calibration needs them.
+/// Returns a wearer's limits, made as tight as a calibration needs them.
 fn tightened(mut limits: Table) -> Table {
     for (name, most) in MOST_MS {
         let said = limits.get(name).and_then(toml::Value::as_integer);
@@ -267,7 +267,8 @@ fn tightened(mut limits: Table) -> Table {
     limits
 }
 
-/// What the plan says, and what a calibration needs at least.
+/// Completes the plan's limits with those that a calibration needs, and reports limits that are too
+/// loose.
 fn limited(mut limits: Table, told: &mut Vec<String>) -> Table {
     for (name, most) in MOST_MS {
         let said = limits.entry(name).or_insert(most.into());
@@ -281,8 +282,8 @@ fn limited(mut limits: Table, told: &mut Vec<String>) -> Table {
     limits
 }
 
-/// Start, step and coarse step unless the plan says otherwise. Of currents the step is
-/// Lee 2020's (step 3); the rest is assumed.
+/// Returns the default start, step and coarse step, in mA or V. For currents the step is that of
+/// Lee 2020 (step 3); the other values are assumed.
 const fn usual(unit: Unit) -> [f64; 3] {
     match unit {
         Unit::Milliampere => [4.0, 0.5, 2.0],
@@ -290,7 +291,7 @@ const fn usual(unit: Unit) -> [f64; 3] {
     }
 }
 
-/// Output at full code unless the plan says otherwise.
+/// Returns the default output at full code, mA or V.
 const fn full_scale(unit: Unit) -> f64 {
     match unit {
         Unit::Milliampere => 100.0,
@@ -298,7 +299,7 @@ const fn full_scale(unit: Unit) -> f64 {
     }
 }
 
-/// A wearer's `[limits]`, as their file has them.
+/// Returns the table `[limits]` of a wearer file.
 fn wearer_limits(wearer: &Wearer) -> Result<Table, String> {
     let text = wearer.to_toml();
     let file: Table = toml::from_str(&text).map_err(|why| why.message().to_owned())?;
@@ -382,7 +383,8 @@ fn fits(plan: &Planned, told: &mut Vec<String>) {
     }
 }
 
-/// The rate at which an electrode of a wearer file is checked, Hz, or why there is none.
+/// Returns the rate at which an electrode of a wearer file is checked, Hz, or the reason why there
+/// is none.
 fn rate(electrode: &Electrode) -> Result<f64, String> {
     let [from_hz, to_hz] = electrode.holds_hz;
     let nearest = electrode.frequency_hz.clamp(LEAST_HZ, MOST_HZ);

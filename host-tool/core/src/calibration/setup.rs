@@ -1,15 +1,15 @@
-//! What the device gets for one electrode: an ordinary session of one channel.
+//! Builds the device's setup for one electrode: an ordinary session with one channel.
 
 use super::{CalibrationError, Plan, Planned};
 use crate::run::worn_alike;
 use crate::session::{Session, Unit};
 use toml::{Table, Value};
 
-/// The sessions of the plan's electrodes, in its order: validated as any session, and
-/// silent.
+/// Returns the sessions of the plan's electrodes, in the plan's order. They are validated like any
+/// session, and their amplitude is 0.
 ///
 /// # Errors
-/// Everything that the device would refuse, of all electrodes at once.
+/// Lists everything that the device would refuse, for all electrodes at once.
 pub fn sessions(plan: &Plan) -> Result<Vec<Session>, CalibrationError> {
     let (mut sessions, mut told) = (Vec::new(), Vec::new());
     for planned in &plan.electrodes {
@@ -30,10 +30,11 @@ pub fn sessions(plan: &Plan) -> Result<Vec<Session>, CalibrationError> {
     }
 }
 
-/// All of the plan's electrodes on one board, for whoever opens a simulated one.
+/// Returns one session with all of the plan's electrodes, for a caller that opens a simulated
+/// board.
 ///
 /// # Errors
-/// As [`sessions`].
+/// The errors of [`sessions`], or two electrodes that need different boards.
 pub fn board(plan: &Plan) -> Result<Session, CalibrationError> {
     let refused = |why: String| CalibrationError::Plan(plan.wearer.clone(), why);
     let worn = worn_alike(&sessions(plan)?);
@@ -41,7 +42,7 @@ pub fn board(plan: &Plan) -> Result<Session, CalibrationError> {
     worn.ok_or_else(|| refused("there is no [[electrode]]".to_owned()))
 }
 
-/// As a session file has it.
+/// Returns the text of the session file for an electrode.
 fn text(plan: &Plan, planned: &Planned) -> String {
     let (kind, full_scale) = match planned.stage {
         Unit::Milliampere => ("current", "full_scale_ma"),

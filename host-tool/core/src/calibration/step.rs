@@ -2,28 +2,28 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A step at one electrode.
+/// Step of the calibration of one electrode.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Step {
-    /// A test pulse, so that the electrode can be moved until the right muscle
-    /// contracts (Lee 2020, step 2).
+    /// Test pulses, so that the electrode can be moved until the right muscle contracts (Lee 2020,
+    /// step 2).
     #[default]
     Placement,
-    /// The lowest level that moves it, by small steps, twice (Lee 2020, step 3).
+    /// Search for the lowest level that causes movement, by small steps, twice (Lee 2020, step 3).
     Threshold,
-    /// The highest level that the person accepts.
+    /// Search for the highest level that the person accepts.
     Comfort,
-    /// The least level in use, set by hand (Sierotowicz 2023, comfort levels).
+    /// Choice of the smallest level in use, set by hand (Sierotowicz 2023, comfort levels).
     Minimum,
-    /// The largest level in use, set by hand.
+    /// Choice of the largest level in use, set by hand.
     Maximum,
-    /// What the point moves.
+    /// Naming of the movements that the point causes.
     Points,
 }
 
 impl Step {
-    /// All of them, in order.
+    /// All steps, in their order.
     pub const ALL: [Self; 6] = [
         Self::Placement,
         Self::Threshold,
@@ -33,7 +33,7 @@ impl Step {
         Self::Points,
     ];
 
-    /// As files and lines have it.
+    /// Returns the name of the step in files and lines of JSON.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -46,7 +46,7 @@ impl Step {
         }
     }
 
-    /// What is asked after each presentation.
+    /// Returns the question that is asked after each presentation.
     #[must_use]
     pub const fn question(self) -> &'static str {
         match self {
@@ -59,7 +59,7 @@ impl Step {
         }
     }
 
-    /// What is done in it, for the operator.
+    /// Returns the task of the step, addressed to the operator.
     #[must_use]
     pub const fn task(self) -> &'static str {
         match self {
@@ -72,7 +72,7 @@ impl Step {
         }
     }
 
-    /// The step after it.
+    /// Returns the following step; `None` after the last.
     #[must_use]
     pub fn next(self) -> Option<Self> {
         Self::ALL.into_iter().find(|step| *step > self)

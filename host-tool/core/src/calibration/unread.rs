@@ -1,9 +1,9 @@
-//! Lines of orders as they come: in pieces, too long, or not text.
+//! Splits input into lines of orders, even if it arrives in pieces, is too long, or is not text.
 
-/// Longest line that is read, bytes: what is longer is no order.
+/// Longest line that is read, bytes; a longer line is no order.
 const LONGEST: usize = 16_384;
 
-/// The part of a line that has come.
+/// Received part of an unfinished line.
 #[derive(Debug, Default)]
 pub struct Unread {
     bytes: Vec<u8>,
@@ -11,8 +11,9 @@ pub struct Unread {
 }
 
 impl Unread {
-    /// The lines that end in `bytes`, whatever is in them; with `is_last` the rest, too.
-    /// A line that is too long is cut, and ends in what makes it no order.
+    /// Returns the lines that end in `bytes`, whatever they contain; with `is_last` also the
+    /// unfinished rest. A line that is too long is cut, and ends in a character that makes it an
+    /// invalid order.
     pub fn lines(&mut self, bytes: &[u8], is_last: bool) -> Vec<String> {
         let mut lines = Vec::new();
         for byte in bytes {
@@ -31,7 +32,7 @@ impl Unread {
     fn line(&mut self) -> String {
         let mut bytes = std::mem::take(&mut self.bytes);
         if std::mem::take(&mut self.is_long) {
-            // Whatever it begins with.
+            // The added character makes the line invalid, whatever it begins with.
             bytes.push(b'?');
         }
         String::from_utf8_lossy(&bytes).trim_end().to_owned()

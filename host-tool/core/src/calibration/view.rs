@@ -1,68 +1,69 @@
-//! What an operator sees.
+//! The operator's view of a calibration.
 
 use super::{Found, Judged, Level, Step};
 use serde::Serialize;
 
-/// Where the presentation stands.
+/// Phase of the present presentation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phase {
-    /// Silent, and may be raised.
+    /// Silent; a level may be given.
     #[default]
     Ready,
     /// A level is being given.
     On,
-    /// Silent; the muscle rests.
+    /// Silent, because the muscle rests.
     Rest,
     /// Every electrode is done.
     Done,
 }
 
-/// What there is to be seen, at any time.
+/// State that an operator sees at any time.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct View {
-    /// The electrode, from 1.
+    /// Number of the electrode in the plan, counted from 1.
     pub electrode: usize,
-    /// How many there are.
+    /// Number of electrodes in the plan.
     pub of: usize,
-    /// Its channel, from 1.
+    /// Channel of the electrode, counted from 1.
     pub channel: u8,
-    /// Where it is, in words.
+    /// Place on the body, in words.
     pub place: String,
-    /// "mA" or "V".
+    /// Unit of the levels, "mA" or "V".
     pub unit: &'static str,
-    /// The step under way.
+    /// Present step.
     pub step: Step,
-    /// Where the presentation stands.
+    /// Phase of the present presentation.
     pub phase: Phase,
-    /// How much of it is left, s.
+    /// Time left in this phase, s.
     pub left_s: f64,
-    /// Given last, or chosen.
+    /// Level given last, or chosen.
     pub level: Level,
-    /// Given at this moment.
+    /// Level given at this moment; 0 in silence.
     pub given: Level,
-    /// What a raise would give.
+    /// Level that a raise would give; `None` if a raise is not possible.
     pub raise: Option<Level>,
-    /// What giving it again would give.
+    /// Level that an order to repeat would give; `None` if that is not possible.
     pub again: Option<Level>,
-    /// No level here is above it.
+    /// Highest level that may be given here.
     pub top: Level,
-    /// What is asked.
+    /// Question that awaits an answer, if any.
     pub question: Option<&'static str>,
-    /// It moved once, and the same level is to be given again.
+    /// Whether something moved once, so that the same level must be given again to confirm.
     pub confirms: bool,
-    /// What was found here so far.
+    /// Results at this electrode so far.
     pub found: Found,
-    /// What the instrument reads, N; nothing without one.
+    /// Reading of the instrument, N; `None` without an instrument.
     pub reading_n: Option<f64>,
-    /// Whether it has been read at rest for long enough; also where there is none.
+    /// Whether the instrument has been read at rest for long enough; also true without an
+    /// instrument.
     pub is_rested: bool,
-    /// What it says of the last presentation.
+    /// Instrument's verdict on the last presentation.
     pub judged: Option<Judged>,
-    /// What a simulated wearer's onlooker saw moving in the last presentation.
+    /// Movements of a simulated wearer that were visible in the last presentation.
     pub moving: Vec<&'static str>,
-    /// Whether a simulated wearer says that it is too much.
+    /// Whether a simulated wearer complains that the level is too much.
     pub complains: bool,
-    /// Since the device was opened, s of its time.
+    /// Time since the device was opened, s of the device's time.
     pub t_s: f64,
 }

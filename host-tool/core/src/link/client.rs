@@ -1,5 +1,5 @@
-//! A host's view of one device, without input and output: bytes and times go in, bytes and
-//! messages come out. A blocking program drives it with [`Connection`](super::Connection); a
+//! The host's end of a session, without input and output: it takes bytes and times, and returns
+//! bytes and messages. A blocking program drives it with [`Connection`](super::Connection); a
 //! thread, a server or a page in a browser can drive it themselves.
 
 use super::clock::{Clock, Fit};
@@ -11,29 +11,30 @@ use firmware::link::{
 use firmware::units::Micros;
 use std::collections::VecDeque;
 
-/// Sent requests whose answers are still awaited, at most.
+/// Maximum number of sent requests whose answers are still awaited.
 const MAX_AWAITED: usize = 256;
 
-/// A message of the device. Device times are in 64 bits, µs, and do not wrap;
-/// [`stamp`](super::stamp) gives the device's own.
+/// Message of the device. Device times are in µs, have 64 bits and do not wrap;
+/// [`stamp`](super::stamp) converts them into the device's own 32 bits.
 #[derive(Clone, Debug)]
 pub enum Incoming {
-    /// A telemetry sample with its device time.
+    /// Telemetry sample with its device time.
     Telemetry(u64, Box<Telemetry>),
-    /// An event with its device time.
+    /// Event with its device time.
     Event(u64, Event),
-    /// The request with this number was carried out, at this device time.
+    /// Acknowledgement of the request with this number, and the device time at which the request
+    /// was carried out.
     Acknowledged(u16, u64),
-    /// The answer to a [`Request::Hello`].
+    /// Answer to a [`Request::Hello`].
     Hello(Box<HelloInfo>),
-    /// The answer to the [`Request::Status`] with this number.
+    /// Answer to the [`Request::Status`] with this number.
     Status(u16, Box<Status>),
-    /// The request with this number, or a frame (`None`), was refused.
+    /// Refusal of the request with this number, or of a frame that could not be read (`None`).
     Refused(Option<u16>, Refused),
 }
 
 impl Incoming {
-    /// The number of the request that it answers, if it answers one.
+    /// Returns the number of the request that this message answers; `None` if it answers none.
     const fn answers(&self) -> Option<u16> {
         match self {
             Self::Acknowledged(seq, _) | Self::Status(seq, _) => Some(*seq),
@@ -43,25 +44,25 @@ impl Incoming {
         }
     }
 
-    /// Whether it turns away a host whose request could not be read: whoever serves another
-    /// host answers so before it hears a number.
+    /// Returns whether the message turns this host away without having read its request: a device
+    /// that serves another host answers like this before it reads a number.
     fn turns_away(&self) -> bool {
         matches!(self, Self::Refused(None, refused) if refused.code() == Some(Code::SessionTaken))
     }
 }
 
-/// A request whose answer is awaited.
+/// Request whose answer is awaited.
 #[derive(Clone, Debug)]
 struct Awaited {
     seq: u16,
-    /// Host time, µs.
+    /// Host time at which the request was sent, µs.
     sent_us: u64,
-    /// What the device is to accept, where it configures.
+    /// Request that changes the setup if the device accepts it; `None` for other requests.
     configures: Option<Request>,
 }
 
-/// The host's end of one session: numbers requests, frames them, and sorts what the device
-/// answers. It never reads a clock; every time is an argument.
+/// Host's end of one session: numbers requests, frames them, and sorts the device's answers. It
+/// never reads a clock; every time is an argument.
 ///
 /// ```
 /// use host_core::link::{Client, Incoming};
@@ -86,17 +87,19 @@ pub struct Client {
     opening: Option<u16>,
     awaited: VecDeque<Awaited>,
     incoming: VecDeque<Incoming>,
-    /// Of what the device has accepted.
+    /// Checksum of the setup that the device has accepted.
     setup: SetupSum,
 }
 
 impl Client {
-    /// Ends what an earlier host may have left half said: to be sent before a `Hello`.
+    /// Delimiter to send before a `Hello`. It ends a frame that an earlier host may have left
+    /// incomplete.
     pub const BREAK: [u8; 1] = [0];
 
-    /// Opens a session, or opens it again after a reset: the request's number and the bytes to
-    /// send at `now_us`, host time, after [`Self::BREAK`]. The answer is an [`Incoming::Hello`]
-    /// or a refusal; what came before it was meant for an earlier host and is dropped.
+    /// Opens a session, or opens it again after a reset. Returns the request's number and the bytes
+    /// to send after [`Self::BREAK`] at `now_us`, host time in µs. The answer is an
+    /// [`Incoming::Hello`] or a refusal; messages that came before it were meant for an earlier
+    /// host and are dropped.
     pub fn hello(&mut self, now_us: u64) -> (u16, Vec<u8>) {
         self.awaited.clear();
         let (seq, request) = (self.numbers.next(), Request::Hello { schema: SCHEMA });
@@ -106,10 +109,10 @@ impl Client {
         (seq, frame)
     }
 
-    /// The number of `request` and the bytes to send at `now_us`, host time.
+    /// Returns the number of `request` and the bytes to send at `now_us`, host time in µs.
     ///
     /// # Errors
-    /// [`Error::TooLarge`]: it does not fit a frame.
+    /// [`Error::TooLarge`]: the request does not fit a frame.
     pub fn request(&mut self, request: Request, now_us: u64) -> Result<(u16, Vec<u8>), Error> {
         let configures = SetupSum::concerns(&request).then(|| request.clone());
         let seq = self.numbers.next();
@@ -118,7 +121,8 @@ impl Client {
         Ok((seq, frame))
     }
 
-    /// Arms the setup that the requests acknowledged so far come to, and no other.
+    /// Returns the request that arms exactly the setup which the requests acknowledged so far have
+    /// made, and no other.
     #[must_use]
     pub fn arm_request(&self) -> Request {
         let setup = self.setup.total();
@@ -136,7 +140,8 @@ impl Client {
         }
     }
 
-    /// Takes bytes that arrived by `now_us`, host time; [`Self::take_message`] gives the messages.
+    /// Takes bytes that arrived by `now_us`, host time in µs; [`Self::take_message`] returns the
+    /// messages.
     ///
     /// # Errors
     /// [`Error::OtherSchema`]: the device that answers a `Hello` speaks another version.
@@ -161,18 +166,19 @@ impl Client {
         Ok(())
     }
 
-    /// The oldest message that was not taken.
+    /// Removes and returns the oldest message.
     pub fn take_message(&mut self) -> Option<Incoming> {
         self.incoming.pop_front()
     }
 
-    /// Whether [`Self::take_message`] has one.
+    /// Returns whether [`Self::take_message`] would return a message.
     #[must_use]
     pub fn has_message(&self) -> bool {
         !self.incoming.is_empty()
     }
 
-    /// The answer to the request with this number, ahead of other messages.
+    /// Removes and returns the answer to the request with this number, ahead of other messages;
+    /// `None` if it has not arrived.
     pub fn answer(&mut self, seq: u16) -> Option<Incoming> {
         let is_answer =
             |incoming: &Incoming| incoming.answers() == Some(seq) || incoming.turns_away();
@@ -180,19 +186,22 @@ impl Client {
         self.incoming.remove(index)
     }
 
-    /// Device time at host time `host_us`, µs, as far as answers show.
+    /// Returns the device time at host time `host_us`, both in µs, as the answers show; `None`
+    /// before the first answer.
     #[must_use]
     pub fn device_time(&self, host_us: u64) -> Option<u64> {
         self.clock.device_at(host_us)
     }
 
-    /// The device's clock against the host's, over the whole session.
+    /// Returns the fit of the device's clock against the host's over the whole session; `None`
+    /// before the first exchange.
     #[must_use]
     pub fn clock_fit(&self) -> Option<Fit> {
         self.clock.fit()
     }
 
-    /// A host's end of the same session as it is now, which goes on alone.
+    /// Returns a copy of this host's end of the session in its present state, which continues on
+    /// its own.
     #[must_use]
     pub fn snapshot(&self) -> Self {
         Self {
@@ -207,16 +216,16 @@ impl Client {
         }
     }
 
-    /// Frames of keep-alives in this session, for a thread that sends them by itself. Frames
-    /// must leave in the order of their numbers: whoever makes one sends it before the next is
+    /// Returns a source of keep-alive frames for this session, for a thread that sends them on its
+    /// own. Frames must be sent in the order of their numbers: send each frame before the next is
     /// made.
     pub fn keep_alives(&self) -> impl FnMut() -> Vec<u8> + Send + 'static {
         let (session, numbers) = (self.session, self.numbers.clone());
-        // Always fits.
+        // A keep-alive always fits a frame.
         move || framed(session, numbers.next(), Request::KeepAlive).unwrap_or_default()
     }
 
-    /// Notes what an answer means, and keeps the message.
+    /// Updates the clock and the setup from an answer, and keeps the message.
     fn file(&mut self, incoming: Incoming, now_us: u64) {
         let seq = incoming.answers();
         let asked = self
@@ -234,7 +243,7 @@ impl Client {
             if seq != self.opening {
                 return;
             }
-            // What came before it was meant for an earlier host.
+            // Messages that came before the answer were meant for an earlier host.
             self.incoming.clear();
             self.awaited.clear();
             self.opening = None;
@@ -245,9 +254,9 @@ impl Client {
     }
 }
 
-/// The schema hash in the answer to the `Hello` of this number, if it is not this program's.
-/// Before it come the variant, the request's number and the session's in every version; what
-/// comes behind it may be read otherwise than it was meant.
+/// Returns the schema hash in the answer to the `Hello` with this number, if it is not the hash of
+/// this program. The variant, the request's number and the session's number precede the hash in
+/// every version; the bytes after it may have another meaning in another version.
 fn other_schema(message: &[u8], hello: Option<u16>) -> Option<u64> {
     let number = hello?;
     let begin = postcard::take_from_bytes::<(u32, u16, u16, u64)>(message);
@@ -256,7 +265,7 @@ fn other_schema(message: &[u8], hello: Option<u16>) -> Option<u64> {
     (is_hello && schema != SCHEMA).then_some(schema)
 }
 
-/// The message that a response is; `unwrap` gives device times in 64 bits.
+/// Converts a response into a message; `unwrap` turns device times into 64 bits.
 fn sort(response: Response<'_>, mut unwrap: impl FnMut(Micros) -> u64) -> Incoming {
     match response {
         Response::Ack { seq, at } => Incoming::Acknowledged(seq, unwrap(at)),

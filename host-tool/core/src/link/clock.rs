@@ -1,29 +1,28 @@
-//! Device time in 64 bits, and an estimate of it from the answers' time stamps.
+//! Extends device time to 64 bits, and estimates it from the answers' time stamps.
 
 use firmware::units::Micros;
 
-/// Device time against host time. The exchange with the shortest round trip
-/// since the last refresh decides.
+/// Relation of device time to host time. The exchange with the shortest round trip since the last
+/// refresh determines it.
 ///
-/// A device stamps with 32 bits, which are full after 71.6 minutes. Here, and
-/// nowhere else on the host, a stamp becomes microseconds in 64 bits that do not
-/// wrap; everything beyond the link counts with these.
+/// A device stamps with 32 bits, which wrap after 71.6 minutes. Here, and nowhere else on the host,
+/// a stamp becomes microseconds in 64 bits that do not wrap; everything beyond the link counts with
+/// these.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Clock {
     best: Option<Exchange>,
     line: Option<Line>,
-    /// When the last stamp arrived in host time, and its time in 64 bits, µs.
+    /// Arrival of the last stamp in host time, and its device time in 64 bits, µs.
     last: Option<(u64, u64)>,
 }
 
-/// `device_us` as a device knows it: its lower 32 bits.
+/// Returns the stamp of `device_us` as the device knows it: its lower 32 bits.
 #[must_use]
 pub const fn stamp(device_us: u64) -> Micros {
     Micros::new(device_us as u32)
 }
 
-/// A straight line through all exchanges: device time less host time, over host
-/// time.
+/// Straight line through all exchanges: device time minus host time, as a function of host time.
 #[derive(Clone, Copy, Debug, Default)]
 struct Line {
     first: Exchange,
@@ -31,25 +30,25 @@ struct Line {
     count: f64,
     mean_s: f64,
     mean_us: f64,
-    /// Sums of squares and products of what differs from the means.
+    /// Running sums of squares and products of the deviations from the means.
     ss: f64,
     su: f64,
     uu: f64,
 }
 
-/// What a [`Clock`] says of a whole session.
+/// Fit of a [`Clock`] over a whole session.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Fit {
-    /// Exchanges.
+    /// Number of request and answer pairs in the fit.
     pub exchanges: u64,
     /// Shortest round trip, µs.
     pub round_trip_us: u64,
-    /// Device time less host time at the first exchange, µs modulo 2^32.
+    /// Device time minus host time at the first exchange, µs modulo 2^32.
     pub offset_us: u32,
-    /// Rate of the device's clock less the host's, parts per million; `None` for
-    /// exchanges within less than a second.
+    /// Rate of the device's clock minus the host's, parts per million; `None` if the exchanges lie
+    /// within less than a second.
     pub drift_ppm: Option<f64>,
-    /// Root mean square of what the line leaves, µs.
+    /// Root mean square of the residuals of the line, µs.
     pub residual_us: f64,
 }
 
@@ -62,7 +61,7 @@ impl Line {
         }
     }
 
-    /// Welford's update: the sums stay exact enough for days.
+    /// Adds an exchange with Welford's update, which keeps the sums exact enough for days.
     fn add(&mut self, exchange: Exchange) {
         self.shortest_us = self.shortest_us.min(exchange.round_trip_us);
         let seconds = exchange.host_us.saturating_sub(self.first.host_us) as f64 * 1e-6;
@@ -78,7 +77,7 @@ impl Line {
 
     fn fit(&self) -> Fit {
         let spans_a_second = self.ss > 0.0 && self.mean_s > 0.5;
-        // µs gained per second is parts per million.
+        // A gain of one µs per second is one part per million.
         let drift_ppm = spans_a_second.then(|| self.su / self.ss);
         let explained = drift_ppm.map_or(0.0, |drift| drift * self.su);
         Fit {
@@ -99,20 +98,20 @@ struct Exchange {
 }
 
 impl Exchange {
-    /// Device time less host time, µs.
+    /// Returns device time minus host time, µs.
     const fn difference(&self) -> i64 {
         self.device_us.cast_signed() - self.host_us.cast_signed()
     }
 }
 
-/// A better exchange is forgotten after this long, so that drift is followed.
+/// Time after which a better exchange is forgotten, so that the estimate follows drift, µs.
 const KEEP_US: u64 = 10_000_000;
 
 impl Clock {
-    /// The 64-bit time, µs, of a stamp that arrived at `host_us`: of all times with
-    /// these lower 32 bits the one nearest to where the device must be by the host's
-    /// clock, however long it was silent. At first the one nearest to host time, so
-    /// that a simulated device's time is its world's; never less than 0.
+    /// Returns the 64-bit time, µs, of a stamp that arrived at `host_us`. Of all times with these
+    /// lower 32 bits, it is the time nearest to where the device must be by the host's clock,
+    /// however long the device was silent. The first stamp becomes the time nearest to host time,
+    /// so that a simulated device's time is that of its world. The result is never less than 0.
     pub fn unwrap(&mut self, host_us: u64, at: Micros) -> u64 {
         let expected_us = self.last.map_or(host_us, |(host, device)| {
             device.saturating_add(host_us.saturating_sub(host))
@@ -124,7 +123,7 @@ impl Clock {
         device_us
     }
 
-    /// A request sent at `sent_us` was answered by `received_us` and stamped
+    /// Adds an exchange: a request sent at `sent_us`, answered by `received_us`, and stamped
     /// `device_us` in between.
     pub fn observe(&mut self, sent_us: u64, received_us: u64, device_us: u64) {
         let round_trip_us = received_us.saturating_sub(sent_us);
@@ -144,13 +143,13 @@ impl Clock {
         }
     }
 
-    /// A straight line through all exchanges; `None` before the first.
+    /// Returns the straight line through all exchanges; `None` before the first.
     #[must_use]
     pub fn fit(&self) -> Option<Fit> {
         self.line.as_ref().map(Line::fit)
     }
 
-    /// Device time at host time `host_us`, µs; `None` before the first answer.
+    /// Returns the device time at host time `host_us`, µs; `None` before the first answer.
     #[must_use]
     pub fn device_at(&self, host_us: u64) -> Option<u64> {
         let since = |best: Exchange| host_us.cast_signed() - best.host_us.cast_signed();
@@ -167,7 +166,8 @@ mod tests {
     fn drift_and_offset_are_found_across_the_wrap() {
         let mut clock = Clock::default();
         assert_eq!(clock.fit(), None);
-        // 40 ppm fast, 1 s before its wrap at first; round trips of 300 µs and more.
+        // The device's clock is 40 ppm fast and at first 1 s before its wrap; round trips take 300
+        // µs or more.
         for i in 0..1_000u64 {
             let host_us = 10_000 * i;
             let device = (u32::MAX - 999_999).wrapping_add((host_us + host_us / 25_000) as u32);
@@ -194,8 +194,8 @@ mod tests {
         assert_eq!(clock.device_at(10_100), Some(8_000));
     }
 
-    /// Stamps of a device that boots `boot_us` before or after its wrap, at all
-    /// distances up to a day and in silence of hours: each is the time it was.
+    /// Checks that stamps of a device that boots up to `boot_us` before or after its wrap become
+    /// the right time, at all distances up to a day and after silence of hours.
     #[test]
     fn stamps_become_the_time_they_were_taken_at() {
         const DAY_US: u64 = 86_400_000_000;
@@ -212,14 +212,14 @@ mod tests {
                     // The device's quartz is 100 ppm fast.
                     let device_us = boot_us + host_us + host_us / 10_000;
                     assert_eq!(clock.unwrap(host_us, stamp(device_us)), device_us);
-                    // What was stamped a little earlier may arrive later.
+                    // An earlier stamp may arrive later.
                     let before_us = device_us.saturating_sub(2_500).max(boot_us);
                     assert_eq!(clock.unwrap(host_us + 20, stamp(before_us)), before_us);
                     host_us += step_us;
                 }
             }
         }
-        // A simulated world's time is its device's, also beyond the wrap at first.
+        // A simulated world's time is that of its device, also if it starts beyond the wrap.
         let mut clock = Clock::default();
         assert_eq!(
             clock.unwrap((1 << 32) + 900, Micros::new(700)),

@@ -1,4 +1,4 @@
-//! A client and its port: requests that wait for their answers, in the port's time.
+//! Joins a client and its port: sends requests and waits for their answers, in the port's time.
 
 use super::clock::Fit;
 use super::stall::Stalls;
@@ -7,39 +7,40 @@ use firmware::link::{HelloInfo, Request, Status};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// How long an ordinary answer may take, µs.
+/// Longest wait for an ordinary answer, µs.
 const ANSWER_US: u64 = 500_000;
 
-/// Longest wait between two looks for a signal or a stall, µs of port time; a multiple
-/// of the steps in which virtual time goes on, so that it changes nothing there.
+/// Longest wait between two looks for a signal or a stall, µs of port time. It is a multiple of the
+/// steps in which virtual time advances, so that it changes nothing there.
 const POLL_US: u64 = 2_000;
 
-/// What a wait for messages came to.
+/// Result of one wait for messages.
 #[derive(Clone, Debug)]
 pub enum Polled {
-    /// A message.
+    /// A message of the device arrived.
     Message(Incoming),
-    /// None yet: the time that was given is not over.
+    /// No message arrived yet, and the given time is not over.
     Waiting,
-    /// The time is over, and every message that came by then was taken.
+    /// The given time is over, and every message that arrived by then was taken.
     Over,
 }
 
-/// A session with a device behind a port.
+/// Session with a device behind a port.
 pub struct Connection<P> {
     port: P,
     client: Client,
     keeper: Option<Keeper>,
     interruption: Option<Interruption>,
-    /// When the port was last asked for bytes, µs.
+    /// Time at which the port was last asked for bytes, µs.
     asked_us: Option<u64>,
     stalls: Stalls,
-    /// Held while a frame is numbered and sent: one at a time, in the order of numbers.
+    /// Lock held while a frame is numbered and sent, so that frames leave one at a time in the
+    /// order of their numbers.
     line: Arc<Mutex<()>>,
 }
 
 impl<P: Port> Connection<P> {
-    /// Opens a session through `port`.
+    /// Opens a session through `port`, and returns it with the device's answer to `Hello`.
     ///
     /// # Errors
     /// The device refuses (another schema, another host) or does not answer.
@@ -47,11 +48,11 @@ impl<P: Port> Connection<P> {
         Self::open_interruptible(port, None)
     }
 
-    /// The same, and every wait ends soon after a signal, with
-    /// [`Error::Interrupted`]. What to stop is the caller's to decide.
+    /// Does the same as [`Connection::open`], and ends every wait with [`Error::Interrupted`] soon
+    /// after a signal. The caller decides whether to stop the device.
     ///
     /// # Errors
-    /// As [`Connection::open`], and the signal.
+    /// The errors of [`Connection::open`], and the signal.
     pub fn open_interruptible(
         port: P,
         interruption: Option<Interruption>,
@@ -72,7 +73,7 @@ impl<P: Port> Connection<P> {
     /// Opens the session again, for instance after a reset.
     ///
     /// # Errors
-    /// As [`Connection::open`].
+    /// The errors of [`Connection::open`].
     pub fn hello(&mut self) -> Result<HelloInfo, Error> {
         self.keeper = None; // it speaks in the session before
         let sent_us = self.attend();
@@ -85,8 +86,8 @@ impl<P: Port> Connection<P> {
         }
     }
 
-    /// The same session with a copy of the simulated device, which goes on alone; nothing
-    /// where that cannot be copied.
+    /// Returns the same session with a copy of the simulated device, which continues on its own;
+    /// `None` if the device cannot be copied.
     #[must_use]
     pub fn snapshot(&self) -> Option<Connection<SimulatedPort>> {
         Some(Connection {
@@ -100,22 +101,22 @@ impl<P: Port> Connection<P> {
         })
     }
 
-    /// From now on waits last as long as they must: for the answer to a stop.
+    /// Makes later waits ignore signals, so that the answer to a stop can be awaited.
     pub fn ignore_signals(&mut self) {
         self.interruption = None;
     }
 
-    /// The port.
+    /// Returns the port, for example to read its time.
     pub fn port(&mut self) -> &mut P {
         &mut self.port
     }
 
-    /// From now on a thread of its own tells the device every `period` that the host is
-    /// alive, as long as [`Self::next`] is called. Whether it does: where time is virtual,
-    /// the caller must.
+    /// Starts a thread that sends the device a keep-alive every `period`, as long as [`Self::next`]
+    /// is called. Returns whether the thread runs: where time is virtual, there is none and the
+    /// caller must send keep-alives.
     ///
     /// # Errors
-    /// [`Error::Lost`]: the port, or the system gives no thread.
+    /// [`Error::Lost`]: the port failed, or the system could not start a thread.
     pub fn keep_alive_apart(&mut self, period: Duration) -> Result<bool, Error> {
         let Some(Outlet {
             line: mut to,
@@ -133,30 +134,32 @@ impl<P: Port> Connection<P> {
         Ok(true)
     }
 
-    /// What sends keep-alives by itself, if something does.
+    /// Returns the thread that sends keep-alives, if one runs.
     pub const fn keeper(&self) -> Option<&Keeper> {
         self.keeper.as_ref()
     }
 
-    /// Gives the port back; the device notices silence.
+    /// Ends the connection without a message, and returns the port; the device notices the silence.
     pub fn into_port(self) -> P {
         self.port
     }
 
-    /// Device time at host time `host_us`, µs, as far as answers tell.
+    /// Returns the device time at host time `host_us`, both in µs, as the answers show; `None`
+    /// before the first answer.
     pub fn device_time(&self, host_us: u64) -> Option<u64> {
         self.client.device_time(host_us)
     }
 
-    /// The device's clock against the host's, over the whole session.
+    /// Returns the fit of the device's clock against the host's over the whole session; `None`
+    /// before the first exchange.
     pub fn clock_fit(&self) -> Option<Fit> {
         self.client.clock_fit()
     }
 
-    /// Asks for state, faults and counters.
+    /// Asks the device for its state, faults and counters.
     ///
     /// # Errors
-    /// [`Error`].
+    /// Returns an [`Error`] if the device refuses, does not answer or is lost.
     pub fn status(&mut self) -> Result<Status, Error> {
         match self.call("Status", Request::Status)? {
             Incoming::Status(_, status) => Ok(*status),
@@ -164,7 +167,7 @@ impl<P: Port> Connection<P> {
         }
     }
 
-    /// Sends a request without waiting; its answer comes as [`Incoming`].
+    /// Sends a request without waiting, and returns its number; its answer arrives as [`Incoming`].
     ///
     /// # Errors
     /// [`Error::Lost`], [`Error::TooLarge`].
@@ -173,8 +176,9 @@ impl<P: Port> Connection<P> {
         self.send("request", request, now_us)
     }
 
-    /// The next message that nobody waits for, by `until_us` at the latest: asked again
-    /// and again, it says `None` soon after that, however many messages come.
+    /// Returns the next message that no call waits for, by `until_us` at the latest, in the port's
+    /// time. Called repeatedly, it returns `None` soon after that time, however many messages
+    /// arrive.
     ///
     /// # Errors
     /// [`Error::Lost`].
@@ -188,13 +192,13 @@ impl<P: Port> Connection<P> {
         }
     }
 
-    /// Whether a message waits, so that [`Self::poll`] does not look at the port.
+    /// Returns whether a message waits, so that [`Self::poll`] does not look at the port.
     pub fn has_message(&self) -> bool {
         self.client.has_message()
     }
 
-    /// One step of [`Self::next`]: looks at the port once where no message waits, for 2 ms
-    /// of its time at most.
+    /// Runs one step of [`Self::next`]: if no message waits, it looks at the port once, for at most
+    /// 2 ms of the port's time.
     ///
     /// # Errors
     /// [`Error::Lost`].
@@ -205,7 +209,8 @@ impl<P: Port> Connection<P> {
         if let Some(incoming) = self.client.take_message() {
             return Ok(Polled::Message(incoming));
         }
-        // What had come by then was taken: more would have no end if the device has none.
+        // Messages that arrived by then were taken; a device that never stops sending would
+        // otherwise keep this call busy without end.
         if self.asked_us.is_some_and(|asked_us| asked_us >= until_us) {
             return Ok(Polled::Over);
         }
@@ -217,8 +222,8 @@ impl<P: Port> Connection<P> {
         })
     }
 
-    /// Sends `request`, called `name` in errors, and waits for its acknowledgement:
-    /// the device time of it, µs.
+    /// Sends `request`, called `name` in errors, waits for its acknowledgement, and returns the
+    /// device time of the acknowledgement, µs.
     pub(super) fn ack(&mut self, name: &'static str, request: Request) -> Result<u64, Error> {
         match self.call(name, request)? {
             Incoming::Acknowledged(_, at) => Ok(at),
@@ -226,11 +231,11 @@ impl<P: Port> Connection<P> {
         }
     }
 
-    /// Checks the draft and the electrodes, and arms: the setup that the requests
-    /// acknowledged so far come to, and no other.
+    /// Checks the draft and the electrodes, and arms exactly the setup that the requests
+    /// acknowledged so far have made. Returns the device time of the acknowledgement, µs.
     ///
     /// # Errors
-    /// Refused, not answered, or the device is lost.
+    /// Arming is refused or not answered, or the device is lost.
     pub fn arm(&mut self) -> Result<u64, Error> {
         let request = self.client.arm_request();
         self.ack("Arm", request)
@@ -242,15 +247,16 @@ impl<P: Port> Connection<P> {
         self.await_answer(name, seq, sent_us)
     }
 
-    /// The program is here at this time, µs.
+    /// Notes that the program looks at its port now, and returns the port's time, µs.
     fn attend(&mut self) -> u64 {
         let now_us = self.port.now_us();
         self.stalls.look(now_us, 0);
         now_us
     }
 
-    /// Waits for the answer to the request `seq`, sent at `sent_us`. The time in which this
-    /// computer does not run the program is not the device's: it has as much longer.
+    /// Waits for the answer to the request `seq`, sent at `sent_us`. Time in which this computer
+    /// did not run the program does not count against the device: the wait becomes longer by that
+    /// time.
     fn await_answer(
         &mut self,
         name: &'static str,
@@ -276,14 +282,15 @@ impl<P: Port> Connection<P> {
         }
     }
 
-    /// The longest time of the last two seconds in which this computer did not run the
-    /// program, as far as the port shows, µs; 0 for none above 10 ms.
+    /// Returns the longest time within the last two seconds in which this computer did not run the
+    /// program, as far as the port shows, µs; 0 if none exceeded 10 ms.
     pub fn stalled_us(&mut self) -> u64 {
         let now_us = self.port.now_us();
         self.stalls.recent_us(now_us)
     }
 
-    /// The sum of all such times since the session was opened, µs.
+    /// Returns the sum of all times since the session was opened in which this computer did not run
+    /// the program, µs.
     pub(crate) fn stalled_in_sum_us(&self) -> u64 {
         self.stalls.sum_us()
     }
@@ -299,14 +306,14 @@ impl<P: Port> Connection<P> {
         Ok(seq)
     }
 
-    /// Whether to go on waiting.
+    /// Returns an error if a signal has arrived, so that waiting ends.
     fn heed_signal(&self) -> Result<(), Error> {
         let asked = self.interruption.as_ref().and_then(Interruption::asked);
         asked.map_or(Ok(()), |signal| Err(Error::Interrupted(signal)))
     }
 
-    /// Takes what arrives by `until_us`, or nothing before that: after [`POLL_US`] signals and
-    /// stalls are looked for. Returns the port's time then, µs.
+    /// Takes bytes that arrive by `until_us`. It may return earlier without bytes, after
+    /// [`POLL_US`], so that signals and stalls are noticed. Returns the port's time at its end, µs.
     fn receive(&mut self, until_us: u64) -> Result<u64, Error> {
         self.heed_signal()?;
         let now_us = self.attend();

@@ -1,19 +1,19 @@
-//! Time since a port was opened, on a clock that also runs while the computer sleeps: what
-//! the device did meanwhile took its time, and whoever sent nothing was silent for it.
+//! Measures the time since a port was opened, on a clock that also runs while the computer sleeps:
+//! the device kept running meanwhile, and a host that sent nothing was silent for that time.
 
 use std::time::{Duration, Instant};
 
-/// A beginning, and the time since.
+/// Start of a measurement, and the time since then.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Elapsed {
     awake: Instant,
-    /// Since the computer started; `None` where the system does not say, or where `Instant`
-    /// goes on in sleep by itself.
+    /// Time since the computer started; `None` where the system does not report it, or where
+    /// `Instant` itself continues during sleep.
     all: Option<Duration>,
 }
 
 impl Elapsed {
-    /// From now on.
+    /// Starts to measure now.
     pub(super) fn begin() -> Self {
         Self {
             awake: Instant::now(),
@@ -21,7 +21,7 @@ impl Elapsed {
         }
     }
 
-    /// The time since the beginning, µs.
+    /// Returns the time since the start of the measurement, µs.
     pub(super) fn us(&self) -> u64 {
         let elapsed = match (self.all, since_boot()) {
             (Some(begin), Some(now)) => now.saturating_sub(begin),
@@ -31,7 +31,8 @@ impl Elapsed {
     }
 }
 
-/// Linux has a clock for it, Apple's monotonic clock is one.
+/// Returns the time since the computer started, sleep included. Linux has a clock for it, and
+/// Apple's monotonic clock is one.
 #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
 fn since_boot() -> Option<Duration> {
     use nix::time::{ClockId, clock_gettime};

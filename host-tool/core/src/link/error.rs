@@ -1,4 +1,4 @@
-//! What can go wrong on the link, and what to do about it.
+//! Errors of the link, with advice on each.
 
 use super::Signal;
 use firmware::link::{Code, Refusal, SCHEMA};
@@ -6,20 +6,20 @@ use firmware::safety::Fault;
 use std::fmt;
 use std::io;
 
-/// A failed request.
+/// Failure of a request or of the path to the device.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The device refused, by number and name.
+    /// The device refused the request; the refusal has a number and a name.
     #[error("{0}")]
     Refused(Refused),
-    /// E501: no answer.
+    /// E501: the device did not answer in time.
     #[error(
         "E501 no answer to {request} within {waited_ms} ms; is the device powered and is this its port?"
     )]
     NoAnswer {
-        /// The request.
+        /// Name of the request.
         request: &'static str,
-        /// How long was waited.
+        /// Length of the wait, ms.
         waited_ms: u64,
     },
     /// E502: the path to the device broke.
@@ -27,10 +27,10 @@ pub enum Error {
         "E502 lost the device: {0}; outputs isolate by themselves after the host timeout; reconnect and run again"
     )]
     Lost(io::Error),
-    /// E503: a request that does not fit a frame.
+    /// E503: the named request does not fit a frame.
     #[error("E503 {0} does not fit a frame")]
     TooLarge(&'static str),
-    /// E580: a signal came while the host waited.
+    /// E580: a signal arrived while the host waited.
     #[error("E580 {0} came: nothing is waited for any more")]
     Interrupted(Signal),
     /// E508: the device's messages are of another version.
@@ -39,27 +39,27 @@ pub enum Error {
         advice(Code::SchemaMismatch)
     )]
     OtherSchema {
-        /// The device's schema hash.
+        /// Schema hash of the device.
         device: u64,
     },
-    /// E509: the program did not run, and then something was missing.
+    /// E509: the computer did not run the program for a time, and something was missing afterwards.
     #[error(
         "E509 this computer did not run this program for {stalled_ms} ms (suspended, asleep or too busy): {then}; run again"
     )]
     HostStalled {
-        /// For how long.
+        /// Length of that time, ms.
         stalled_ms: u64,
-        /// What came of it.
+        /// Consequence, in words.
         then: String,
     },
     /// E504: the port cannot be opened.
     #[error("E504 cannot open {port}: {reason}; {advice}")]
     Open {
-        /// Port or address.
+        /// Path of the serial port, or address.
         port: String,
-        /// What the system says.
+        /// Reason that the system gives.
         reason: String,
-        /// What to do.
+        /// Advice to the user.
         advice: &'static str,
     },
 }
@@ -70,22 +70,24 @@ impl From<io::Error> for Error {
     }
 }
 
-/// A refusal in words: number, name, field, what is allowed, what to do.
+/// Refusal of a request by the device; its text gives number, name, field, allowed range and
+/// advice.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refused {
-    /// The number on the link.
+    /// Number of the refusal on the link.
     pub number: u16,
-    /// The offending field.
+    /// Name of the field that was refused.
     pub field: String,
-    /// The channel concerned, counted from 1.
+    /// Channel concerned, counted from 1; `None` if no channel is.
     pub channel: Option<u8>,
-    /// What would be allowed, if that is a range.
+    /// Allowed minimum and maximum, or two other numbers, depending on the code; `None` if the
+    /// refusal has none.
     pub allowed: Option<(i32, i32)>,
 }
 
 impl From<Refusal<'_>> for Refused {
     fn from(refusal: Refusal<'_>) -> Self {
-        // These always have a range, which may be 0 to 0.
+        // Refusals with these codes always have a range, which may be 0 to 0.
         let ranged = [
             Code::OutOfRange,
             Code::AmplitudeCount,
@@ -105,13 +107,13 @@ impl From<Refusal<'_>> for Refused {
 }
 
 impl Refused {
-    /// The code, if this version knows the number.
+    /// Returns the code, if this version knows the number.
     #[must_use]
     pub fn code(&self) -> Option<Code> {
         Code::from_number(self.number)
     }
 
-    /// The fault that is latched, if that is the reason.
+    /// Returns the latched fault, if that is the reason for the refusal.
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
         let allowed = self.allowed;
@@ -121,12 +123,12 @@ impl Refused {
 }
 
 impl Refused {
-    /// Whether the range is what would be, and what may be at most.
+    /// Returns whether the two numbers are a sum that would result and the maximum allowed.
     fn is_sum(&self) -> bool {
         matches!(self.code(), Some(Code::SumLimit | Code::SumRmsLimit))
     }
 
-    /// Whether the range is the joint concerned.
+    /// Returns whether the first number is the joint concerned.
     fn is_of_joint(&self) -> bool {
         matches!(self.code(), Some(Code::NoPhaseJoint | Code::NoAngle))
     }
@@ -164,19 +166,19 @@ impl fmt::Display for Refused {
     }
 }
 
-/// What a refusal means.
+/// Returns the meaning of a refusal as a phrase.
 #[must_use]
 pub fn what(code: Code) -> &'static str {
     words(code).0
 }
 
-/// What to do about a refusal.
+/// Returns advice on a refusal.
 #[must_use]
 pub fn advice(code: Code) -> &'static str {
     words(code).1
 }
 
-/// What a refusal means, and what to do about it.
+/// Returns the meaning of a refusal, and advice on it.
 #[rustfmt::skip]
 const fn words(code: Code) -> (&'static str, &'static str) {
     match code {

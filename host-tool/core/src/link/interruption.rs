@@ -1,25 +1,25 @@
-//! A wish from outside to end at once.
+//! Carries a signal that ends a program to the code that waits for a device.
 
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// A signal by which the system asks a program to end.
+/// Signal by which the system asks a program to end.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Signal {
-    /// SIGINT: Ctrl-C.
+    /// SIGINT, sent by Ctrl-C.
     Interrupt,
-    /// SIGTERM: `kill`, a system that shuts down.
+    /// SIGTERM, sent by `kill` or by a system that shuts down.
     Terminate,
-    /// SIGHUP: the terminal has gone.
+    /// SIGHUP, sent when the terminal has closed.
     HangUp,
 }
 
 impl Signal {
-    /// All of them.
+    /// All signals that end a run.
     pub const ALL: [Self; 3] = [Self::Interrupt, Self::Terminate, Self::HangUp];
 
-    /// Its number, the same on every POSIX system.
+    /// Returns the number of the signal, which is the same on every POSIX system.
     #[must_use]
     pub const fn number(self) -> u8 {
         match self {
@@ -29,7 +29,7 @@ impl Signal {
         }
     }
 
-    /// What a program that it ended exits with: 128 and its number.
+    /// Returns the exit code of a program that this signal ended: 128 plus the signal's number.
     #[must_use]
     pub const fn exit_code(self) -> u8 {
         128 + self.number()
@@ -46,12 +46,12 @@ impl fmt::Display for Signal {
     }
 }
 
-/// Carries a signal to whoever waits for a device. Clones are one and the same.
+/// Flag that carries a signal to the code that waits for a device. Clones share the same flag.
 #[derive(Clone, Debug, Default)]
 pub struct Interruption(Arc<AtomicUsize>);
 
 impl Interruption {
-    /// The signal that came, if one did. The latest of several.
+    /// Returns the latest signal that arrived; `None` if none did.
     #[must_use]
     pub fn asked(&self) -> Option<Signal> {
         let number = self.0.load(Ordering::Acquire);
@@ -59,12 +59,13 @@ impl Interruption {
         Signal::ALL.into_iter().find(is)
     }
 
-    /// As if `signal` had come.
+    /// Sets the flag as if `signal` had arrived.
     pub fn ask(&self, signal: Signal) {
         self.0.store(signal.number().into(), Ordering::Release);
     }
 
-    /// The number of the signal that came, or 0, for a signal handler to set.
+    /// Returns the shared number of the signal that arrived, 0 for none, which a signal handler
+    /// sets.
     #[must_use]
     pub fn number(&self) -> Arc<AtomicUsize> {
         Arc::clone(&self.0)

@@ -1,9 +1,9 @@
-//! Keep-alives from a thread of their own.
+//! Sends keep-alives from a separate thread.
 //!
-//! The thread sends one every period, whatever display, disk and input keep the host's own
-//! loop from. That must not make a program that hangs seem alive: if the loop does not look
-//! at its device for [`UNATTENDED`], no more are sent, and the device ends stimulation by
-//! its host timeout.
+//! The thread sends a keep-alive every period, even while display, disk or input delay the host's
+//! own loop. A program that hangs must not seem alive: if the loop does not look at its device for
+//! [`UNATTENDED`], no more keep-alives are sent, and the device ends stimulation by its host
+//! timeout.
 
 use crate::clock::Clock;
 use std::collections::VecDeque;
@@ -13,38 +13,38 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Longest time for which keep-alives are sent for a loop that does not look at its device.
+/// Longest time for which keep-alives are sent while the host's loop does not look at its device.
 pub const UNATTENDED: Duration = Duration::from_millis(200);
 
-/// How long pauses between keep-alives are remembered.
+/// Time for which pauses between keep-alives are remembered.
 const REMEMBERED: Duration = Duration::from_secs(3);
 
-/// How long the end of the thread is waited for.
+/// Longest wait for the end of the thread.
 const FAREWELL: Duration = Duration::from_millis(200);
 
-/// How late keep-alives were: from the moment at which one was due until the thread ran.
+/// Lateness of keep-alives: from the moment at which each was due until the thread ran.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Lateness {
-    /// Rising, µs.
+    /// Lateness of each keep-alive in ascending order, µs.
     late_us: Vec<u32>,
 }
 
 impl Lateness {
-    /// Of these, in any order, µs.
+    /// Creates the distribution from values in any order, µs.
     #[must_use]
     pub fn of(mut late_us: Vec<u32>) -> Self {
         late_us.sort_unstable();
         Self { late_us }
     }
 
-    /// How many keep-alives were due.
+    /// Returns how many keep-alives were due.
     #[must_use]
     pub const fn count(&self) -> usize {
         self.late_us.len()
     }
 
-    /// The smallest lateness that this share of all (0 to 1) does not exceed, µs; 1 is the
-    /// worst. Nothing before the first.
+    /// Returns the smallest lateness that the given share of all keep-alives (0 to 1) does not
+    /// exceed, µs; share 1 gives the worst. Returns `None` before the first keep-alive.
     #[must_use]
     pub fn quantile_us(&self, share: f64) -> Option<u32> {
         let last = self.late_us.len().checked_sub(1)?;
@@ -53,13 +53,13 @@ impl Lateness {
     }
 }
 
-/// What the thread did.
+/// Activity of the thread so far.
 #[derive(Debug, Default)]
 struct Beats {
     late_us: Vec<u32>,
-    /// When the last keep-alive was sent, by the clock.
+    /// Time of the last keep-alive that was sent, by the clock.
     last: Option<Duration>,
-    /// Pauses between two that were sent: when each ended, and its length.
+    /// Pauses between keep-alives that were sent: the end of each, and its length.
     pauses: VecDeque<(Duration, Duration)>,
 }
 
@@ -77,7 +77,7 @@ impl Beats {
 
 struct Shared {
     clock: Box<dyn Clock>,
-    /// When the loop looked last, by the clock, µs.
+    /// Time of the loop's latest look at its device, by the clock, µs.
     attended_us: AtomicU64,
     is_over: AtomicBool,
     beats: Mutex<Beats>,
@@ -97,7 +97,8 @@ impl Shared {
         is_attended(self.now_us(), attended_us)
     }
 
-    /// Sends until it is over or the device is gone, which whoever reads from it is told.
+    /// Sends keep-alives until the keeper is dropped or the device is gone; the loop that reads
+    /// from the device gets that error itself.
     fn beat(&self, period: Duration, mut send: impl FnMut() -> io::Result<()>) {
         let mut due = self.clock.now() + period;
         loop {
@@ -131,22 +132,22 @@ fn micros(time: Duration) -> u64 {
     u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
 }
 
-/// Whether a loop that looked at `attended_us` still counts as one that looks at `now_us`.
+/// Returns whether a loop that last looked at `attended_us` still counts as attending at `now_us`.
 fn is_attended(now_us: u64, attended_us: u64) -> bool {
     u128::from(now_us.saturating_sub(attended_us)) <= UNATTENDED.as_micros()
 }
 
-/// Sends keep-alives until it is dropped.
+/// Thread that sends keep-alives until this value is dropped.
 pub struct Keeper {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Keeper {
-    /// Calls `send` every `period`, as `clock` measures it, from a thread of its own.
+    /// Starts a thread that calls `send` every `period`, as `clock` measures it.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     pub fn start(
         period: Duration,
         clock: Box<dyn Clock>,
@@ -164,14 +165,14 @@ impl Keeper {
         Ok(Self { shared, thread })
     }
 
-    /// The host's loop looks at its device.
+    /// Notes that the host's loop looks at its device.
     pub fn attend(&self) {
         let now_us = self.shared.now_us();
         self.shared.attended_us.store(now_us, Ordering::Release);
     }
 
-    /// The longest pause between two keep-alives in the last 3 s, the one that lasts
-    /// included.
+    /// Returns the longest pause between two keep-alives in the last 3 s, including the pause that
+    /// still lasts.
     #[must_use]
     pub fn longest_pause(&self) -> Duration {
         let now = self.shared.clock.now();
@@ -184,15 +185,16 @@ impl Keeper {
         recent.map(|(_, pause)| *pause).fold(open, Duration::max)
     }
 
-    /// The recent pause in keep-alives that explains why a device heard nothing of its host
-    /// for `host_timeout`, if one does: half of that; the rest is the period's and the wire's.
+    /// Returns the recent pause in keep-alives that explains why a device heard nothing of its host
+    /// for `host_timeout`; `None` if there is no such pause. A pause of half the timeout suffices:
+    /// the rest is due to the period and the wire.
     #[must_use]
     pub fn explains(&self, host_timeout: Duration) -> Option<Duration> {
         let pause = self.longest_pause();
         (pause >= host_timeout / 2).then_some(pause)
     }
 
-    /// How late they were so far.
+    /// Returns the lateness of all keep-alives so far.
     #[must_use]
     pub fn lateness(&self) -> Lateness {
         Lateness::of(self.shared.beats().late_us.clone())
@@ -206,8 +208,8 @@ impl Drop for Keeper {
             return;
         };
         thread.thread().unpark();
-        // It holds a second end of the port, which is to be free again; but one that hangs
-        // in a write is not waited for.
+        // The thread holds a second end of the port, which must be free again; but the drop does
+        // not wait for a thread that hangs in a write.
         let until = self.shared.clock.now() + FAREWELL;
         while !thread.is_finished() && self.shared.clock.now() < until {
             std::thread::sleep(Duration::from_millis(1));
@@ -242,10 +244,10 @@ mod tests {
         (Keeper::start(PERIOD, clock, send).unwrap(), receiver)
     }
 
-    /// Nothing here takes so long unless it hangs.
+    /// Time that nothing in these tests takes unless it hangs.
     const PATIENCE: Duration = Duration::from_secs(600);
 
-    /// Attends until a keep-alive comes, however seldom this computer runs the thread.
+    /// Attends until a keep-alive arrives, however seldom this computer runs the thread.
     fn hears(keeper: &Keeper, heard: &mpsc::Receiver<()>) {
         let begin = Instant::now();
         while heard.recv_timeout(PERIOD).is_err() {
@@ -267,14 +269,14 @@ mod tests {
         }
         let (keeper, heard) = started();
         hears(&keeper, &heard);
-        // Nobody attends any more: it ends when none comes for as long as 200 periods.
+        // The loop no longer attends: the test ends when no keep-alive arrives for 200 periods.
         let begin = Instant::now();
         while heard.recv_timeout(200 * PERIOD).is_ok() {
             assert!(begin.elapsed() < PATIENCE, "it never ends");
         }
         assert!(keeper.explains(100 * PERIOD).is_some());
         assert_eq!(keeper.explains(100 * PATIENCE), None);
-        // Back again.
+        // The loop attends again.
         hears(&keeper, &heard);
     }
 
@@ -283,7 +285,7 @@ mod tests {
         let (keeper, heard) = started();
         hears(&keeper, &heard);
         drop(keeper);
-        // One may be under way.
+        // A keep-alive may be under way.
         let ended = loop {
             if let Err(ended) = heard.recv_timeout(PATIENCE) {
                 break ended;

@@ -1,9 +1,9 @@
-//! The client side of the link: one typed method per request.
+//! The client side of the link, with one typed method per request.
 //!
-//! Lives here: [`Client`], which does no input and output; the [`Connection`] that drives it
-//! through a [`Port`] (real or virtual time), refusals with what to do about them, the device-clock estimate, the thread that
-//! keeps a device told that its host is alive.
-//! Not here: what a session asks for (`session`, `run`).
+//! This module holds the [`Client`], which does no input and output, and the [`Connection`] that
+//! drives it through a [`Port`] in real or virtual time. It also has refusals with advice on each,
+//! the estimate of the device's clock, and the thread that sends keep-alives. The content of a
+//! session is chosen in `session` and `run`.
 
 mod client;
 mod clock;

@@ -1,4 +1,4 @@
-//! Virtual time held back to the pace of a wall clock.
+//! Slows virtual time down to the pace of a wall clock.
 
 use super::{Outlet, Port};
 use hal_sim::world::World;
@@ -6,27 +6,26 @@ use std::io;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Virtual time goes on by at most this much between two looks at the clock,
-/// µs.
+/// Longest advance of virtual time between two looks at the wall clock, µs.
 const STEP_US: u64 = 2_000;
 
-/// A simulated port that one can watch: its time never runs ahead of the wall
-/// clock, counted from the first wait. A PC that is too slow lags behind and
-/// catches up as fast as it can.
+/// Simulated port that a person can watch: its time never runs ahead of the wall clock, counted
+/// from the first wait. On a computer that is too slow it lags behind, and catches up as fast as it
+/// can.
 pub struct Paced<P> {
     port: P,
     origin: Option<(Instant, u64)>,
 }
 
 impl<P> Paced<P> {
-    /// Paces `port`.
+    /// Creates a port that paces `port`.
     pub fn new(port: P) -> Self {
         Self { port, origin: None }
     }
 }
 
-/// How long virtual time, `virtual_us` after the origin, must wait for the wall
-/// clock, `wall` after the origin.
+/// Returns how long virtual time, `virtual_us` after the origin, must wait for the wall clock,
+/// `wall` after the origin.
 fn ahead(virtual_us: u64, wall: Duration) -> Duration {
     Duration::from_micros(virtual_us).saturating_sub(wall)
 }

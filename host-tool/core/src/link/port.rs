@@ -1,4 +1,4 @@
-//! Where frames go: a device in real time or a simulated world.
+//! Ports carry frames to a device in real time or to a simulated world.
 
 use crate::clock::Clock;
 use firmware::limb::AXES;
@@ -6,64 +6,65 @@ use hal_sim::world::World;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// A second way in for frames, for a thread of its own.
+/// Second way to send frames to a device, for a separate thread.
 pub struct Outlet {
-    /// Where frames go.
+    /// Destination of the frames.
     pub line: Box<dyn Write + Send>,
-    /// What the thread measures its time with.
+    /// Clock with which the thread measures its time.
     pub clock: Box<dyn Clock>,
 }
 
-/// A byte path to a device, with the time that goes with it.
+/// Byte path to a device, together with its time.
 pub trait Port: Send {
-    /// Host time in µs, monotonic. Virtual for simulators.
+    /// Returns the host time in µs, which is monotonic; virtual for simulators.
     fn now_us(&mut self) -> u64;
     /// Sends one frame.
     ///
     /// # Errors
     /// The device is gone.
     fn send(&mut self, frame: &[u8]) -> io::Result<()>;
-    /// Bytes as soon as some arrive, none when `until_us` is reached or a signal
-    /// came.
+    /// Waits for bytes and returns them as soon as some arrive; returns none when `until_us` is
+    /// reached or a signal arrives.
     ///
     /// # Errors
     /// The device is gone.
     fn receive(&mut self, until_us: u64) -> io::Result<Vec<u8>>;
-    /// A second way in for frames, for another thread, where time is real; none where it
-    /// is virtual. Who uses both sends one frame at a time.
+    /// Returns a second way to send frames, for another thread, where time is real; `None` where it
+    /// is virtual. A caller that uses both must send one frame at a time.
     ///
     /// # Errors
     /// The device is gone.
     fn outlet(&mut self) -> io::Result<Option<Outlet>> {
         Ok(None)
     }
-    /// The simulated world behind this port, if there is one.
+    /// Returns the simulated world behind this port, if there is one.
     fn world(&mut self) -> Option<&mut World> {
         None
     }
-    /// The image that a simulated chip or QEMU runs.
+    /// Returns the path of the image that a simulated chip or QEMU runs; `None` for other devices.
     fn image(&self) -> Option<&Path> {
         None
     }
-    /// A copy of the simulated world behind this port, as it is now, which goes on alone;
-    /// none of a device that cannot be copied: only the chip simulator can.
+    /// Returns a copy of the simulated world behind this port in its present state, which continues
+    /// on its own; `None` for a device that cannot be copied. Only the chip simulator can.
     fn snapshot(&self) -> Option<SimulatedPort> {
         None
     }
-    /// True joint angle of a simulated wearer, degrees.
+    /// Returns the true joint angle of a simulated wearer, degrees; `None` if there is none.
     fn true_deg(&mut self) -> Option<f64> {
         self.world().map(|world| world.body.angle_deg())
     }
-    /// What a simulated wearer's data glove reads, degrees.
+    /// Returns the reading of a simulated wearer's data glove, degrees; `None` if there is none.
     fn glove_deg(&mut self) -> Option<f64> {
         self.world().map(|world| world.body.sensed_deg())
     }
-    /// The nine angles of a simulated wearer's arm as they are measured, degrees.
+    /// Returns the nine measured angles of a simulated wearer's arm, degrees; `None` if there is
+    /// none.
     fn posture_deg(&mut self) -> Option<[f64; AXES]> {
         self.world().and_then(|world| world.body.posture_deg())
     }
-    /// True force of a simulated wearer's hand on what holds it, N: backward, to the right,
-    /// upward.
+    /// Returns the true force of a simulated wearer's hand on the object that holds it, N:
+    /// backward, to the right, upward. `None` if there is no simulated arm.
     fn hand_n(&mut self) -> Option<[f64; 3]> {
         self.world().and_then(|world| world.body.hand_n())
     }
@@ -99,16 +100,16 @@ impl<P: Port + ?Sized> Port for Box<P> {
     }
 }
 
-/// A simulated world, driven by whoever waits for it.
+/// Port of a simulated world, which advances only while a caller waits for it.
 pub struct SimulatedPort {
-    /// The world behind the wire.
+    /// Simulated world that the port's frames reach.
     pub world: World,
-    /// What its device runs, where that is an image.
+    /// Path of the image that the device runs; `None` if it runs none.
     pub image: Option<PathBuf>,
 }
 
 impl SimulatedPort {
-    /// A device in this process.
+    /// Creates the port of a world whose device is in this process.
     #[must_use]
     pub const fn new(world: World) -> Self {
         let image = None;

@@ -1,4 +1,4 @@
-//! One typed method for each request that a device acknowledges.
+//! Methods for the requests that a device acknowledges, one for each.
 
 use super::{Connection, Error, Port};
 use firmware::control::JointSpec;
@@ -8,8 +8,9 @@ use firmware::pulse::{CHANNELS, GroupSpec, MAX_GROUPS};
 use firmware::safety::{ChannelSpec, ListedPulse, MAX_LISTED, StageKind, StageSupply, WearerSpec};
 use firmware::units::{Amplitude, Micros};
 
-/// Methods that send a request, wait for its acknowledgement and give the device
-/// time of it, µs: each a name in errors, its arguments and the request.
+/// Generates methods that send a request, wait for its acknowledgement and return the device time
+/// of the acknowledgement, µs. Each line gives a documentation text, a name for errors, the method
+/// with its arguments, and the request.
 macro_rules! requests {
     ($($doc:literal $name:literal $method:ident($($argument:ident: $type:ty),*) $request:expr;)*) => {
         impl<P: Port> Connection<P> {
@@ -70,7 +71,7 @@ impl<P: Port> Connection<P> {
     /// Groups channels in the draft.
     ///
     /// # Errors
-    /// As all; more than five groups are too large.
+    /// The errors of every request here; [`Error::TooLarge`] for more than five groups.
     pub fn groups(&mut self, groups: &[GroupSpec]) -> Result<u64, Error> {
         if groups.len() > MAX_GROUPS {
             return Err(Error::TooLarge("Groups"));
@@ -79,11 +80,11 @@ impl<P: Port> Connection<P> {
         self.ack("Groups", Request::Groups(groups))
     }
 
-    /// Sets amplitudes by (channel from 0, amplitude) in any order, all or none of
-    /// them, at the trains' own widths.
+    /// Sets amplitudes by (channel from 0, amplitude) in any order, at the trains' own widths. The
+    /// device accepts all of them or none.
     ///
     /// # Errors
-    /// As all; more than ten amplitudes are too large.
+    /// The errors of every request here; [`Error::TooLarge`] for more than ten amplitudes.
     pub fn amplitudes(&mut self, list: &[(u8, Amplitude)]) -> Result<u64, Error> {
         let list = list.iter();
         let own: Vec<_> = list
@@ -92,11 +93,11 @@ impl<P: Port> Connection<P> {
         self.send_amplitudes(&own)
     }
 
-    /// Sets amplitudes and widths by (channel from 0, amplitude, width in µs) in any
-    /// order, all or none of them, each pair from the channel's next burst on.
+    /// Sets amplitudes and widths by (channel from 0, amplitude, width in µs) in any order, each
+    /// pair from the channel's next burst on. The device accepts all of them or none.
     ///
     /// # Errors
-    /// As all; more than ten amplitudes are too large.
+    /// The errors of every request here; [`Error::TooLarge`] for more than ten amplitudes.
     pub fn stimuli(&mut self, list: &[(u8, Amplitude, u16)]) -> Result<u64, Error> {
         let list = list.iter();
         let pairs: Vec<_> = list
@@ -108,7 +109,7 @@ impl<P: Port> Connection<P> {
     /// Plays a list of pulses on a channel (from 0) once, from its next burst on.
     ///
     /// # Errors
-    /// As all; more than sixteen pulses are too large.
+    /// The errors of every request here; [`Error::TooLarge`] for more than sixteen pulses.
     pub fn pulses(&mut self, channel: u8, pulses: &[ListedPulse]) -> Result<u64, Error> {
         if pulses.len() > MAX_LISTED {
             return Err(Error::TooLarge("Pulses"));
@@ -117,12 +118,12 @@ impl<P: Port> Connection<P> {
         self.ack("Pulses", Request::Pulses { channel, pulses })
     }
 
-    /// Either all have a width or none has.
+    /// Sends amplitudes that either all have a width, in µs, or all have none.
     fn send_amplitudes(&mut self, list: &[(u8, Amplitude, Option<u16>)]) -> Result<u64, Error> {
         if list.len() > CHANNELS {
             return Err(Error::TooLarge("Amplitudes"));
         }
-        // A channel named twice is left for the device to refuse.
+        // The device refuses a channel that is named twice.
         let mut sorted = list.to_vec();
         sorted.sort_by_key(|(channel, ..)| *channel);
         let mask = sorted.iter().fold(0, |mask, (channel, ..)| {

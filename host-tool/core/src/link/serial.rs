@@ -1,24 +1,24 @@
-//! A board on a serial port.
+//! Connects to a board on a serial port.
 
 use super::Error;
 use super::stream::{Forked, POLL, Stream};
 use std::io::{self, ErrorKind, Write};
 
-/// A board on a serial port.
+/// Port of a board on a serial port.
 pub type SerialPort = Stream<Box<dyn serialport::SerialPort>>;
 
 impl SerialPort {
-    /// Opens `path`. The speed means nothing over USB.
+    /// Opens the serial port at `path`. The configured speed has no effect over USB.
     ///
     /// # Errors
-    /// [`Error::Open`]: absent, busy, or not permitted.
+    /// [`Error::Open`]: the port is absent, busy, or not permitted.
     pub fn open(path: &str) -> Result<Self, Error> {
         let opened = serialport::new(path, 115_200).timeout(POLL).open();
         let stream = opened.map_err(|e| Error::Open {
             port: path.to_owned(),
             reason: e.to_string(),
             advice: match e.kind() {
-                // How the library says that another program locked it.
+                // The library reports this kind when another program has locked the port.
                 serialport::ErrorKind::NoDevice => {
                     "another program uses it (a serial monitor, another flexor): close that one"
                 }

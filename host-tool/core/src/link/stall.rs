@@ -1,26 +1,27 @@
-//! How long this computer kept the program from looking at its port: while it was
-//! suspended, asleep or too busy. What a device did not say then, nobody listened for.
+//! Measures how long this computer kept the program from looking at its port, because it was
+//! suspended, asleep or too busy. A message that the device did not send then is no evidence
+//! against the device, because nobody listened.
 
-/// A shorter one is the ordinary work of a program, µs.
+/// Shortest time that counts as a stall, µs. Shorter times are ordinary work of a program.
 const LEAST_US: u64 = 10_000;
 
 /// Times in which the port was not looked at, in the port's time.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Stalls {
-    /// When it was looked at last, µs.
+    /// Time of the latest look at the port, µs.
     seen_us: Option<u64>,
-    /// In sum, µs.
+    /// Sum of all stalls, µs.
     sum_us: u64,
-    /// The longest of late: when it was over and how long it was, µs.
+    /// Longest recent stall: the time at which it ended and its length, µs.
     longest: (u64, u64),
 }
 
 impl Stalls {
-    /// A longest stall that is over for so long is forgotten for a shorter one, µs.
+    /// Time after its end at which the longest stall is forgotten in favour of a shorter one, µs.
     const KEPT_US: u64 = 2_000_000;
 
-    /// The program looks at its port at `now_us`, as it wanted to by `due_us` or, with 0,
-    /// at once.
+    /// Notes that the program looks at its port at `now_us`, which it wanted to do by `due_us`, or
+    /// at once if `due_us` is 0.
     pub(super) fn look(&mut self, now_us: u64, due_us: u64) {
         let wanted_us = self.seen_us.unwrap_or(now_us).max(due_us);
         let stall_us = now_us.saturating_sub(wanted_us);
@@ -34,12 +35,13 @@ impl Stalls {
         }
     }
 
-    /// The sum of all so far, µs.
+    /// Returns the sum of all stalls so far, µs.
     pub(super) const fn sum_us(&self) -> u64 {
         self.sum_us
     }
 
-    /// The longest that was over in the two seconds before `now_us`, µs; 0 for none.
+    /// Returns the longest stall that ended in the two seconds before `now_us`, µs; 0 if there was
+    /// none.
     pub(super) const fn recent_us(&self, now_us: u64) -> u64 {
         let (over_us, stall_us) = self.longest;
         if now_us.saturating_sub(over_us) > Self::KEPT_US {

@@ -1,4 +1,4 @@
-//! Ports in real time: a stream of bytes, and such a stream over TCP.
+//! Ports in real time: a stream of bytes in general, and a stream over TCP.
 
 use super::elapsed::Elapsed;
 use super::port::Outlet;
@@ -8,23 +8,23 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
-/// Longest wait of one read, so that `until_us` is kept.
+/// Longest wait of one read, so that the time limit `until_us` is kept.
 pub(super) const POLL: Duration = Duration::from_millis(2);
 
-/// A device at the other end of a stream of bytes, in real time.
+/// Port of a device at the other end of a stream of bytes, in real time.
 pub struct Stream<S> {
     stream: S,
     elapsed: Elapsed,
 }
 
-/// A simulated board behind a TCP socket.
+/// Port of a simulated board behind a TCP socket.
 pub type TcpPort = Stream<TcpStream>;
 
 impl TcpPort {
     /// Connects to `address` (HOST:PORT).
     ///
     /// # Errors
-    /// [`Error::Open`]: nobody listens there.
+    /// [`Error::Open`]: no server listens there.
     pub fn connect(address: &str) -> Result<Self, Error> {
         let connect = || -> io::Result<TcpStream> {
             let stream = TcpStream::connect(address)?;
@@ -42,16 +42,16 @@ impl TcpPort {
 }
 
 impl<S> Stream<S> {
-    /// Its time counts from now.
+    /// Creates a port whose time counts from now.
     pub(super) fn begin(stream: S) -> Self {
         let elapsed = Elapsed::begin();
         Self { stream, elapsed }
     }
 }
 
-/// A stream that can be written to from two threads.
+/// Stream that two threads can write to.
 pub trait Forked: Read + Write + Send {
-    /// A second end to write to.
+    /// Returns a second end for writing.
     fn forked(&self) -> io::Result<Box<dyn Write + Send>>;
 }
 
@@ -92,7 +92,7 @@ impl<S: Forked> Port for Stream<S> {
                             return Ok(Vec::new());
                         }
                     }
-                    // A signal: whoever waits may want to end.
+                    // A signal arrived; the caller may want to end.
                     ErrorKind::Interrupted => return Ok(Vec::new()),
                     _ => return Err(e),
                 },

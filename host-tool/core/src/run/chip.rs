@@ -1,4 +1,4 @@
-//! A board of the chip simulator, for a session.
+//! Boards of the chip simulator on which sessions run.
 
 #[cfg(feature = "gdb")]
 mod debug;
@@ -22,11 +22,12 @@ use hal_sim::lockstep::Device;
 use log::LogFile;
 use std::path::{Path, PathBuf};
 
-/// The image to flash: the file at `path`, or the board's own, from beside this
-/// program or built in its checkout if it is not newer than its sources.
+/// Returns the image to flash: the file at `path`, or without a path the stimulator image. The
+/// latter is taken from beside this program, or built in its checkout if the built file is not
+/// newer than its sources.
 ///
 /// # Errors
-/// It does not build, or cannot be flashed.
+/// The image does not build, or the file cannot be flashed.
 pub fn chip_image(path: Option<&Path>) -> Result<chip::image::Image, ChipError> {
     Ok(match path {
         Some(path) => chip::image::Image::open(path)?,
@@ -34,11 +35,11 @@ pub fn chip_image(path: Option<&Path>) -> Result<chip::image::Image, ChipError> 
     })
 }
 
-/// A board of the chip simulator with the session's output stages and `image`
-/// in its flash, watched by `observer`; nothing has run yet.
+/// Powers on a board of the chip simulator that has the session's output stages and `image` in its
+/// flash. `observer` watches the core. No instruction has run yet when this returns.
 ///
 /// # Errors
-/// What stops the core from starting.
+/// The core could not be started.
 pub fn power_on<O: Observer>(
     session: &Session,
     image: &chip::image::Image,
@@ -48,27 +49,27 @@ pub fn power_on<O: Observer>(
     Ok(Board::power_on(image.clone(), outputs, pace, observer)?)
 }
 
-/// How a session is to be run on the chip simulator.
+/// Options for running a session on the chip simulator.
 #[derive(Debug, Default)]
 pub struct ChipOptions {
-    /// ELF to flash, for the board's own.
+    /// ELF file to flash instead of the stimulator image of this program.
     pub image: Option<PathBuf>,
-    /// Port on this machine at which gdb is waited for, the core halted.
+    /// TCP port on this computer at which the simulator waits for gdb with the core halted; `None`
+    /// runs without a debugger, 0 takes any free port.
     #[cfg(feature = "gdb")]
     pub gdb: Option<u16>,
-    /// What becomes of the board when its debugger has gone.
+    /// Whether the board runs on or ends after its debugger has disconnected.
     #[cfg(feature = "gdb")]
     pub outlives: Outlives,
-    /// File for the image's log; `-` is standard error.
+    /// File that receives the log of the image; `-` is standard error, `None` discards the log.
     #[cfg(feature = "rtt")]
     pub log: Option<PathBuf>,
 }
 
-/// The world of [`simulated`] around a board on the chip simulator, its port
-/// open.
+/// Boots a board on the chip simulator, places it in the world of [`simulated`] and opens its port.
 ///
 /// # Errors
-/// As there, and what stops the board from booting.
+/// The errors of [`simulated`], and any reason why the board does not boot.
 pub fn on_chip(
     session: &Session,
     seed: u64,
@@ -86,7 +87,8 @@ pub fn on_chip(
     Ok(port)
 }
 
-/// A board without a debugger, and when it had booted, µs of device time.
+/// Boots a board without a debugger, and returns the board and the device time at which it had
+/// booted, µs.
 fn booted(
     session: &Session,
     image: &chip::image::Image,

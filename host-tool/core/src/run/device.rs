@@ -1,4 +1,4 @@
-//! Devices by name: simulators in this process, boards behind ports.
+//! Opens devices by name: simulators in this process and boards behind ports.
 
 #[cfg(feature = "chip")]
 use super::chip::{ChipOptions, on_chip};
@@ -25,18 +25,18 @@ use std::convert::Infallible;
 use std::fmt;
 use std::str::FromStr;
 
-/// A device as `--device` names it.
+/// Device as the option `--device` names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DeviceName {
-    /// The native simulator.
+    /// Native backend, in this process.
     Native,
-    /// The flashed image on the chip simulator.
+    /// Chip simulator, which executes the flashed image.
     Chip,
-    /// The device code under QEMU.
+    /// QEMU, which executes the device code compiled for it.
     Qemu,
-    /// Whatever answers behind a socket.
+    /// Device at a TCP address, written `tcp:ADDRESS`.
     Tcp(String),
-    /// Whatever answers on a serial port.
+    /// Device on a serial port, given by the port's path or name.
     Serial(String),
 }
 
@@ -57,7 +57,7 @@ impl FromStr for DeviceName {
 }
 
 impl DeviceName {
-    /// As [`FromStr`] reads it, and a command takes it.
+    /// Returns the name as a command accepts it, which [`FromStr`] reads back to the same value.
     #[must_use]
     pub fn typed(&self) -> String {
         match self {
@@ -68,13 +68,15 @@ impl DeviceName {
         }
     }
 
-    /// Whether it is behind a port: what it is, and its seed, are its own.
+    /// Returns whether the device is behind a port, so that its kind and its seed are its own and
+    /// unknown to this program.
     #[must_use]
     pub const fn is_port(&self) -> bool {
         matches!(self, Self::Tcp(_) | Self::Serial(_))
     }
 
-    /// The device of this program that a record is of.
+    /// Returns the simulator of this program that a record of `kind` was made on; `None` for a
+    /// board.
     #[must_use]
     pub const fn of(kind: DeviceKind) -> Option<Self> {
         match kind {
@@ -99,11 +101,11 @@ impl fmt::Display for DeviceName {
 }
 
 impl DeviceName {
-    /// Opens the device for `session`; `seed` decides a simulated wearer's noise
-    /// and where a simulator's session numbers begin.
+    /// Opens the device for `session`. `seed` determines a simulated wearer's noise and the first
+    /// session number of a simulator.
     ///
     /// # Errors
-    /// [`OpenError`].
+    /// Returns an [`OpenError`] if the device, its image or the simulated wearer cannot be set up.
     pub fn open(&self, session: &Session, seed: u64) -> Result<Box<dyn Port>, OpenError> {
         Ok(match self {
             Self::Native => {
@@ -129,10 +131,11 @@ impl DeviceName {
         })
     }
 
-    /// Connects to what is behind a port, and to nothing else.
+    /// Connects to a device behind a TCP or serial port. Simulators of this program are refused.
     ///
     /// # Errors
-    /// The port; it is a simulator of this program.
+    /// The port cannot be opened, the program was built without support for it, or the name is that
+    /// of a simulator of this program.
     pub fn connect(&self) -> Result<Box<dyn Port>, OpenError> {
         match self {
             #[cfg(feature = "realtime")]

@@ -1,78 +1,82 @@
-//! Why a session did not run to its end.
+//! The reasons why a session does not run to its end.
 
 use super::{Stopped, interruption};
 use crate::link::{Error, Signal};
 use crate::record::RecordError;
 
-/// Why a session did not run to its end. What was recorded is kept.
+/// Reason why a session did not run to its end. The rows recorded until then are kept.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// The link or a refusal.
+    /// The link failed, or the device refused a request.
     #[error(transparent)]
     Link(#[from] Error),
-    /// The record on disk.
+    /// The record could not be written to disk.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// The device stopped by itself.
+    /// The device ended the session without being asked to (E512).
     #[error(
         "E512 the device ended the session at {t_s:.2} s: {why}; {advice}; what was recorded is kept"
     )]
     Ended {
-        /// From the start, s.
+        /// Time from the start of the trains, s.
         t_s: f64,
-        /// The event.
+        /// The device's event in words.
         why: String,
-        /// What to do about it.
+        /// Advice to the user.
         advice: String,
     },
-    /// The session declares other stages than the board has.
+    /// The session declares output stages that differ from those of the board (E505).
     #[error("E505 {0}; declare the stages that the board has, or use the board it was made for")]
     OtherStages(String),
-    /// The board cannot tell its stages.
+    /// The board does not know its output stages (E506).
     #[error(
         "E506 the board does not know its output stages ({0}), so nothing can be armed; store them with `flexor stages --store`"
     )]
     StagesUnknown(&'static str),
-    /// The board's stages cannot drive in opposite directions at once.
+    /// Two channels can drive in opposite directions at once, which the board's stages cannot do
+    /// (E507).
     #[error(
         "E507 {0}; move their pulses apart, in one period, or give both the same direction; on stages with a supply each, store that: `flexor stages --store ... --supply separate`"
     )]
     Opposed(String),
-    /// Only a simulated wearer has the arm whose angles this session measures.
+    /// The session measures the angles of an arm, and only a simulated wearer has that arm (E550).
     #[error(
         "E550 the session's posture is measured by the host, and {0} has no simulated arm; say posture_deg, or [body] kind = \"arm\""
     )]
     NoPosture(String),
-    /// Only a simulated device is told a file's angles.
+    /// The session takes its joint angles from the session file, which only a simulated device may
+    /// be sent (E755).
     #[error(
         "E755 the session's joint angles are a script, and {0} may have a wearer: stimulate by angles that a client measures (docs/protocol.md), or run it on a simulator"
     )]
     ScriptedAngles(String),
-    /// Only a simulated wearer has the glove that this session measures with.
+    /// The session measures its angle with a glove, and only a simulated wearer has that glove
+    /// (E513).
     #[error(
         "E513 the session's angle is measured by the host, and {0} has no simulated glove; use sensor = \"adc\""
     )]
     NoGlove(String),
-    /// The observer wished for it.
+    /// The observer asked for the end of the session (E516).
     #[error("E516 the session was stopped by hand at {t_s:.2} s; what was recorded is kept")]
     Interrupted {
-        /// From the start, s.
+        /// Time from the start of the trains, s.
         t_s: f64,
     },
-    /// The simulated wearer was not computed throughout.
+    /// The currents of the simulated hand could not be computed in some stretches of time; their
+    /// number is given (E567).
     #[error(
         "E567 in {0} stretches of time the simulated hand's circuit has no consistent currents, \
          so that none flowed there and its angle means nothing; what was recorded is kept"
     )]
     Unsettled(u64),
-    /// A signal came.
+    /// A signal ended the session (E580).
     #[error("E580 {}", interruption::told(*.signal, *.t_s, .stopped))]
     Signal {
-        /// Which.
+        /// Signal that arrived.
         signal: Signal,
-        /// From the start, s; `None` before it.
+        /// Time from the start of the trains, s; `None` if they had not started.
         t_s: Option<f64>,
-        /// Whether the device is known to have stopped.
+        /// State of the stop that the signal caused: not sent, acknowledged or unanswered.
         stopped: Stopped,
     },
 }

@@ -1,17 +1,17 @@
-//! A session with the name of its file.
+//! Sessions together with the name and text of their file.
 
 use crate::record::Trial;
 use crate::session::{Session, SessionError, WearerTexts, shipped_text};
 use std::path::Path;
 
-/// A session and where it came from.
+/// Session, and the file it was read from.
 #[derive(Clone, Debug)]
 pub struct SessionFile {
-    /// As given.
+    /// File name, as the caller gave it.
     pub name: String,
-    /// Its text.
+    /// Full text of the session file.
     pub text: String,
-    /// What it says.
+    /// Session parsed from the text.
     pub session: Session,
 }
 
@@ -26,18 +26,19 @@ impl SessionFile {
         Self::parse_beside(&name, &text, &|file| Session::wearer_text(path, file))
     }
 
-    /// A session that is part of the program.
+    /// Parses the text of a session that is part of the program; a wearer file that it names is
+    /// looked up among the shipped ones.
     ///
     /// # Errors
-    /// [`SessionError`].
+    /// Returns a [`SessionError`] if the text is not a valid session.
     pub fn parse(name: &str, text: &str) -> Result<Self, SessionError> {
         Self::parse_beside(name, text, &shipped_text)
     }
 
-    /// The session of a recorded trial, on the wearer file that the record keeps.
+    /// Restores the session of a recorded trial, with the wearer file that the record keeps.
     ///
     /// # Errors
-    /// [`SessionError`].
+    /// Returns a [`SessionError`] if the recorded text is not a valid session of this version.
     pub fn recorded(trial: &Trial) -> Result<Self, SessionError> {
         Ok(Self {
             name: trial.session_file.clone(),
@@ -46,10 +47,11 @@ impl SessionFile {
         })
     }
 
-    /// One whose wearer file `texts` knows.
+    /// Parses the text of a session; `texts` supplies the text of the wearer file that the session
+    /// names.
     ///
     /// # Errors
-    /// [`SessionError`].
+    /// Returns a [`SessionError`] if the session or its wearer file is not valid.
     pub fn parse_beside(
         name: &str,
         text: &str,

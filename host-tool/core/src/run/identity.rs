@@ -1,4 +1,4 @@
-//! From a `Hello` to who answered it.
+//! Derives the identity of a device from its answer to `Hello`.
 
 use super::option_bytes_told;
 use crate::link::Fit;
@@ -6,11 +6,11 @@ use crate::record::{ClockFit, DeviceKind, Identity};
 use firmware::link::message::ResetCause;
 use firmware::link::{HelloInfo, Kind};
 
-/// Unique ids that begin so are the chip simulator's: docs/protocol.md reserves
-/// them. The image on it cannot know, and calls itself a board.
+/// Beginning of the unique ids of the chip simulator, which docs/protocol.md reserves. The image
+/// that runs there cannot know that it is simulated, and calls itself a board.
 const SIMULATED_CHIP: &[u8] = b"FLEXOR S";
 
-/// What a record keeps of the clocks.
+/// Converts the fit of the device's clock into the form that a record keeps.
 pub(super) fn clock(fit: Fit) -> ClockFit {
     ClockFit {
         exchanges: fit.exchanges,
@@ -21,7 +21,8 @@ pub(super) fn clock(fit: Fit) -> ClockFit {
     }
 }
 
-/// What answered, by its own word alone. A name or an address proves nothing.
+/// Returns the kind of device that answered, according to its `Hello` alone: the name or address of
+/// a port proves nothing.
 #[must_use]
 pub fn device_kind(info: &HelloInfo) -> DeviceKind {
     match info.kind {
@@ -32,8 +33,8 @@ pub fn device_kind(info: &HelloInfo) -> DeviceKind {
     }
 }
 
-/// What a record keeps of a `Hello`; `in_process` if the serving side is part of
-/// this program.
+/// Converts the answer to `Hello` into the form that a record keeps. `in_process` is true if the
+/// device runs inside this program.
 #[must_use]
 pub fn identity(info: &HelloInfo, in_process: bool) -> Identity {
     let kind = device_kind(info);
@@ -62,7 +63,7 @@ pub fn identity(info: &HelloInfo, in_process: bool) -> Identity {
     }
 }
 
-/// The unique id as it lies in the chip.
+/// Returns the unique id as the bytes that lie in the chip's memory.
 fn bytes(info: &HelloInfo) -> Vec<u8> {
     let words = info.unique_id.into_iter();
     words.flat_map(u32::to_le_bytes).collect()

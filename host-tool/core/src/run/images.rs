@@ -1,26 +1,26 @@
-//! The images that this program runs on simulators, found or built with a word
-//! about it on standard error.
+//! Finds or builds the images that this program runs on simulators, and reports a build on standard
+//! error.
 
 use hal_sim::images::{self, BuildError, Image, Places};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
-/// The sources that this program was compiled from.
+/// Root of the workspace that this program was compiled from.
 const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// Where `image` is: beside this program, or in its checkout, built if it is not
-/// newer than its sources.
+/// Returns the path of `image`: the file beside this program, or the one in its checkout, which is
+/// built if it is not newer than its sources.
 ///
 /// # Errors
-/// [`BuildError`].
+/// Returns a [`BuildError`] if the image does not exist and cannot be built.
 pub fn find(image: Image) -> Result<PathBuf, BuildError> {
     image.find(&places(), &mut teller(image.name()))
 }
 
-/// Where CoreMark's image is; see [`find`].
+/// Returns the path of the CoreMark image; see [`find`].
 ///
 /// # Errors
-/// [`BuildError`].
+/// Returns a [`BuildError`] if the image does not exist and cannot be built.
 pub fn find_coremark() -> Result<PathBuf, BuildError> {
     images::find_coremark(&places(), &mut teller("coremark"))
 }
@@ -30,8 +30,9 @@ fn places() -> Places {
     Places::of_this_program(&checkout.canonicalize().unwrap_or(checkout.to_owned()))
 }
 
-/// Says once that `image` is being built, and shows the build on a terminal. An
-/// image that is current is built without a word.
+/// Returns a listener for the lines of a build. It prints one note when `image` starts to be built,
+/// and shows the lines of the build if standard error is a terminal. It prints nothing if the image
+/// is up to date.
 fn teller(image: &'static str) -> impl FnMut(&str) {
     let is_shown = std::io::stderr().is_terminal();
     let mut is_told = false;

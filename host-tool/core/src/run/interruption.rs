@@ -1,9 +1,9 @@
-//! A run that a signal ends.
+//! Ends runs when a signal arrives.
 
 use super::{Control, Observer, Seen, Wish};
 use crate::link::{Error, Interruption, Signal};
 
-/// An observer whose run `interruption` ends.
+/// Wraps `observer` so that `interruption` ends the run at once.
 pub fn interruptible<O: Observer>(interruption: &Interruption, observer: O) -> impl Observer {
     Heeding {
         interruption: interruption.clone(),
@@ -34,19 +34,19 @@ impl<O: Observer> Observer for Heeding<O> {
     }
 }
 
-/// What is known of the stop that a signal caused.
+/// Outcome of the stop that a signal caused.
 #[derive(Debug)]
 pub enum Stopped {
-    /// None was asked for: no session was open.
+    /// No stop was requested, because no session was open.
     NotOpen,
-    /// The device acknowledged it.
+    /// The device acknowledged the stop.
     Acknowledged,
-    /// It was sent, and this came instead of an acknowledgement.
+    /// The stop was sent, but ended with this error instead of an acknowledgement.
     Unanswered(Error),
 }
 
-/// What a signal did, in words: `t_s` after the start of the trains, if they
-/// had started.
+/// Describes a signal and its effect in words. `t_s` is the time since the start of the trains, s;
+/// `None` if they had not started.
 pub(super) fn told(signal: Signal, t_s: Option<f64>, stopped: &Stopped) -> String {
     let what = match t_s {
         Some(t_s) => format!("{signal} came at {t_s:.2} s"),

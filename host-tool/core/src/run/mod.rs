@@ -1,8 +1,9 @@
-//! Runs a session on a device, whatever the device is.
+//! Runs a session on a device of any kind.
 //!
-//! Lives here: opening a device by name ([`DeviceName`]), the [`Stepper`] that configures,
-//! arms and streams setpoints step by step, [`run()`] that does so to the end, collecting telemetry into a `record::Trial`. Not here:
-//! session files (`session`), pictures (`report`), the bytes (`link`).
+//! This module opens a device by name ([`DeviceName`]). Its [`Stepper`] configures and arms the
+//! device and streams setpoints step by step; [`run()`] does so to the end. Telemetry is collected
+//! in a `record::Trial`. Session files are read in `session`, pictures are drawn in `report`, and
+//! bytes are exchanged in `link`.
 
 #[cfg(feature = "chip")]
 mod chip;

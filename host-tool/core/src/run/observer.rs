@@ -1,11 +1,11 @@
-//! Who looks at a session while it runs.
+//! Observers of a running session.
 
 use super::Control;
 use crate::link::{Interruption, Refused};
 use crate::record::{Marker, Sample};
 use firmware::link::{Event, HelloInfo, Status};
 
-/// What an observer sees. Times count from the start of the trains, in s.
+/// Occurrence that an observer is shown. Times count from the start of the trains, in s.
 #[derive(Clone, Copy, Debug)]
 pub enum Seen<'a> {
     /// The device opened the session.
@@ -16,42 +16,46 @@ pub enum Seen<'a> {
     Event(f64, &'a Event),
     /// The device refused a setpoint or a frame.
     Refused(f64, &'a Refused),
-    /// State, fault and counters: as wished, and at the end.
+    /// The device's state, fault and counters: after [`Wish::Status`], and at the end.
     Status(&'a Status),
-    /// Something was done at the controls: the row that is recorded.
+    /// A person used the controls; the marker is the row that is recorded.
     Control(&'a Marker),
-    /// The part done, 0 to 1.
+    /// The completed part of the session, 0 to 1.
     Progress(f64),
 }
 
-/// What an observer wants of the run.
+/// Wish of an observer about the rest of the run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Wish {
-    /// Go on.
+    /// Continue.
     Nothing,
-    /// Go on and ask the device for its status.
+    /// Continue, and ask the device for its status.
     Status,
-    /// Stop stimulating.
+    /// Stop stimulation and end the session.
     Stop,
 }
 
-/// Sees a session run and may end it. A closure is an observer of progress.
+/// Observer that sees a session run and may end it. A closure is an observer of the progress, 0 to
+/// 1.
 pub trait Observer {
-    /// Something arrived.
+    /// Receives each occurrence as soon as it arrives.
     fn see(&mut self, seen: Seen<'_>);
 
-    /// Asked after everything that arrives and before every setpoint.
+    /// Returns the observer's wish. It is called after every message that arrives and before every
+    /// setpoint.
     fn wish(&mut self) -> Wish {
         Wish::Nothing
     }
 
-    /// What a person at the controls did by `now_us`, host time since the start of the
-    /// trains, if it was not asked for yet. Asked every 2 ms at least.
+    /// Returns the next action of a person at the controls that happened by `now_us` and was not
+    /// returned before; `None` if there is none. `now_us` is host time since the start of the
+    /// trains, µs. It is called at least every 2 ms.
     fn control(&mut self, _now_us: u64) -> Option<Control> {
         None
     }
 
-    /// What ends the run at once, whatever it waits for; asked before it begins.
+    /// Returns the interruption that can end the run at once, whatever the run waits for. It is
+    /// called once, before the run begins.
     fn interruption(&self) -> Option<Interruption> {
         None
     }

@@ -1,4 +1,4 @@
-//! Why a device could not be opened.
+//! The reasons why a device cannot be opened.
 
 use super::wearer::BodyError;
 use crate::link::Error;
@@ -13,37 +13,38 @@ use hal_sim::qemu::StartError;
 #[cfg(feature = "chip")]
 use std::io;
 
-/// Why a device could not be opened.
+/// Reason why a device could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// The port.
+    /// The serial or TCP port could not be opened.
     #[error(transparent)]
     Port(#[from] Error),
-    /// QEMU or its image.
+    /// QEMU did not start, or its image could not be built (E510).
     #[cfg(feature = "qemu")]
     #[error("E510 {0}")]
     Qemu(StartError),
-    /// The chip simulator or its image.
+    /// The chip simulator did not start, or its image could not be used.
     #[cfg(feature = "chip")]
     #[error(transparent)]
     Chip(#[from] ChipError),
-    /// The simulated wearer.
+    /// The session describes a simulated wearer that cannot exist.
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// It is no device by itself.
+    /// The name is that of a simulator, which does nothing without a session (E517).
     #[error("E517 {0} does nothing without a session")]
     NoPort(String),
-    /// The program was built without what opens it.
+    /// The program was built without the feature that opens this device (E578).
     #[error("E578 this program cannot open {device}: it was built without the feature `{feature}`")]
     LeftOut {
-        /// The device.
+        /// Name of the device, as messages show it.
         device: String,
-        /// The feature of this package.
+        /// Feature of this package that is missing.
         feature: &'static str,
     },
 }
 
-// No `#[from]`: the message has this error in full, so that it is no cause beside it.
+// There is no `#[from]`: the message contains this error in full, so the error must not be listed
+// again as its cause.
 #[cfg(feature = "qemu")]
 impl From<StartError> for OpenError {
     fn from(error: StartError) -> Self {
@@ -51,29 +52,30 @@ impl From<StartError> for OpenError {
     }
 }
 
-/// Why there is no chip simulator.
+/// Reason why the chip simulator is not available.
 #[cfg(feature = "chip")]
 #[derive(Debug, thiserror::Error)]
 pub enum ChipError {
-    /// The image was not built.
+    /// The image could not be built (E543).
     #[error("E543 {0}")]
     Build(BuildError),
-    /// The image cannot be flashed.
+    /// The image could not be read or flashed.
     #[error(transparent)]
     Image(#[from] ImageError),
-    /// The board does not run.
+    /// The board did not start or stopped.
     #[error(transparent)]
     Board(#[from] BoardError),
-    /// The image's log cannot be had.
+    /// The image's log could not be read.
     #[cfg(feature = "rtt")]
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The log's file, or gdb's port.
+    /// The log file or the TCP port for gdb could not be opened (E547).
     #[error("E547 {0}")]
     Outside(io::Error),
 }
 
-// No `#[from]`: the message has this error in full, so that it is no cause beside it.
+// There is no `#[from]`: the message contains this error in full, so the error must not be listed
+// again as its cause.
 #[cfg(feature = "chip")]
 impl From<BuildError> for ChipError {
     fn from(error: BuildError) -> Self {

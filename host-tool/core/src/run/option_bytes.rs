@@ -1,8 +1,9 @@
-//! The chip's option bytes, in words: those that are not as they ought to be.
+//! Describes the chip's option bytes that differ from their required values.
 
 use firmware::link::message::OptionBytes;
 
-/// What is not as docs/hil.md sets it, and what that means: a line each.
+/// Returns one line for each option byte that differs from the value in docs/hil.md, with the
+/// consequence where there is one. The list is empty if all are as required.
 #[must_use]
 pub fn option_bytes_told(found: &OptionBytes) -> Vec<String> {
     let wanted = OptionBytes::WANTED;
@@ -36,7 +37,7 @@ mod tests {
     #[test]
     fn what_is_not_as_it_ought_to_be_is_told() {
         assert_eq!(option_bytes_told(&OptionBytes::WANTED), [""; 0]);
-        // As delivered (RM0090 3.9.7), and each field otherwise.
+        // The value as delivered (RM0090 3.9.7), then a value in which every field differs.
         let delivered = option_bytes_told(&OptionBytes::of(0x0FFF_AAED));
         assert_eq!(delivered.len(), 1);
         assert!(delivered[0].contains("brown-out reset is off"));

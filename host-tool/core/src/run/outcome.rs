@@ -4,16 +4,16 @@ use super::RunError;
 use crate::record::Trial;
 use firmware::link::HelloInfo;
 
-/// The result of a session, complete or not.
+/// Result of a session, complete or not.
 pub struct Outcome {
-    /// Everything recorded.
+    /// Rows, events and counters recorded until the end.
     pub trial: Trial,
-    /// Who ran it.
+    /// Answer of the device to `Hello`; `None` if no device answered.
     pub device: Option<HelloInfo>,
-    /// Epoch of the trains in the port's own time, µs.
+    /// Start of the trains in the port's own time, µs; `None` if they did not start.
     pub epoch_us: Option<u64>,
-    /// Requests refused while it ran.
+    /// Number of requests that the device refused while the session ran.
     pub refused: usize,
-    /// Why it ended early, if it did.
+    /// Reason why the session ended early; `None` if it ran to its end.
     pub error: Option<RunError>,
 }

@@ -1,5 +1,5 @@
-//! What a simulated device puts out, taken while a session runs: none of it is held
-//! for long, so that a day's takes no more memory than a minute's.
+//! Hands over the output of a simulated device while a session runs. Nothing is kept for long, so
+//! that a day's session needs no more memory than a minute's.
 
 use super::trial::{edge, longest_period_us};
 use crate::record::{Edge, RecordError};
@@ -9,12 +9,12 @@ use std::fs::File;
 use std::io;
 use std::path::PathBuf;
 
-/// Takes what a simulated device puts out, piece by piece in order of time.
+/// Receiver of a simulated device's output, piece by piece in the order of time.
 pub trait Outputs {
-    /// The next piece; the trains began at `epoch_us` in its time.
+    /// Receives the next piece of the output. The trains began at `epoch_us`, µs of device time.
     fn take(&mut self, piece: &Trace, epoch_us: u64);
 
-    /// There is no other: the device's time is `now_us`.
+    /// Receives the end of the output, at the device time `now_us`, µs.
     fn end(&mut self, now_us: u64);
 }
 
@@ -51,7 +51,9 @@ impl<T: Outputs> Outputs for Option<T> {
     }
 }
 
-/// The edges of one period of `session` in a whole trace: see [`FullestPeriod`].
+/// Returns the edges of one period of `session` in a complete trace, times counted in µs from the
+/// start of that period; see [`FullestPeriod`]. `after_us` is counted from the start of the trains
+/// at `epoch_us`.
 #[must_use]
 pub fn edges_of_one_period(
     session: &Session,
@@ -64,20 +66,22 @@ pub fn edges_of_one_period(
     fullest.edges()
 }
 
-/// The edges of one period, as long as the longest of a session's channels': the first
-/// from some moment on in which as many channels play as in any.
+/// Collector of the edges of one period, which is as long as the longest period of the session's
+/// channels. It keeps the first period after a given time in which as many channels play as in any
+/// other.
 #[derive(Clone, Debug)]
 pub struct FullestPeriod {
     period_us: u64,
     after_us: u64,
-    /// The period that goes on: its number from `after_us`, a bit for each channel that
-    /// plays, its edges.
+    /// Period that is being received: its number counted from `after_us`, a mask with one bit for
+    /// each channel that plays, and its edges.
     now: (u64, u16, Vec<Edge>),
     fullest: Option<(u32, Vec<Edge>)>,
 }
 
 impl FullestPeriod {
-    /// Of `session`, from `after_us` after the start of its trains.
+    /// Creates a collector for `session` that begins `after_us` after the start of the trains,
+    /// rounded down to a whole period.
     #[must_use]
     pub fn new(session: &Session, after_us: u64) -> Self {
         let period_us = longest_period_us(session);
@@ -89,7 +93,8 @@ impl FullestPeriod {
         }
     }
 
-    /// Its edges, with times counted from its start.
+    /// Returns the edges of the fullest period, with times counted from the start of that period,
+    /// µs.
     #[must_use]
     pub fn edges(mut self) -> Vec<Edge> {
         self.close();
@@ -125,17 +130,17 @@ impl Outputs for FullestPeriod {
     fn end(&mut self, _: u64) {}
 }
 
-/// A file that grows with what is put out (IEEE 1364 value change dump). The first error
-/// ends that, and is told when the file is closed.
+/// File that grows with the output (IEEE 1364 value change dump). The first write error ends the
+/// dump and is returned when the file is closed.
 pub struct Dump {
     path: PathBuf,
-    /// From the first piece on.
+    /// Open dump or its first error; `None` until the first piece arrives.
     vcd: Option<io::Result<Vcd<File>>>,
     end_us: u64,
 }
 
 impl Dump {
-    /// Replaces the file at `path` when the first piece comes.
+    /// Creates a dump that replaces the file at `path` when the first piece arrives.
     #[must_use]
     pub const fn at(path: PathBuf) -> Self {
         Self {
@@ -145,10 +150,10 @@ impl Dump {
         }
     }
 
-    /// Ends it with the time stamp of the last moment.
+    /// Ends the file with the time stamp of the last moment.
     ///
     /// # Errors
-    /// It could not be written as a whole.
+    /// The file could not be written completely.
     pub fn close(self) -> Result<(), RecordError> {
         let closed = self.vcd.map_or(Ok(()), |vcd| vcd?.end(self.end_us));
         closed.map_err(RecordError::write(&self.path))

@@ -1,4 +1,4 @@
-//! A session on the chip simulator, with every cycle of it accounted for.
+//! Profiles a session on the chip simulator, with every cycle accounted for.
 
 use super::chip::power_on;
 use super::open_error::{ChipError, OpenError};
@@ -18,42 +18,41 @@ use hal_sim::chip::soc::flash::Prefetched;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// What a session cost, from its first telemetry to the end of its last pulse
-/// train.
+/// Cost of a session, from its first telemetry sample to the end of its last pulse train.
 #[derive(Debug)]
 pub struct Profiled {
-    /// All the numbers.
+    /// Totals of the profiled part, such as cycles and instructions.
     pub summary: Summary,
-    /// Cycles and instructions by function.
+    /// Cycles and instructions of each function.
     pub profile: Profile,
-    /// How the board came up.
+    /// Cost of the board's boot.
     pub booted: Booted,
-    /// How long the counted part took on this computer, with the counting, by the clock that
-    /// [`profile`] was given.
+    /// Time that this computer needed for the profiled part, profiling included, measured with the
+    /// clock that [`profile`] was given.
     pub spent: Duration,
 }
 
-/// How the board came up.
+/// Cost of the board's boot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Booted {
-    /// Core cycles from power-on until device time began, slow clock included.
+    /// Core cycles from power-on until device time began, including those of the slow clock.
     pub clock: Cycle,
     /// Device time at which the host had opened the port, µs.
     pub port_us: u64,
-    /// Instructions until then.
+    /// Instructions executed from power-on until the host had opened the port.
     pub instructions: u64,
 }
 
-/// Why there is no profile.
+/// Reason why a session could not be profiled.
 #[derive(Debug, thiserror::Error)]
 pub enum ProfileError {
-    /// There is no board.
+    /// The board could not be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
     /// The session ended early.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// It was over before it was telling.
+    /// The session ended before the first telemetry sample, which starts the profile (E544).
     #[error("E544 the session is too short to be profiled: no telemetry came (10 ms)")]
     TooShort,
 }
@@ -65,51 +64,51 @@ impl From<ChipError> for ProfileError {
 }
 
 impl Profiled {
-    /// Part of the time spent for `owner`, %.
+    /// Returns the share of the cycles spent for `owner`, %.
     #[must_use]
     pub fn owner_percent(&self, owner: Owner) -> f64 {
         self.percent(self.profile.owner(owner).cycles)
     }
 
-    /// `cycles` of the counted ones, %.
+    /// Returns the share of `cycles` in all profiled cycles, %.
     #[must_use]
     pub fn percent(&self, cycles: Cycle) -> f64 {
         100.0 * cycles as f64 / self.summary.total.max(1) as f64
     }
 
-    /// Simulated seconds that were counted, by the board's clock.
+    /// Returns the profiled time by the board's clock, s.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         self.summary.total as f64 / f64::from(CORE_HZ)
     }
 
-    /// Simulated time over processor time.
+    /// Returns the ratio of simulated time to processor time.
     #[must_use]
     pub fn times_real_time(&self) -> f64 {
         self.seconds() / self.spent.as_secs_f64()
     }
 
-    /// Instructions simulated per second of processor time, in millions: what
-    /// happens while the core sleeps is part of that time.
+    /// Returns the instructions simulated per second of processor time, in millions. The processor
+    /// time includes what was simulated while the core slept.
     #[must_use]
     pub fn mips(&self) -> f64 {
         self.summary.instructions as f64 / self.spent.as_secs_f64() * 1e-6
     }
 }
 
-/// Counts from the first telemetry of the trains to their end.
+/// Observer that profiles from the first telemetry sample of the trains to their end.
 struct Watch<'a, O> {
     board: &'a Mutex<Board<Profile>>,
     clock: &'a dyn Clock,
     began: Option<Duration>,
-    /// What was counted, once the trains ended.
+    /// Result of the profile, set when the trains have ended.
     ended: &'a mut Option<(Summary, Profile, Duration)>,
     observer: O,
 }
 
 impl<O: Observer> Observer for Watch<'_, O> {
     fn see(&mut self, seen: Seen<'_>) {
-        // A step that panicked ends the run; its counts are not asked for.
+        // A step that panicked ends the run, and its profile is never read.
         let board = || self.board.lock().unwrap_or_else(PoisonError::into_inner);
         match seen {
             Seen::Sample(_) if self.began.is_none() => {
@@ -137,12 +136,13 @@ impl<O: Observer> Observer for Watch<'_, O> {
     }
 }
 
-/// Runs `file` on a board that runs `image` from a flash read as `prefetched`
-/// says; `seed` decides the simulated wearer's noise, `clock` measures how long that takes,
-/// `observer` hears the part done and may end it by a signal.
+/// Runs `file` on a board that executes `image`, and returns the profile. `prefetched` sets how the
+/// flash is read, `seed` determines the simulated wearer's noise, and `clock` measures the time
+/// that the simulation takes. `observer` receives the progress and may end the run by a signal.
 ///
 /// # Errors
-/// [`ProfileError`].
+/// Returns a [`ProfileError`] if the board cannot be opened, the session ends early, or it is too
+/// short.
 pub fn profile(
     file: &SessionFile,
     image: &Image,

@@ -1,4 +1,4 @@
-//! Whether a session played a pulse; if it did not, why, most likely.
+//! Counts the pulses that a session played, and finds the likely reason if there were none.
 
 use crate::session::{Course, ForceCourse, Session};
 use firmware::pulse::CHANNELS;
@@ -6,8 +6,8 @@ use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 use hal_sim::trace::{Edge, State, Trace};
 
-/// Pulses of `session` in a simulated device's trace from `epoch_us` on: first
-/// phases of more than code 0. The electrode check's come before.
+/// Counts the pulses of `session` in a simulated device's trace from `epoch_us` on: first phases
+/// with a DAC code above 0. Pulses of the electrode check come earlier and are not counted.
 pub(super) fn played(session: &Session, trace: &Trace, epoch_us: u64) -> u64 {
     let first: [Option<State>; CHANNELS] = std::array::from_fn(|channel| {
         let shape = session.channel(channel as u8)?.spec.train.shape;
@@ -23,8 +23,8 @@ pub(super) fn played(session: &Session, trace: &Trace, epoch_us: u64) -> u64 {
         .count() as u64
 }
 
-/// The likely reason why `session` played no pulse in `length_us`;
-/// `idle_triggers` edges came that found no train.
+/// Returns the likely reason why `session` played no pulse in `length_us`. `idle_triggers` is the
+/// number of trigger edges that arrived when no train was ready.
 pub(super) fn why_silent(session: &Session, length_us: u64, idle_triggers: u64) -> &'static str {
     let trains = || session.channels.iter().map(|c| c.spec.train);
     if trains().all(|train| train.trigger.is_some()) {

@@ -1,4 +1,4 @@
-//! A session as one trial of a record: its rows are on the disk as they come.
+//! Runs a session as one trial of a record, whose rows are written to disk as they arrive.
 
 use super::{
     DeviceName, FullestPeriod, Observer, OpenError, RunError, SessionFile, begin_trial, run_taken,
@@ -7,42 +7,42 @@ use crate::link::Port;
 use crate::record::{RecordError, Recorder, Trial};
 use std::path::Path;
 
-/// Where a trial goes: the record's folder, the position in it from 0, the name.
+/// Place of a trial: the folder of the record, the position in it and the name.
 #[derive(Clone, Copy, Debug)]
 pub struct TrialPlace<'a> {
     /// Folder of the record.
     pub dir: &'a Path,
-    /// From 0.
+    /// Position of the trial in the record, counted from 0.
     pub position: usize,
-    /// For people.
+    /// Name of the trial, shown to people.
     pub name: &'a str,
 }
 
-/// What came of a trial, complete or not.
+/// Result of a recorded trial, complete or not.
 pub struct Recorded {
-    /// Everything recorded.
+    /// Rows, events and counters recorded until the end.
     pub trial: Trial,
-    /// Why it ended early, if it did.
+    /// Reason why the trial ended early; `None` if it ran to its end.
     pub error: Option<RunError>,
 }
 
-/// Why a trial could not even begin.
+/// Reason why a trial could not begin.
 #[derive(Debug, thiserror::Error)]
 pub enum BeginError {
-    /// No device.
+    /// The device could not be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// No place for the record.
+    /// The record could not be created.
     #[error(transparent)]
     Record(#[from] RecordError),
 }
 
-/// Runs `file` on `device` and records it at `place`; of a simulated device the
-/// edges of one period, from `edges_us` after the start. `seed` decides a
-/// simulated wearer's noise, `observer` sees the run.
+/// Runs `file` on `device` and records it at `place`. For a simulated device, the edges of one
+/// period are recorded too; that period begins `edges_us` or later after the start of the trains.
+/// `seed` determines a simulated wearer's noise, and `observer` sees the run.
 ///
 /// # Errors
-/// Nothing was stimulated.
+/// The device could not be opened or the record could not be created, so nothing was stimulated.
 pub fn record(
     place: TrialPlace<'_>,
     file: &SessionFile,
@@ -55,10 +55,10 @@ pub fn record(
     Ok(recorded)
 }
 
-/// The same on a device that is open; gives it back, unless it was lost.
+/// Does the same as [`record`] on a device that is open. Returns the port too, unless it was lost.
 ///
 /// # Errors
-/// No place for the record.
+/// The record could not be created.
 pub fn record_on<P: Port>(
     place: TrialPlace<'_>,
     file: &SessionFile,

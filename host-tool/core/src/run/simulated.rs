@@ -1,4 +1,4 @@
-//! A simulated world around a device.
+//! Places a device in a simulated world.
 
 use super::open_error::OpenError;
 use super::wearer::{body_of, fit};
@@ -9,11 +9,11 @@ use hal_sim::lockstep::Device;
 use hal_sim::wire::faults::Faults;
 use hal_sim::world::World;
 
-/// A simulated world around `device`, which boots at `boot`, with the
-/// session's wearer and angle sensor.
+/// Creates a simulated world around `device`, which boots at `boot`, with the session's wearer and
+/// angle sensor. `seed` determines the wearer's noise.
 ///
 /// # Errors
-/// The session names a wearer that cannot be.
+/// The session describes a wearer that cannot exist.
 pub fn simulated(
     session: &Session,
     seed: u64,

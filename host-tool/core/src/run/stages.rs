@@ -1,5 +1,5 @@
-//! The board's output stages, in words: what it has, and where a session declares
-//! others. The rule is the device's ([`Stages::check`]).
+//! Describes the board's output stages in words, and checks that a session declares the same. The
+//! device itself applies the rule in [`Stages::check`].
 
 use super::RunError;
 use crate::session::Session;
@@ -10,7 +10,7 @@ use firmware::safety::{
 };
 use std::convert::Infallible;
 
-/// What a device has on its channels, a line for each stretch of equal ones.
+/// Describes the output stages of a device, one line for each run of channels with equal stages.
 #[must_use]
 pub fn stages_told(stages: &Stages) -> Vec<String> {
     let table = match stages {
@@ -42,7 +42,8 @@ pub fn stages_told(stages: &Stages) -> Vec<String> {
     lines
 }
 
-/// Every channel of `session` whose stage the device does not have.
+/// Checks that the device has the output stage of every channel of `session`. The error names every
+/// channel that differs.
 pub(super) fn check_stages(session: &Session, stages: &Stages) -> Result<(), RunError> {
     let channels = session.channels.iter();
     let wrong: Vec<String> = channels
@@ -67,7 +68,7 @@ pub(super) fn check_stages(session: &Session, stages: &Stages) -> Result<(), Run
     }
 }
 
-/// "common".
+/// Returns the name and consequence of a supply.
 const fn supply_told(supply: Option<StageSupply>) -> &'static str {
     match supply {
         None => {
@@ -80,11 +81,11 @@ const fn supply_told(supply: Option<StageSupply>) -> &'static str {
     }
 }
 
-/// Whether a board with this supply, `None` for one that declares none, could play
-/// `session` on stages as it declares them.
+/// Checks whether a board with this supply could play `session` on the stages that it declares.
+/// `None` is a board that does not declare its supply, which counts as common.
 ///
 /// # Errors
-/// As [`check_opposition`].
+/// Two channels can drive in opposite directions at once, and the supply does not allow it (E507).
 pub fn check_supply(session: &Session, supply: Option<StageSupply>) -> Result<(), RunError> {
     let mut stages = [None; CHANNELS];
     for channel in &session.channels {
@@ -99,11 +100,11 @@ pub fn check_supply(session: &Session, supply: Option<StageSupply>) -> Result<()
     check_opposition(session, &Stages::Stored(table))
 }
 
-/// Every pair of channels of `session` that can drive in opposite directions at the same
-/// time, if the board's stages cannot. The rule is the device's ([`Draft::examine`]).
+/// Checks that no two channels of `session` can drive in opposite directions at the same time, if
+/// the board's stages cannot do so. The device itself applies the rule in [`Draft::examine`].
 ///
 /// # Errors
-/// E507, with every pair.
+/// E507, with every such pair of channels.
 pub(super) fn check_opposition(session: &Session, stages: &Stages) -> Result<(), RunError> {
     let mut draft = Draft::on(*stages);
     for request in session.requests() {
@@ -134,7 +135,7 @@ fn of(stages: &Stages, channel: u8) -> Option<StageKind> {
     }
 }
 
-/// "current, 100 mA full scale".
+/// Describes an output stage, for example "current, 100 mA full scale".
 fn told(kind: StageKind) -> String {
     match kind {
         StageKind::Current { full_scale_ua } => {
@@ -166,7 +167,8 @@ mod tests {
         let common = Some(StageSupply::Common);
         let apart = Session::parse("apart.toml", &text).unwrap();
         assert!(check_supply(&apart, common).is_ok(), "2 ms apart");
-        // Second phases of channel 1 on first ones of 2, of 3 on those of 4's burst.
+        // Second phases of channel 1 overlap first phases of channel 2, and those of channel 3
+        // overlap those of channel 4's burst.
         let text = text.replace("offset_us = 2000 ", "offset_us = 250 ");
         let text = text.replace("offset_us = 6000,", "offset_us = 4250,");
         let session = Session::parse("opposed.toml", &text).unwrap();

@@ -1,4 +1,4 @@
-//! From what a device says to what is recorded.
+//! Converts the device's messages into the rows of a record.
 
 use super::SessionFile;
 use crate::analysis::LIMIT_CYCLE;
@@ -14,7 +14,7 @@ use firmware::safety::{self, Fault, StopCause};
 use firmware::units::Amplitude;
 use hal_sim::trace::{Edge as TraceEdge, State as TraceState, Trace};
 
-/// An empty trial of `file`'s session.
+/// Creates an empty trial of the session of `file`.
 #[must_use]
 pub fn begin_trial(file: &SessionFile) -> Trial {
     let session = &file.session;
@@ -70,7 +70,7 @@ pub fn begin_trial(file: &SessionFile) -> Trial {
     }
 }
 
-/// The number of the joint that a channel follows.
+/// Returns the number of the joint that modulates a channel, if one does.
 fn modulated(session: &Session, channel: u8) -> Option<u8> {
     let joints = session.modulations.iter().map(|joint| &joint.spec);
     let is_of = |spec: &&ModulationSpec| {
@@ -80,7 +80,8 @@ fn modulated(session: &Session, channel: u8) -> Option<u8> {
     joints.into_iter().find(is_of).map(|spec| spec.joint)
 }
 
-/// What the electrode check read of one of `channels`; `channel` counts from 0.
+/// Converts a reading of the electrode check into its recorded form. `channel` counts from 0;
+/// `channels` supplies its unit. The load in Ω is computed for voltage stages only.
 pub fn electrode(
     channels: &[ChannelInfo],
     channel: u8,
@@ -98,14 +99,14 @@ pub fn electrode(
     }
 }
 
-/// Seconds from `begin_us` to `at_us`: the number nearest to that many µs, so that its
-/// shortest decimal has six places at most.
+/// Returns the seconds from `begin_us` to `at_us`. The result is the number nearest to that many
+/// µs, so that its shortest decimal form has at most six places.
 pub fn since_s(at_us: u64, begin_us: u64) -> f64 {
     (at_us.cast_signed() - begin_us.cast_signed()) as f64 / 1e6
 }
 
-/// A telemetry sample of `t_s` after the start. Whole steps of the device are divided,
-/// not multiplied by a fraction, or they would not be the nearest numbers to them.
+/// Converts telemetry into a sample at `t_s` seconds after the start. Whole steps of the device are
+/// divided, not multiplied by a fraction, because only division gives the nearest numbers.
 pub fn sample(telemetry: &Telemetry, t_s: f64, true_deg: Option<f64>) -> Sample {
     let milli = |value: u32| f64::from(value) / 1e3;
     let force =
@@ -158,7 +159,7 @@ fn degrees(centi: Option<i16>) -> Option<f64> {
     centi.map(|c| f64::from(c) / 1e2)
 }
 
-/// A device's state as it is recorded.
+/// Converts a device's state into its recorded form.
 fn state(state: safety::State) -> DeviceState {
     match state {
         safety::State::Boot => DeviceState::Boot,
@@ -170,7 +171,7 @@ fn state(state: safety::State) -> DeviceState {
     }
 }
 
-/// An event in words.
+/// Describes an event in words.
 pub fn event(event: &Event) -> String {
     match event {
         Event::Stopping(cause) => format!("stopping: {cause:?}"),
@@ -197,7 +198,7 @@ pub fn event(event: &Event) -> String {
     }
 }
 
-/// What to do when a device ends a session with this event.
+/// Returns advice for a device that ended a session with this event.
 pub fn advice(event: &Event) -> &'static str {
     if let Event::Faulted(record) = event
         && record.fault == Fault::LimitCycle
@@ -224,7 +225,7 @@ pub fn advice(event: &Event) -> &'static str {
     }
 }
 
-/// What a device counted from `begin` to `end`, by name; both since it booted.
+/// Returns the named differences between two sets of counters, which both count since boot.
 pub fn counters(begin: &Counters, end: &Counters) -> Vec<(String, u64)> {
     let (begin, end) = (named(begin), named(end));
     let both = begin.into_iter().zip(end);
@@ -248,7 +249,7 @@ fn named(counters: &Counters) -> [(&'static str, u32); 11] {
     ]
 }
 
-/// The longest period of a session's channels, µs.
+/// Returns the longest period of a session's channels, µs; at least 1.
 pub(super) fn longest_period_us(session: &Session) -> u64 {
     let periods = session.channels.iter().map(|c| {
         let slowest_us = c.force.and_then(|force| force.max_period_us);
@@ -257,7 +258,7 @@ pub(super) fn longest_period_us(session: &Session) -> u64 {
     periods.max().unwrap_or(0).max(1)
 }
 
-/// Edges in `from_us..to_us`, with times counted from `from_us`.
+/// Returns the edges in `from_us..to_us`, with times counted from `from_us`, µs.
 #[must_use]
 pub fn edges_between(trace: &Trace, from_us: u64, to_us: u64) -> Vec<Edge> {
     trace
@@ -267,7 +268,7 @@ pub fn edges_between(trace: &Trace, from_us: u64, to_us: u64) -> Vec<Edge> {
         .collect()
 }
 
-/// A trace's edge as it is recorded, with its time counted from `from_us`.
+/// Converts an edge of a trace into its recorded form, with its time counted from `from_us`, µs.
 pub(super) fn edge(edge: TraceEdge, from_us: u64) -> Edge {
     Edge {
         t_us: edge.t_us - from_us,

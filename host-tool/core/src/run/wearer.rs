@@ -1,4 +1,4 @@
-//! The simulated wearer of a session, and what it wears; of one trial or of several.
+//! Builds the simulated wearer of a session and its sensors, for one trial or several.
 
 use crate::session::{BodySpec, Session, Unit};
 use firmware::control::SensorSource;
@@ -11,28 +11,28 @@ use hal_sim::random;
 use hal_sim::world::World;
 use std::io;
 
-/// A wearer that cannot be. The message has the reason in full, so it is no cause
-/// beside it.
+/// Reason why a session's simulated wearer cannot exist. The message contains the reason in full,
+/// so the reason is not listed again as a cause.
 #[derive(Debug, thiserror::Error)]
 pub enum BodyError {
-    /// A finger.
+    /// The parameters of the finger are not possible (E511).
     #[error("E511 the session's body cannot be: {0}")]
     Finger(InvalidSpec),
-    /// A hand.
+    /// The parameters of the hand are not possible (E566).
     #[error("E566 the session's body cannot be: {0}")]
     Hand(InvalidHand),
-    /// An elbow.
+    /// The parameters of the elbow are not possible (E570).
     #[error("E570 the session's body cannot be: {0}")]
     Elbow(InvalidElbow),
-    /// An arm.
+    /// The parameters of the arm are not possible (E740).
     #[error("E740 the session's body cannot be: {0}")]
     Arm(InvalidArm),
 }
 
-/// The session's wearer, rested and at their start; `seed` decides their noise.
+/// Creates the session's wearer, rested and in the initial position. `seed` determines the noise.
 ///
 /// # Errors
-/// The session names one that cannot be.
+/// The session describes a wearer that cannot exist.
 pub fn body_of(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyError> {
     Ok(match &session.body {
         Some(BodySpec::Elbow(spec)) => {
@@ -43,7 +43,8 @@ pub fn body_of(session: &Session, seed: u64) -> Result<Box<dyn Body>, BodyError>
         }
         Some(BodySpec::Hand(fitted)) => Box::new(fitted.moving(seed).map_err(BodyError::Hand)?),
         Some(BodySpec::Arm { spec, held }) => {
-            // Which arm it is stays; what it and its sensors do by chance is the seed's.
+            // The session fixes which arm is simulated; `seed` determines the random part of its
+            // motion and of its sensors.
             let seed = random::word(spec.seed, seed);
             let spec = ArmSpec {
                 seed,
@@ -75,12 +76,11 @@ pub fn fit(world: &mut World, session: &Session) {
     world.outputs = outputs(session);
 }
 
-/// What one wearer and one board need for all of these sessions: the first one, with
-/// every channel that any of them has; or the field in which two of them need another
-/// wearer, or another board. Nothing of no session.
+/// Returns one session that describes the wearer and board which all of these sessions need: the
+/// first session, with every channel of any of them. Returns `None` for no sessions.
 ///
 /// # Errors
-/// That field.
+/// The name of the field in which two sessions need different wearers or boards.
 pub fn worn_alike(sessions: &[Session]) -> Result<Option<Session>, &'static str> {
     let Some(mut worn) = sessions.first().cloned() else {
         return Ok(None);
@@ -113,14 +113,14 @@ pub fn worn_alike(sessions: &[Session]) -> Result<Option<Session>, &'static str>
     Ok(Some(worn))
 }
 
-/// In one go of a rest, µs.
+/// Longest step of a rest, µs.
 const REST_STEP_US: u64 = 1_000_000;
 
-/// Nothing is stimulated for `rest_s` of virtual time; `go_on` is asked every second
-/// of it.
+/// Lets `rest_s` seconds of virtual time pass without stimulation. `go_on` is called every second
+/// of that time and ends the rest by returning false.
 ///
 /// # Errors
-/// The device cannot be reached any more.
+/// The device can no longer be reached.
 pub fn rest(world: &mut World, rest_s: f64, go_on: &mut dyn FnMut() -> bool) -> io::Result<()> {
     let until_us = world.now_us() + (rest_s * 1e6).round() as u64; // saturates
     while world.now_us() < until_us && go_on() {
@@ -129,7 +129,7 @@ pub fn rest(world: &mut World, rest_s: f64, go_on: &mut dyn FnMut() -> bool) -> 
     Ok(())
 }
 
-/// The output stages that the session's board has.
+/// Returns the output stages of the session's board.
 pub(super) fn outputs(session: &Session) -> [Option<Output>; CHANNELS] {
     let mut outputs = [None; CHANNELS];
     for channel in &session.channels {

@@ -1,18 +1,17 @@
-//! What changes while a train plays: the width of its phases, its period.
+//! Changes while a train plays: the width of its phases, and its period.
 
 use super::{Lane, Phase};
 use crate::units::{Micros, us};
 use core::num::NonZeroU16;
 
 impl Lane {
-    /// Width of a phase of the burst under way, or of the latest, µs.
+    /// Returns the width of a phase of the burst in progress, or of the latest burst, µs.
     pub(in crate::pulse::scheduler) fn width_us(&self) -> u16 {
         let [first, ..] = &self.stretches;
         first.map_or(0, |first| first.length_us.get())
     }
 
-    /// The pulses of the burst that begins have phases of this width, or of the train's
-    /// own.
+    /// Sets the width of the phases in the burst that begins; `None` means the train's own width.
     #[inline]
     pub(super) fn set_width(&mut self, width_us: Option<NonZeroU16>) {
         let width_us = width_us.map_or(self.train.spec().width_us, NonZeroU16::get);
@@ -33,9 +32,8 @@ impl Lane {
         self.seal_train();
     }
 
-    /// Plays on with another period. A burst that has not begun is moved to that
-    /// period from the one before it, but not before `earliest`. Returns whether
-    /// it was.
+    /// Changes the period. A burst that has not begun is moved to the new period after the
+    /// previous burst, but not before `earliest`. Returns whether it was moved.
     pub(in crate::pulse::scheduler) fn set_period(
         &mut self,
         period_us: u32,

@@ -1,4 +1,4 @@
-//! One channel's train under way: phases of a pulse, pulses of a burst, bursts.
+//! The progress of one channel's train: phases of a pulse, pulses of a burst, and bursts.
 
 mod changes;
 mod seals;
@@ -14,29 +14,29 @@ use core::num::{NonZeroU16, NonZeroU32};
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
 pub(super) enum Phase {
-    /// Waiting for the next pulse of `due`.
+    /// Waiting for the next pulse at `due`.
     Rest,
     /// In a stretch of a pulse.
     Pulsing,
-    /// Grounding that another member's pulse interrupts (isolated group).
+    /// In a grounding that another member's pulse interrupts (isolated group).
     Interrupted,
-    /// A triggered train has played; until its period is over, the next
-    /// trigger would pulse faster than the limits were checked for.
+    /// After a triggered train has played, until its period is over. A trigger before that would
+    /// cause pulses at a higher rate than the limits were checked for.
     Recovering,
 }
 
-/// The stretch of a biphasic pulse that grounds it; a monophasic one rests there.
+/// Index of the stretch that grounds a biphasic pulse; a monophasic pulse is at rest there.
 const GROUNDING: u8 = 3;
 
-/// A stretch of a pulse in which the outputs rest: a phase, the gap between
-/// two, grounding.
+/// A part of a pulse during which the outputs do not change: a phase, the gap between two phases,
+/// or the grounding.
 #[derive(Clone, Copy, Debug, Hash)]
 struct Stretch {
     shows: Picture,
     length_us: NonZeroU16,
 }
 
-/// A pulse that was begun.
+/// A pulse that has begun, kept to compute residual charge.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Recent {
     start: Micros,
@@ -48,46 +48,47 @@ pub(super) struct Recent {
 pub(super) struct Lane {
     pub(super) train: Train,
     pub(super) phase: Phase,
-    /// What it puts into its part of the picture now; isolated wherever it
-    /// leaves the channel alone.
+    /// The lane's part of the picture now; disconnected whenever the lane does not determine the
+    /// channel's state.
     pub(super) shows: Picture,
-    /// A pulse of the burst: first phase, gap, second phase; or phase, grounding. A
-    /// grounding after the second phase is made of both, as most have none.
+    /// Stretches of each pulse of the burst: first phase, gap, second phase; or phase, grounding.
+    /// A grounding after the second phase is derived from both phases, as most trains have none.
     stretches: [Option<Stretch>; 3],
-    /// The stretch under way.
+    /// Index of the stretch in progress.
     stretch: u8,
-    /// The next edge. `None`: no edge before a trigger, another member or a
-    /// new start.
+    /// Time of the next edge. `None`: no edge before a trigger, another member's pulse or a new
+    /// start.
     pub(super) due: Option<Micros>,
     pub(super) burst_start: Micros,
-    /// Burst start to burst start from now on, µs.
+    /// Time from burst start to burst start from now on, µs.
     pub(super) period_us: u32,
-    /// How far before `burst_start` the burst before it started, µs; 0 for a
-    /// train's first.
+    /// Time from the start of the previous burst to `burst_start`, µs; 0 for the first burst of a
+    /// train.
     pub(super) since_burst_us: u32,
-    /// From this burst to the next, µs, if that is not the period; 0 if it is.
+    /// Time from this burst to the next, µs, if it differs from the period; else 0.
     next_us: u32,
-    /// Pulse of the burst that `due` starts (or that is under way).
+    /// Index in the burst of the pulse that starts at `due` (or is in progress).
     pub(super) pulse: u8,
-    /// Amplitude of the burst; `None` if it is left out.
+    /// DAC code of the burst; `None` if it is left out.
     pub(super) code: Option<DacCode>,
     pub(super) bursts_left: u16,
-    /// Grounding that a partner's pulse can leave behind in an isolated group:
-    /// counts as part of this lane's pulse when it must end in time.
+    /// Grounding that another member's pulse can delay in an isolated group, µs. It counts as part
+    /// of this lane's pulse when the pulse must end in time.
     pub(super) tail_us: u16,
-    /// The latest pulses, in a ring: three can lie in a rendered but unplayed
-    /// horizon of two windows, the fourth is under way. Pulses of a lane do not
-    /// overlap, so their order does not matter; code 0 is no pulse.
+    /// The latest pulses, in a ring: three can be in a rendered but unplayed horizon of two
+    /// windows, the fourth is in progress. Pulses of a lane do not overlap, so their order does
+    /// not matter; code 0 means no pulse.
     pub(super) recent: [Recent; 4],
-    /// Place of the oldest, modulo 4.
+    /// Index of the oldest entry of `recent`, modulo 4.
     pub(super) oldest: u8,
-    /// Over what changes from edge to edge; over train, stretches and tail.
+    /// Checksums: over the state that changes from edge to edge; below, over train, stretches and
+    /// tail.
     seal: Seal,
     train_seal: Seal,
 }
 
 impl Lane {
-    /// A lane on `channel`, which drives sync or not.
+    /// Returns a lane on `channel` that waits for its start. If `sync`, it drives the sync output.
     pub(super) fn waiting(train: Train, channel: usize, sync: bool) -> Self {
         let sync = if sync { Levels::SYNC } else { 0 };
         let width_us = train.spec().width_us;
@@ -141,8 +142,8 @@ impl Lane {
         }
     }
 
-    /// Charge that a truncation at `at` leaves, in DAC-code·µs, anodic positive.
-    /// A monophasic pulse counts in full until its grounding is over.
+    /// Returns the charge that remains if pulses are truncated at `at`, in DAC-code·µs, anodic
+    /// positive. A monophasic pulse counts in full until its grounding is over.
     pub(super) fn residual(&self, at: Micros) -> i32 {
         let biphasic = self.train.spec().shape.is_biphasic();
         let under_way = self.recent.iter().find_map(|pulse| {
@@ -178,7 +179,7 @@ impl Lane {
         self.bursts_left = self.train.spec().repeats;
     }
 
-    /// Whether a train that begins at `epoch` follows this one's end.
+    /// Returns whether a train that begins at `epoch` does so after this train's end.
     pub(super) fn is_free(&self, epoch: Micros) -> bool {
         match (self.phase, self.due) {
             (Phase::Rest, None) => true,
@@ -187,19 +188,20 @@ impl Lane {
         }
     }
 
-    /// Lets a train that plays begin no burst at `end` or later, which is less than a
-    /// period ahead; what is under way is completed. Returns whether one plays.
+    /// Ends a train that plays: no burst begins at `end` or later, which is less than a period
+    /// ahead; the burst in progress is completed. Returns whether the train was playing.
     pub(super) fn end_at(&mut self, end: Micros) -> bool {
         let is_between = self.phase == Phase::Rest && self.pulse == 0;
         if self.due.is_none() && is_between || self.phase == Phase::Recovering {
             return false;
         }
-        // Where the burst under way, or the next one, is the first that counts.
+        // Time from the burst in progress, or the next burst, to the first that is still
+        // undecided.
         let after = us(if is_between { 0 } else { self.period_us });
         let one_more = (self.burst_start + after).is_before(end);
         let left = u16::from(!is_between) + u16::from(one_more);
         if left == 0 {
-            // Between bursts: its last period is over where the next would begin.
+            // Between bursts, the last period is over when the next burst would begin.
             (self.phase, self.due) = (Phase::Recovering, Some(self.burst_start));
         } else if self.bursts_left == 0 || self.bursts_left > left {
             self.bursts_left = left;
@@ -207,7 +209,7 @@ impl Lane {
         true
     }
 
-    /// Takes a lane that no other one touches through the agenda's window.
+    /// Advances a lane that depends on no other lane through the window of the agenda.
     #[inline(always)]
     pub(super) fn advance(
         &mut self,
@@ -226,7 +228,7 @@ impl Lane {
         Ok(())
     }
 
-    /// Whatever happens at `now`, the time of `due`.
+    /// Performs the edge at `now`, the time of `due`.
     #[inline(always)]
     pub(super) fn edge(
         &mut self,
@@ -245,7 +247,7 @@ impl Lane {
         Ok(())
     }
 
-    /// Begins a stretch of the pulse, or rests after the last.
+    /// Begins a stretch of the pulse, or rests after the last stretch.
     #[inline]
     fn enter(&mut self, stretch: u8, now: Micros) {
         if let Some(Some(next)) = self.stretches.get(usize::from(stretch)) {
@@ -259,10 +261,10 @@ impl Lane {
         }
     }
 
-    /// Grounds after the second phase.
+    /// Grounds the channel after the second phase.
     #[inline(never)]
     fn ground(&mut self, now: Micros) {
-        // Both lines that the two phases raise one of, and nothing else.
+        // Both lines of the channel, which the two phases raise one each, and nothing else.
         let lines = self
             .stretches
             .iter()
@@ -273,8 +275,8 @@ impl Lane {
         self.stretch = GROUNDING;
     }
 
-    /// In an isolated group at `now`: another member's pulse interrupts a
-    /// grounding, which begins again once no member pulses.
+    /// Updates the grounding of a member of an isolated group at `now`: another member's pulse
+    /// interrupts it, and it begins again once no member pulses.
     pub(super) fn update_grounding(&mut self, now: Micros, pulsing: bool) {
         let is_grounding = self.phase == Phase::Pulsing && self.shows.pulsing() == 0;
         if is_grounding && pulsing {
@@ -342,7 +344,7 @@ impl Lane {
         Ok(())
     }
 
-    /// After a pulse, played or left out: on to the next of the burst, the
+    /// Continues after a pulse that was played or left out: with the next pulse of the burst, the
     /// next burst, or the end of the train.
     #[inline(never)]
     fn rest(&mut self) {

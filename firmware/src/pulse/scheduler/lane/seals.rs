@@ -1,30 +1,30 @@
-//! Seals over a lane's memory: what was armed, and where it is.
+//! Checksums over a lane's memory: its configuration, and its changing state.
 
 use super::Lane;
 use crate::seal::Seal;
 use core::hash::Hash;
 
 impl Lane {
-    /// Seals what is set once.
+    /// Renews the checksum of the part that is set once.
     pub(in crate::pulse::scheduler) fn seal_train(&mut self) {
         let seal = Seal::of(&self.fixed());
         self.train_seal = seal;
     }
 
-    /// Seals what has changed.
+    /// Renews the checksum of the part that changes.
     #[inline]
     pub(in crate::pulse::scheduler) fn seal(&mut self) {
         let seal = Seal::of(&self.moving());
         self.seal = seal;
     }
 
-    /// Whether what changes is as it was left.
+    /// Returns whether the checksum of the part that changes matches.
     #[inline]
     pub(in crate::pulse::scheduler) fn is_sealed(&self) -> bool {
         self.seal.holds(&self.moving())
     }
 
-    /// Whether everything is.
+    /// Returns whether both checksums match.
     pub(in crate::pulse::scheduler) fn is_whole(&self) -> bool {
         self.is_sealed() && self.train_seal.holds(&self.fixed())
     }
@@ -33,7 +33,8 @@ impl Lane {
         (&self.train, &self.stretches, self.tail_us)
     }
 
-    // Not the recent pulses: they only say what a fault left behind.
+    // The recent pulses are not included: they only determine the residual charge that a fault
+    // reports.
     fn moving(&self) -> impl Hash + '_ {
         let place = (self.phase, self.shows, self.stretch, self.due);
         let burst = (self.burst_start, self.period_us, self.since_burst_us);

@@ -1,12 +1,12 @@
-//! Bits of a lane that change by themselves, for tests.
+//! Bit flips in a lane, for tests.
 
 use super::{Lane, Phase, Stretch};
 use crate::units::{DacCode, us};
 use core::num::NonZeroU16;
 
 impl Lane {
-    /// One way after the other in which a bit of a lane can change; `None` after the
-    /// last.
+    /// Flips a bit of the lane's memory in the way with this number and returns its name; `None`
+    /// after the last way.
     pub(in crate::pulse::scheduler) fn flip(&mut self, way: usize) -> Option<&'static str> {
         let stretch = |stretch: &mut Option<Stretch>, bit: u16| {
             let length = &mut stretch.as_mut().unwrap().length_us;

@@ -1,4 +1,4 @@
-//! The chart of the module's documentation, cell by cell.
+//! Tests of the table in the module's documentation, cell by cell.
 
 mod states;
 
@@ -14,7 +14,8 @@ use std::vec::Vec;
 
 const NOW: Micros = Micros::new(u32::MAX - 1_000_000); // the clock wraps on the way
 
-/// One channel that waits for a trigger, so that its train never ends by itself.
+/// Returns a setup with one channel that waits for a trigger, so that its train never ends by
+/// itself.
 fn setup() -> Setup {
     let wearer = WearerSpec::default().validate().unwrap();
     let train = TrainSpec {
@@ -45,7 +46,7 @@ fn setup() -> Setup {
     }
 }
 
-/// A burst of that channel at `at`.
+/// Returns the time of a burst of that channel at `at`.
 const fn begins(at: Micros) -> BurstTime {
     BurstTime {
         at,
@@ -54,7 +55,7 @@ const fn begins(at: Micros) -> BurstTime {
     }
 }
 
-/// `ua` for `width_us`, 0 for the train's own.
+/// Returns a stimulus of `ua` for `width_us`; width 0 stands for the train's own.
 const fn stimulus(ua: u32, width_us: u16) -> Stimulus {
     Stimulus {
         amplitude: Amplitude::new(ua),
@@ -71,7 +72,7 @@ const CLOSED: Inputs = Inputs {
     reading: None,
 };
 
-/// A guard in the state of this name, and what the scheduler does in it.
+/// Returns a guard in the state of this name, and the scheduler that belongs to it.
 fn guard_in(state: &str) -> (Guard, Scheduler) {
     let mut guard = Guard::new(None, Found::default());
     let mut scheduler = Scheduler::new();
@@ -92,7 +93,7 @@ fn guard_in(state: &str) -> (Guard, Scheduler) {
     }
     if steps > 1 {
         guard.arm(&setup(), &CLOSED, NOW).unwrap();
-        // The last of the check's four amplitudes: 15 ms after its epoch, sensed.
+        // The last of the check's four amplitudes begins 15 ms after its start; it is sampled.
         let pulse = NOW + us(15_000);
         guard.burst(0, begins(pulse)).code.unwrap();
         for (second, window) in [(false, 2), (true, 3)] {
@@ -139,8 +140,8 @@ fn name(guard: &Guard) -> &'static str {
     }
 }
 
-/// Where `event` leads from `state`, in the chart's words; the stop, the key or both are
-/// let go.
+/// Returns the state after `event` in `state`, in the table's words; `let_go` opens the stop, the
+/// key or both.
 fn outcome(state: &str, event: &str, let_go: u8) -> &'static str {
     let (mut guard, scheduler) = guard_in(state);
     assert_eq!(name(&guard), state);
@@ -224,8 +225,8 @@ fn a_phase_that_owes_its_reading_is_told() {
     assert_eq!(denied(&[false, true]), Some(Notice::Checked(Ok(()))));
 }
 
-/// The check's last amplitude begins 15 ms after its epoch; what comes less than two windows
-/// later is a reading of the one before.
+/// The check's last amplitude begins 15 ms after its start; a reading that comes less than two
+/// windows later belongs to the previous amplitude.
 #[test]
 fn a_reading_of_an_earlier_amplitude_passes_no_phase() {
     let off = Denied::ElectrodeOff { channel: 0 };
@@ -247,8 +248,8 @@ fn a_reading_of_an_earlier_amplitude_passes_no_phase() {
     }
 }
 
-/// Everything in the guard that decides whether and how much is put out, a bit of each
-/// changed: found at the start of the next refill, or when the channel's turn comes.
+/// Flips one bit of each value in the guard that decides whether and how much is output: the flip
+/// is found at the start of the next refill, or when the channel's turn comes.
 #[test]
 fn a_bit_that_changes_by_itself_is_a_fault() {
     type Flip = fn(&mut Guard);
@@ -320,7 +321,7 @@ fn a_bit_that_changes_by_itself_is_a_fault() {
     }
 }
 
-/// A list that changes by itself is a fault with its next pulse.
+/// A list that changes by itself is a fault at its next pulse.
 #[test]
 fn a_changed_list_is_left_out() {
     let (mut guard, _) = guard_in("Stimulating");
@@ -354,8 +355,8 @@ fn a_changed_list_is_left_out() {
     }
 }
 
-/// An order that waits: taken in the window of its time, not if it has changed, nor if its
-/// window has passed, and looked at while it waits.
+/// A queued order is taken in the window of its time, but not if it has changed or its window has
+/// passed; its checksum is verified while it waits.
 #[test]
 fn a_changed_order_that_waits_is_left_out() {
     let order = |at| Timed {
@@ -411,7 +412,7 @@ fn a_burst_of_a_changed_channel_is_left_out() {
     assert_eq!(guard.check_seen(), Err(Fault::Memory));
 }
 
-/// A setup whose memory changed is not started, before the channel's turn comes.
+/// A setup whose memory changed is not started, even before the channel's turn for verification.
 #[test]
 fn a_setup_that_changed_by_itself_is_not_started() {
     let (mut guard, _) = guard_in("Armed");
@@ -423,7 +424,8 @@ fn a_setup_that_changed_by_itself_is_not_started() {
     assert_eq!(guard.state(), State::Armed);
 }
 
-/// The fall begins in the microsecond in which the silence is too long, and is a whole one.
+/// The fall begins in the microsecond in which the silence becomes too long, and has its full
+/// length.
 #[test]
 fn a_silent_hosts_fall_begins_when_its_time_is_up() {
     let (mut guard, scheduler) = guard_in("Stimulating");
@@ -439,7 +441,7 @@ fn a_silent_hosts_fall_begins_when_its_time_is_up() {
     assert_eq!(fall.end(), silent + us(wearer.fall_us()));
 }
 
-/// Before its first order, and after one of nothing.
+/// A channel has no burst before its first order and after an order of amplitude 0.
 #[test]
 fn a_channel_without_an_amplitude_has_no_burst() {
     let (mut guard, _) = guard_in("Stimulating");
@@ -454,7 +456,8 @@ fn a_channel_without_an_amplitude_has_no_burst() {
     }
 }
 
-/// A control law that asks for the limit gets it, and for more, the limit: neither is slow.
+/// A control law that asks for the limit gets it; if it asks for more, it gets the limit. Neither
+/// counts as slowed.
 #[test]
 fn a_law_that_asks_for_its_limit_is_not_slowed() {
     let (mut guard, _) = guard_in("Stimulating");
@@ -464,7 +467,7 @@ fn a_law_that_asks_for_its_limit_is_not_slowed() {
     }
 }
 
-/// A control law's period comes no nearer and no farther than the limits were checked for.
+/// A control law's period is kept within the bounds for which the limits were checked.
 #[test]
 fn a_laws_period_stays_within_what_was_checked() {
     let (mut guard, _) = guard_in("Stimulating");
@@ -498,7 +501,7 @@ fn the_first_fault_is_kept_and_one_that_lasts_is_not_acknowledged() {
         told(guard.fault(Fault::TapeSlip, later, [0; CHANNELS])).later,
         both
     );
-    // Acknowledged, it makes room for the next.
+    // After an acknowledgement, the next fault can latch.
     guard.acknowledge(later).unwrap();
     let next = told(guard.fault(Fault::TimeBase, later, [0; CHANNELS]));
     assert_eq!((next.fault, next.later), (Fault::TimeBase, 0));

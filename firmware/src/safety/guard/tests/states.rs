@@ -1,4 +1,4 @@
-//! docs/states.md: every state × everything that can happen, as it does happen.
+//! Generates docs/states.md: the actual result of every event in every state.
 //!
 //! `FLEXOR_OVERWRITE=1 cargo test -p firmware --lib states` renews the page.
 
@@ -20,7 +20,7 @@ const STATES: [&str; 9] = [
     "Grounding",
 ];
 
-/// What came of an event.
+/// Result of an event.
 #[derive(PartialEq, Debug)]
 enum Heard {
     Nothing,
@@ -30,7 +30,7 @@ enum Heard {
 
 type Happens = fn(&mut Guard, &Scheduler, Micros) -> Heard;
 
-/// Everything that the pulser ever does to a guard, and what it reads beside.
+/// Every call that the pulser makes to a guard, and every input that the guard reads.
 const EVENTS: [(&str, Happens); 20] = [
     ("`arm`, stop and key closed", |g, _, now| {
         answer(g.arm(&setup(), &CLOSED, now))
@@ -106,7 +106,7 @@ const OPEN: Inputs = Inputs {
     ..CLOSED
 };
 
-/// A wearer who wants the hand-held stop.
+/// Returns a setup whose wearer requires the hand-held stop.
 fn careful() -> Setup {
     let spec = WearerSpec {
         hand_stop_required: true,
@@ -126,7 +126,7 @@ fn told(notice: Option<Notice>) -> Heard {
     notice.map_or(Heard::Nothing, Heard::Told)
 }
 
-/// A refill's tick; its fault is latched, as the pulser does.
+/// Runs a refill's tick and latches its fault, as the pulser does.
 fn refill(guard: &mut Guard, scheduler: &Scheduler, now: Micros, inputs: &Inputs) -> Heard {
     match guard.tick(now, inputs, scheduler) {
         Ok(notice) => told(notice),
@@ -134,7 +134,7 @@ fn refill(guard: &mut Guard, scheduler: &Scheduler, now: Micros, inputs: &Inputs
     }
 }
 
-/// [`guard_in`] with a channel that wants 5 mA, and what the scheduler does.
+/// Returns [`guard_in`] with a channel whose wanted amplitude is 5 mA, and its scheduler.
 fn wanting(state: &str) -> (Guard, Scheduler) {
     let (mut guard, scheduler) = match state {
         "Stopping" | "Stopping at once" => guard_in("Stimulating"),
@@ -157,7 +157,8 @@ fn wanting(state: &str) -> (Guard, Scheduler) {
     (guard, scheduler)
 }
 
-/// When something happens in it: after all that led there, before its time is up.
+/// Returns the time at which an event happens in `state`: after the events that led there, and
+/// before the state ends by itself.
 fn then(state: &str) -> Micros {
     let check_us = ElectrodeCheck::length_us();
     match state {
@@ -166,7 +167,7 @@ fn then(state: &str) -> Micros {
     }
 }
 
-/// The state in the page's words.
+/// Returns the state in the page's words.
 fn place(guard: &Guard) -> &'static str {
     match guard.mode {
         Mode::Stopping { cause, .. } if is_at_once(cause) => "Stopping at once",
@@ -174,7 +175,7 @@ fn place(guard: &Guard) -> &'static str {
     }
 }
 
-/// Whether a burst that would begin a window after `now` is put out.
+/// Returns whether a burst that would begin a window after `now` is output.
 fn pulses(guard: &mut Guard, now: Micros) -> bool {
     let at = now + us(WINDOW_US);
     guard.burst(0, begins(at)).code.is_some() && guard.may_pulse(0, at + us(500))
@@ -194,7 +195,7 @@ fn in_words(heard: &Heard) -> String {
         Heard::Told(Notice::Checked(Err(denied))) => format!("not armed: {denied:?}"),
         Heard::Told(notice) => format!("{notice:?}"),
     };
-    // Of a structure only its name.
+    // Only the name of a structure, without its fields.
     text.split(" {").next().unwrap_or_default().into()
 }
 
@@ -258,7 +259,7 @@ fn the_page_of_states_is_what_the_guard_does() {
     );
 }
 
-/// What must hold of one step, whatever came before.
+/// Checks the invariants after one step, whatever came before.
 fn hold(before: &str, event: &str, guard: &mut Guard, now: Micros, way: &str) {
     let after = place(guard);
     let is_pumped = matches!(

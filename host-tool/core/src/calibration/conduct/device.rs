@@ -1,4 +1,4 @@
-//! What is asked of the device, and what it says by itself.
+//! Requests to the device, and its messages, during a calibration.
 
 use super::{Conduct, Procedure, place};
 use crate::calibration::instrument::Instrument;
@@ -8,11 +8,11 @@ use crate::run::event;
 use firmware::link::{Event, Request};
 use firmware::safety::StopCause;
 
-/// Longest wait for the outputs to be reported isolated after a stop, µs.
+/// Longest wait for the report that the outputs are disconnected after a stop, µs.
 const STOP_US: u64 = 300_000;
 
 impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
-    /// Configures and arms one electrode, and starts its train in silence.
+    /// Configures and arms one electrode, and starts its train at amplitude 0.
     pub(super) fn arm(&mut self, at: usize) -> Result<(), CalibrationError> {
         if self.is_armed {
             self.stop()?;
@@ -36,7 +36,8 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         self.record(&Entry::Armed { channel, check_ma })
     }
 
-    /// What arming's sub-threshold pulse read of a channel, mA.
+    /// Returns the current that the sub-threshold pulse of arming measured on a channel, mA; `None`
+    /// if the device reported none.
     pub(super) fn checked(&mut self, channel: u8) -> Result<Option<f64>, CalibrationError> {
         let now_us = self.client.port().now_us();
         let mut read = None;
@@ -66,7 +67,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         Ok(())
     }
 
-    /// Asks for a stop, and waits until the outputs are reported isolated.
+    /// Asks for a stop, and waits until the outputs are reported disconnected.
     pub(super) fn stop(&mut self) -> Result<(), Error> {
         self.is_armed = false;
         self.client.stop()?;
@@ -79,7 +80,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         Ok(())
     }
 
-    /// Lets time pass until `until_us`, the host alive.
+    /// Waits until `until_us`, in the port's time, and sends keep-alives meanwhile.
     pub(super) fn pass(&mut self, until_us: u64) -> Result<(), CalibrationError> {
         while self.client.port().now_us() < until_us {
             if !self.is_kept && self.client.port().now_us() >= self.due_us {
@@ -117,7 +118,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
     }
 }
 
-/// What to do when a device ends it.
+/// Returns advice for a device that ended stimulation with this event.
 fn advice(event: &Event) -> &'static str {
     match event {
         Event::Faulted(_) => {

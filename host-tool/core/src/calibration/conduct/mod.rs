@@ -1,5 +1,5 @@
-//! The course of a calibration on a device: the machine's actions, one electrode armed at
-//! a time, the host alive, the instrument read.
+//! Runs a calibration on a device: carries out the machine's actions, with one electrode armed at a
+//! time, sends keep-alives, and reads the instrument.
 
 mod device;
 mod stall;
@@ -17,50 +17,51 @@ use firmware::safety::StopCause;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// From look to look at operator and machine, µs.
+/// Time between two looks at operator and machine, µs.
 const LOOK_US: u64 = 5_000;
 
-/// What is carried out, step by step: orders and time in, actions out.
+/// Procedure that is carried out step by step: it takes orders and time, and returns actions.
 pub(super) trait Procedure {
-    /// What is done first.
+    /// Returns the first actions.
     fn begin(&mut self) -> Vec<Action>;
-    /// Lets time pass until `t_us`.
+    /// Lets time pass until `t_us`, and returns the actions that follow from it.
     fn pass(&mut self, t_us: u64) -> Vec<Action>;
-    /// Carries out an order at `t_us`, or nothing of it.
+    /// Carries out an order at `t_us` completely, or refuses it and changes nothing.
     fn order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal>;
-    /// What was given at `t_us`, or has just ended, was cut short: it counts for nothing,
-    /// and what raises next gives the same level.
+    /// Discards the level that was given at `t_us`, or has just ended, because it was cut short.
+    /// The next raise gives the same level.
     fn void(&mut self, t_us: u64);
-    /// What there is to be seen at `t_us`.
+    /// Returns the state that an operator sees at `t_us`.
     fn view(&self, t_us: u64) -> View;
-    /// Whether something is being given.
+    /// Returns whether a level is being given.
     fn is_on(&self) -> bool;
-    /// Whether everything is done.
+    /// Returns whether every electrode is done.
     fn is_over(&self) -> bool;
-    /// The wearer file is to be written; how many electrodes are in it.
+    /// Writes the wearer file, and returns how many electrodes it contains; `None` if there was
+    /// nothing to write.
     fn write(&mut self) -> Result<Option<usize>, CalibrationError>;
 }
 
-/// Who orders, and what may end it.
+/// Operator of a calibration, and the means to end it.
 pub struct Desk<'a> {
-    /// Whoever orders.
+    /// Source of the orders.
     pub operator: &'a mut dyn Operator,
-    /// Ends it at once.
+    /// Signal that ends the calibration at once.
     pub interruption: Option<Interruption>,
-    /// Whether a latched fault is acknowledged first.
+    /// Whether a latched fault is acknowledged before the calibration.
     pub acknowledges: bool,
 }
 
-/// How a procedure went, whether or not to its end.
+/// Extent of a calibration or check, whether or not it reached its end.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Spent {
-    /// Time of the device, s.
+    /// Duration in the device's time, s.
     pub t_s: f64,
-    /// Presentations.
+    /// Number of presentations.
     pub given: usize,
 }
 
-/// A device under way.
+/// Calibration under way on a device.
 struct Conduct<'a, 'd, P, M> {
     client: Connection<P>,
     sessions: Vec<Session>,
@@ -68,27 +69,27 @@ struct Conduct<'a, 'd, P, M> {
     journal: &'a mut Journal,
     desk: &'a mut Desk<'d>,
     instrument: Instrument,
-    /// What the last presentation came to, for the view.
+    /// Instrument's and wearer's state after the last presentation, for the view.
     seen: View,
-    /// When the device is owed a sign of life, and the instrument a reading, µs.
+    /// Time of the next keep-alive, in the port's time, µs.
     due_us: u64,
-    /// Signs of life come from a thread of their own.
+    /// Whether a separate thread sends the keep-alives.
     is_kept: bool,
     read_us: u64,
     begun_us: u64,
     keep_alive_us: u64,
     is_armed: bool,
-    /// A level was asked of the device and not taken back.
+    /// Whether the device was asked for a level above 0 that has not been taken back.
     is_given: bool,
-    /// Why the device ended stimulation by itself.
+    /// Reason why the device ended stimulation by itself.
     ended: Option<StopCause>,
-    /// When this computer held it up, µs.
+    /// Times of this computer's recent stalls, µs.
     stalls: VecDeque<u64>,
     given: usize,
 }
 
-/// Carries out `machine` on the plan's electrodes through `port`, and gives the port back
-/// as far as there is one. Whatever ends it, the device is asked to stop first.
+/// Carries out `machine` on the plan's electrodes through `port`, and returns the port unless it
+/// was lost. The device is asked to stop first, however the calibration ended.
 pub(super) fn conduct<P: Port, M: Procedure>(
     port: P,
     plan: &Plan,
@@ -160,7 +161,8 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
             done = match done {
                 Ok(()) if self.machine.is_over() => return self.record(&Entry::Done),
                 Ok(()) => self.turn(),
-                // What a stall of this computer ended goes on where it was.
+                // A calibration that a stall of this computer interrupted continues at the same
+                // step.
                 Err(error) => match self.stall(&error)? {
                     Some(pause) => self.recover(pause),
                     None => return Err(error),
@@ -175,7 +177,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         self.look()
     }
 
-    /// Stops the device, whatever happened; then the journal says why.
+    /// Stops the device in every case, then records the reason for the end in the journal.
     fn close(
         mut self,
         result: Result<(), CalibrationError>,
@@ -201,7 +203,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         self.client.port().now_us().saturating_sub(self.begun_us)
     }
 
-    /// Device, instrument, operator and machine, once.
+    /// Looks once at device, instrument, operator and machine.
     fn look(&mut self) -> Result<(), CalibrationError> {
         self.read();
         let t_us = self.t_us();
@@ -241,8 +243,8 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
     }
 
     fn act(&mut self, actions: Vec<Action>) -> Result<(), CalibrationError> {
-        // Silence first, then everything that may take time. What the device did not take
-        // keeps nothing from being recorded but that it was given.
+        // Silence comes first, then everything that may take time. If the device refused an action,
+        // everything is still recorded, except that the level was given.
         let mut refused = Ok(());
         for action in actions {
             match action {
@@ -282,7 +284,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         Ok(())
     }
 
-    /// Reads the instrument, and what a simulated wearer shows.
+    /// Reads the instrument, and the reactions of a simulated wearer.
     fn read(&mut self) {
         let now_us = self.client.port().now_us();
         if now_us < self.read_us {
@@ -294,7 +296,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         let Some(world) = self.client.port().world() else {
             return;
         };
-        // Nobody looks back at what was put out long ago.
+        // Readings are taken now, because the output of long ago is not kept.
         let (reading, moving) = (world.body.instrument_n(), world.body.seen_moving());
         self.seen.complains = world.body.complains();
         self.seen.reading_n = reading;
@@ -339,13 +341,13 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
     }
 }
 
-/// The host silence that every electrode's session has, ms.
+/// Returns the host timeout that every electrode's session has, ms.
 fn host_timeout_ms(sessions: &[Session]) -> u16 {
     let first = sessions.first();
     first.map_or(HOST_TIMEOUT_MS, |session| session.wearer.host_timeout_ms)
 }
 
-/// Where it stood, in words.
+/// Describes the electrode and the step in words.
 fn place(view: &View) -> String {
     match view.phase {
         Phase::Done => "the end".to_owned(),

@@ -1,9 +1,9 @@
-//! A computer that stalls: told as that, and gone on from.
+//! Stalls of this computer: reports them, and continues after them.
 //!
-//! Keep-alives come from a thread of their own. If the device ends stimulation because it
-//! heard of no host, and that thread knows of a pause of its own that is long enough, the
-//! computer was to blame and not the device: the electrode is armed anew, silent, at the
-//! step where it was, and what was cut short counts for nothing.
+//! Keep-alives come from a separate thread. If the device ends stimulation because it heard of no
+//! host, and that thread had a pause that is long enough, the computer was to blame and not the
+//! device. The electrode is then armed again, silent, at the step where it was, and the level that
+//! was cut short counts for nothing.
 
 use super::{Conduct, Procedure, host_timeout_ms, place};
 use crate::calibration::{CalibrationError, Entry};
@@ -12,17 +12,17 @@ use firmware::link::Event;
 use firmware::safety::StopCause;
 use std::time::Duration;
 
-/// More stalls than this within [`WITHIN_US`] end the calibration.
+/// Maximum number of stalls within [`WITHIN_US`]; more end the calibration.
 const MOST: usize = 5;
 
-/// A minute of the device's time, µs.
+/// Period in which stalls are counted: one minute of the device's time, µs.
 const WITHIN_US: u64 = 60_000_000;
 
 impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
-    /// Goes on after a stall of this computer, which paused for so long.
+    /// Continues after a stall of this computer, which lasted for `pause`.
     ///
     /// # Errors
-    /// Too many stalls; the device, again.
+    /// There were too many stalls, or the device failed again.
     pub(super) fn recover(&mut self, pause: Duration) -> Result<(), CalibrationError> {
         let t_us = self.t_us();
         self.stalls.push_back(t_us);
@@ -47,8 +47,8 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         self.arm(view.electrode.saturating_sub(1))
     }
 
-    /// The pause of this computer that made the device end stimulation, which led to
-    /// `error`; none where something else did.
+    /// Returns the pause of this computer that made the device end stimulation and so led to
+    /// `error`; `None` if the cause was another.
     ///
     /// # Errors
     /// The device is lost.
@@ -60,7 +60,8 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
             return Ok(None);
         }
         if let CalibrationError::Link(Error::Refused(_)) = error {
-            // What it refuses because it has ended came after word of that.
+            // A refusal that follows from the end of stimulation arrives after the event of that
+            // end.
             let now_us = self.client.port().now_us();
             while let Some(incoming) = self.client.next(now_us)? {
                 if let Incoming::Event(_, event) = incoming {
@@ -76,7 +77,7 @@ impl<P: Port, M: Procedure> Conduct<'_, '_, P, M> {
         Ok(keeper.and_then(|keeper| keeper.explains(timeout)))
     }
 
-    /// Remembers why the device ended stimulation, if `event` says so: the first cause.
+    /// Remembers the first reason why the device ended stimulation, if `event` reports an end.
     pub(super) fn note_end(&mut self, event: &Event) {
         if let Event::Stopping(cause) | Event::Stopped(cause) = event {
             self.ended.get_or_insert(*cause);

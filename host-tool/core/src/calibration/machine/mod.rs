@@ -1,4 +1,5 @@
-//! The procedure: orders and time in, actions out. It knows no device and no clock.
+//! The calibration procedure as a state machine: it takes orders and time, and returns actions. It
+//! knows no device and no clock.
 
 mod replay;
 mod sight;
@@ -8,48 +9,49 @@ use super::journal::Entry;
 use super::presentation::Presentation;
 use super::{Found, Level, Order, Plan, Planned, Refusal, Step};
 
-/// What is to be done, in the order given.
+/// Action for the caller to carry out, in the order given.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Action {
-    /// The device gets this electrode's setup (index into the plan), silent.
+    /// Configure and arm this electrode (index into the plan) at amplitude 0.
     Arm(usize),
-    /// From now on this channel, from 1, gets this; 0 is silence.
+    /// Give this channel, counted from 1, this level from now on; level 0 is silence.
     Give(u8, Level),
-    /// Goes into the journal.
+    /// Add an entry to the journal.
     Record(Entry),
-    /// An electrode is done: the wearer file is to be written.
+    /// Write the wearer file, because an electrode is done.
     Write,
-    /// Something to tell that is no answer to an order.
+    /// Show the operator a refusal that does not answer an order.
     Tell(Refusal),
-    /// The operator ended it: silence at once.
+    /// Silence the device at once and end, because the operator aborted.
     Abort,
 }
 
-/// The procedure at a plan's electrodes, one after the other.
+/// State of the procedure, which calibrates the plan's electrodes one after the other.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Machine {
     plan: Plan,
     found: Vec<Found>,
-    /// What was too much, by electrode: not reached again.
+    /// Highest level allowed at each electrode, below the levels that were too much.
     caps: Vec<Level>,
-    /// The electrode under way; none when all are done.
+    /// Index of the present electrode; `None` when all are done.
     at: Option<usize>,
     step: Step,
-    /// Given last, or chosen.
+    /// Level given last, or chosen.
     level: Level,
     presentation: Presentation,
-    /// Threshold: moved here once.
+    /// In the threshold step: level that moved something once.
     moved: Option<Level>,
-    /// Threshold: the first level of this climb.
+    /// In the threshold step: first level of this climb.
     first: Option<Level>,
-    /// `level` and `first` before the latest presentation.
+    /// Values of `level` and `first` before the latest presentation.
     before: (Level, Option<Level>),
-    /// Comfort: the highest accepted.
+    /// In the comfort step: highest level that the wearer accepted.
     accepted: Option<Level>,
 }
 
 impl Machine {
-    /// At the first electrode that is not done, of what a journal tells.
+    /// Creates the procedure after the entries of a journal, at the first electrode that is not
+    /// done.
     #[must_use]
     pub fn new(plan: Plan, entries: &[Entry]) -> Self {
         let mut machine = Self {
@@ -71,9 +73,9 @@ impl Machine {
         machine
     }
 
-    /// What is done first.
+    /// Returns the first actions.
     pub fn begin(&mut self) -> Vec<Action> {
-        // What an earlier course found and could not write any more.
+        // An earlier course may have found results that it could no longer write.
         let is_owed = self.found.iter().any(Found::is_complete);
         let mut actions = match is_owed {
             true => vec![Action::Write],
@@ -83,31 +85,31 @@ impl Machine {
         actions
     }
 
-    /// Whether every electrode is done or left out.
+    /// Returns whether every electrode is done or left out.
     #[must_use]
     pub const fn is_over(&self) -> bool {
         self.at.is_none()
     }
 
-    /// The plan.
+    /// Returns the plan that the procedure follows.
     #[must_use]
     pub const fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// What was found, by electrode of the plan.
+    /// Returns the results by electrode of the plan.
     #[must_use]
     pub fn found(&self) -> &[Found] {
         &self.found
     }
 
-    /// Whether something is being given.
+    /// Returns whether a level is being given.
     #[must_use]
     pub const fn is_on(&self) -> bool {
         self.presentation.is_on()
     }
 
-    /// Lets time pass until `t_us`.
+    /// Lets time pass until `t_us`, and returns the actions that follow from it.
     pub fn pass(&mut self, t_us: u64) -> Vec<Action> {
         match self.presentation.pass(t_us) {
             true => vec![Action::Give(self.channel(), Level(0))],
@@ -115,8 +117,8 @@ impl Machine {
         }
     }
 
-    /// What was given at `t_us`, or has just ended, was cut short: it counts for nothing,
-    /// and a raise gives the same level.
+    /// Discards the level that was given at `t_us`, or has just ended, because it was cut short.
+    /// The next raise gives the same level.
     pub fn void(&mut self, t_us: u64) {
         if self.is_on() || self.presentation.has_question {
             (self.level, self.first) = self.before;
@@ -124,11 +126,11 @@ impl Machine {
         }
     }
 
-    /// Carries out an order at `t_us`, or nothing of it. Lowering, too much and abort
-    /// are always carried out.
+    /// Carries out an order at `t_us` completely, or refuses it and changes nothing. Lowering, "too
+    /// much" and abort are always carried out.
     ///
     /// # Errors
-    /// [`Refusal`]: why not.
+    /// Returns a [`Refusal`] with the reason.
     pub fn order(&mut self, t_us: u64, order: &Order) -> Result<Vec<Action>, Refusal> {
         if *order == Order::Abort {
             return Ok(vec![Action::Abort]);
@@ -152,7 +154,7 @@ impl Machine {
         &self.plan.electrodes[at]
     }
 
-    /// From level to level in this step.
+    /// Returns the difference between two levels of this step.
     fn stride(&self, at: usize) -> Level {
         match self.step {
             Step::Placement => self.planned(at).coarse,
@@ -160,13 +162,13 @@ impl Machine {
         }
     }
 
-    /// No level of this electrode is above it now.
+    /// Returns the highest level that this electrode may be given now.
     fn top(&self, at: usize) -> Level {
         let limit = self.found[at].limit.unwrap_or(self.caps[at]);
         self.caps[at].min(limit)
     }
 
-    /// What a raise would give; nothing where there is no higher level.
+    /// Returns the level that a raise would give; `None` if there is no higher level.
     fn higher(&self, at: usize) -> Option<Level> {
         let next = self.level.above(self.stride(at)).min(self.top(at));
         (next > self.level).then_some(next)
@@ -237,7 +239,8 @@ impl Machine {
         }
     }
 
-    /// What is at `level` is not reached again at this electrode.
+    /// Ensures that `level` is not given again at this electrode, and removes results above the new
+    /// maximum.
     fn cap(&mut self, at: usize, level: Level) {
         let cap = level.below(self.planned(at).step).min(self.caps[at]);
         self.caps[at] = cap;
@@ -325,7 +328,8 @@ impl Machine {
         match self.step {
             Step::Threshold if self.moved != Some(level) => self.moved = Some(level),
             Step::Threshold if self.first == Some(level) && level > self.planned(at).start => {
-                // It moved wherever the climb began: begin lower.
+                // Something moved at the very first level of the climb, so the climb begins again
+                // from a lower level.
                 let below = level.below(self.planned(at).coarse);
                 self.climb_from(at, below.max(self.planned(at).start));
             }
@@ -336,13 +340,13 @@ impl Machine {
         Ok(Vec::new())
     }
 
-    /// The next raise of the threshold's climb gives `first`.
+    /// Sets the level so that the next raise of the threshold's climb gives `first`.
     fn climb_from(&mut self, at: usize, first: Level) {
         self.level = first.below(self.planned(at).step);
         (self.moved, self.first) = (None, None);
     }
 
-    /// Takes the step's result and goes on.
+    /// Stores the step's result, and goes on to the next step or electrode.
     fn take(&mut self, at: usize, value: Value) -> Result<Vec<Action>, Refusal> {
         self.found[at].take(self.step, &value)?;
         let (channel, step) = (self.channel(), self.step);
@@ -391,7 +395,7 @@ impl Machine {
             Step::Maximum => self.level = found.limit.unwrap_or_default(),
             Step::Points => self.level = found.maximum.unwrap_or_default(),
         }
-        // What was too much since is not reached by giving it again either.
+        // A level that has been too much since then must not be given again either.
         self.level = self.level.min(self.top(at));
     }
 }

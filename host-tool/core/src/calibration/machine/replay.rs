@@ -1,10 +1,10 @@
-//! What a journal tells of what happened before.
+//! Restores the state of the procedure from a journal.
 
 use super::Machine;
 use crate::calibration::Entry;
 
 impl Machine {
-    /// As if it happened again, but for the device.
+    /// Applies an entry as if it happened again, without actions for the device.
     pub(super) fn replay(&mut self, entry: &Entry) {
         let of = |channel: u8| {
             let mut electrodes = self.plan.electrodes.iter();
@@ -17,7 +17,7 @@ impl Machine {
                 value,
             } => {
                 if let Some(at) = of(*channel) {
-                    // What the journal says was taken before, in this order.
+                    // The journal holds only results that were accepted before, in this order.
                     let _ = self.found[at].take(*step, value);
                 }
             }

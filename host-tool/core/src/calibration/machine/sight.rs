@@ -1,10 +1,10 @@
-//! What there is to be seen of the procedure.
+//! The operator's view of the procedure.
 
 use super::Machine;
 use crate::calibration::{Level, Phase, Step, View};
 
 impl Machine {
-    /// What there is to be seen of it at `t_us`.
+    /// Returns the state that an operator sees at `t_us`.
     #[must_use]
     pub fn view(&self, t_us: u64) -> View {
         let at = self

@@ -1,4 +1,4 @@
-//! A board whose core a debugger holds.
+//! Boards of the chip simulator whose core is controlled by a debugger.
 
 use super::{ChipError, ChipOptions, LogFile, power_on};
 use crate::session::Session;
@@ -8,7 +8,8 @@ use hal_sim::chip::image::Image;
 use hal_sim::lockstep::Device;
 use std::net::TcpListener;
 
-/// A board that gdb let boot, and when it had, µs of device time.
+/// Waits for gdb, lets it boot the board, and returns the board and the device time at which it had
+/// booted, µs.
 pub(super) fn booted(
     session: &Session,
     image: &Image,

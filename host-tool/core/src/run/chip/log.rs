@@ -1,4 +1,4 @@
-//! The log of the image on its way to a file. Without the feature `rtt` there is none.
+//! Writes the log of the image to a file. Without the feature `rtt` there is no log.
 
 use super::{ChipError, ChipOptions};
 use hal_sim::chip::board::Around;
@@ -7,7 +7,7 @@ use hal_sim::chip::image::Image;
 use hal_sim::chip::rtt::{Log, Logged};
 use hal_sim::lockstep::Device;
 
-/// Where the log goes, if somebody wants it.
+/// Destination of the image's log, if a log was requested.
 pub(super) struct LogFile {
     #[cfg(feature = "rtt")]
     log: Option<Log>,
@@ -15,14 +15,14 @@ pub(super) struct LogFile {
 
 #[cfg(feature = "rtt")]
 impl LogFile {
-    /// Opens the file that `options` name for the log of `image`.
+    /// Opens the log file that `options` names for `image`.
     pub(super) fn open(options: &ChipOptions, image: &Image) -> Result<Self, ChipError> {
         let log = options.log.as_deref().map(|path| open(path, image));
         let log = log.transpose()?;
         Ok(Self { log })
     }
 
-    /// `device`, logged.
+    /// Returns `device`, wrapped so that its log is written if a log was requested.
     pub(super) fn attach<D>(self, device: D) -> Box<dyn Device>
     where
         D: Device + AsMut<Around> + 'static,
@@ -52,12 +52,12 @@ fn open(path: &std::path::Path, image: &Image) -> Result<Log, ChipError> {
 
 #[cfg(not(feature = "rtt"))]
 impl LogFile {
-    /// Nothing to open.
+    /// Returns an empty value, because this build has no log.
     pub(super) fn open(_: &ChipOptions, _: &Image) -> Result<Self, ChipError> {
         Ok(Self {})
     }
 
-    /// `device` as it is.
+    /// Returns `device` unchanged.
     pub(super) fn attach<D>(self, device: D) -> Box<dyn Device>
     where
         D: Device + AsMut<Around> + 'static,

@@ -1,4 +1,4 @@
-//! A whole session in one call: opened, configured, armed, started, streamed, stopped.
+//! Runs a whole session in one call: opens, configures, arms, starts, streams and stops.
 
 use super::stepper::{Attached, Stepper, signalled};
 use super::{Observer, Outcome, Outputs, RunError, SessionFile, Stopped, trial};
@@ -6,11 +6,12 @@ use crate::link::{Connection, Error, Interruption, Port};
 use crate::record::Recorder;
 use firmware::safety::State;
 
-/// Longest wait for the grounding that follows an acknowledgement, µs.
+/// Longest wait for the outputs to be grounded after a fault was acknowledged, µs.
 const ACKNOWLEDGE_US: u64 = 300_000;
 
-/// Runs `session` through `port` and gives the port back with the outcome.
-/// `observer` sees it run and may end it; a closure hears the part done, 0 to 1.
+/// Runs the session of `file` through `port`, and returns the outcome and the port; the port is
+/// `None` if the device did not answer. `observer` sees the session run and may end it; a closure
+/// receives the progress, 0 to 1.
 pub fn run<P: Port>(
     file: &SessionFile,
     port: P,
@@ -20,8 +21,8 @@ pub fn run<P: Port>(
     conduct(file, port, recorder, None, observer)
 }
 
-/// The same, and `outputs` takes what a simulated device puts out while it runs: then
-/// its world has no trace of it in the end.
+/// Does the same as [`run`], and hands the output of a simulated device to `outputs` while the
+/// session runs. The simulated world then holds no trace at the end.
 pub fn run_taken<P: Port>(
     file: &SessionFile,
     port: P,
@@ -62,10 +63,10 @@ fn conduct<P: Port>(
     (outcome, Some(port))
 }
 
-/// Waits until the device has answered, and gives the port back.
+/// Waits until the device has answered `Hello`, and returns the port.
 ///
 /// # Errors
-/// It does not answer, another host holds its session, or a signal came.
+/// The device does not answer, another host holds its session, or a signal arrived.
 pub fn greet<P: Port>(port: P, interruption: &Interruption) -> Result<P, RunError> {
     let opened = Connection::open_interruptible(port, Some(interruption.clone()));
     let (connection, _) =
@@ -73,7 +74,7 @@ pub fn greet<P: Port>(port: P, interruption: &Interruption) -> Result<P, RunErro
     Ok(connection.into_port())
 }
 
-/// Clears a latched fault, if there is one, and gives the port back.
+/// Acknowledges a latched fault, if there is one, and returns the port.
 ///
 /// # Errors
 /// The device does not answer, or another host holds its session.

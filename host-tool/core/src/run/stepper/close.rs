@@ -1,32 +1,32 @@
-//! The end of a session: a stop, whatever happened, and what is left to record.
+//! Ends a session: stops the device in every case, and records the rest.
 
 use super::listen::MOST_AT_ONCE;
 use super::{Outcome, RunError, Seen, Stepper, Stopped, signalled, trial};
 use crate::link::{Error, Incoming, Port};
 use firmware::link::Event;
 
-/// Longest wait for the outputs to be reported isolated after a stop, µs.
+/// Longest wait for the report that the outputs are disconnected after a stop, µs.
 const STOP_US: u64 = 300_000;
 
 impl<P: Port> Stepper<'_, P> {
-    /// Asks the device to stop, and waits for its answer, whatever signal comes.
+    /// Asks the device to stop, and waits for its answer even if a signal arrives.
     ///
     /// # Errors
-    /// Not answered, or the device is lost: it stops by itself.
+    /// The device does not answer or is lost; then it stops by itself.
     pub fn stop(&mut self) -> Result<(), Error> {
         self.connection.ignore_signals();
         self.connection.stop().map(drop)
     }
 
-    /// Stops the device and gives the outcome and the port back. `ran` says how the session
-    /// ended: the first error of its steps is the outcome's.
+    /// Stops the device, and returns the outcome and the port. `ran` is the result of the session's
+    /// steps; its error takes precedence over errors of the stop.
     pub fn close(mut self, ran: Result<(), RunError>) -> (Outcome, P) {
         let is_started = self.started_us.is_some();
         let t_s = is_started.then(|| self.t_s());
-        // Whatever happened, ask for a stop; a lost device stops by itself.
+        // Request a stop in every case; a lost device stops by itself.
         let stopped = self.stop();
         if !is_started {
-            // The first error is the one to tell.
+            // An error here is dropped, because the first error is the one to report.
             let _ = self.read_electrodes();
         }
         let finished = match &stopped {
@@ -61,8 +61,7 @@ impl<P: Port> Stepper<'_, P> {
         (outcome, self.connection.into_port())
     }
 
-    /// After a stop: waits until the outputs are reported isolated, asks for
-    /// counters.
+    /// Waits after a stop until the outputs are reported disconnected, then asks for the counters.
     fn finish(&mut self) -> Result<(), RunError> {
         let wait_us = if self.is_finished { 0 } else { STOP_US };
         let until = self.connection.port().now_us() + wait_us;

@@ -1,5 +1,5 @@
-//! Hands on the controls: pause and resume, intensity by steps, markers, a stop. Each is
-//! recorded with device time and host time, and repeated from there.
+//! Actions at the controls: pause and resume, intensity in steps, markers, and a stop. Each action
+//! is recorded with device time and host time, so that a rerun can repeat it.
 
 use super::{Observer, RunError, Seen, Stepper, Wish};
 use crate::link::{Error, Interruption, Port};
@@ -9,31 +9,32 @@ use firmware::safety::Stimulus;
 use firmware::units::Amplitude;
 use std::collections::VecDeque;
 
-/// A step of a channel's intensity, percent of the session's own amplitudes.
+/// Step of a channel's intensity, percent of the session's own amplitudes.
 pub const INTENSITY_STEP: u16 = 5;
 
-/// Most rows that a trial in memory keeps; the file has all.
+/// Maximum number of marker rows that a trial keeps in memory; the file holds all.
 const MOST_MARKERS: usize = 10_000;
 
-/// What a person at the controls does.
+/// Action of a person at the controls.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Control {
-    /// Stops all channels; the session's time goes on.
+    /// Stops all channels while the session's time runs on.
     Pause,
     /// Checks the electrodes again, arms and starts; amplitudes rise as at the start.
     Resume,
-    /// Raises the intensity of a channel (from 1) by [`INTENSITY_STEP`].
+    /// Raises the intensity of a channel, counted from 1, by [`INTENSITY_STEP`].
     Raise(u8),
-    /// Lowers it by as much, to 0 at least.
+    /// Lowers the intensity of a channel, counted from 1, by [`INTENSITY_STEP`], but not below 0.
     Lower(u8),
-    /// Notes a text.
+    /// Records a note.
     Mark(String),
     /// Ends the session.
     Stop,
 }
 
 impl Control {
-    /// What a row of `markers.csv` says was done; nothing for an edge.
+    /// Returns the action that a row of `markers.csv` records; `None` for a row that records an
+    /// edge.
     #[must_use]
     pub fn of(marker: &Marker) -> Option<Self> {
         Some(match (marker.kind, marker.channel) {
@@ -66,24 +67,25 @@ impl Control {
     }
 }
 
-/// Whether stimulation is interrupted by hand.
+/// State of a pause by hand.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) enum Paused {
-    /// It is not.
+    /// The session is not paused.
     #[default]
     No,
-    /// The device was asked to stop, and falls.
+    /// The device was asked to stop, and its amplitudes are falling.
     Falling,
-    /// Its outputs are isolated.
+    /// The outputs are disconnected.
     Isolated,
 }
 
 impl<P: Port> Stepper<'_, P> {
-    /// Does what a person at the controls asks for, at once.
+    /// Carries out an action of a person at the controls at once.
     ///
     /// # Errors
-    /// The device is lost, or the record cannot be written. What only cannot be done (a
-    /// channel at its limit, an electrode that is off at a resume) is recorded and shown.
+    /// The device is lost, or the record cannot be written. An action that is not possible (a
+    /// channel at its limit, an electrode that is off at a resume) is no error: the reason is
+    /// recorded and shown.
     pub fn control(&mut self, control: &Control) -> Result<(), RunError> {
         let (host_us, device_us) = (self.time_us(), self.now());
         let refused = match control {
@@ -117,18 +119,19 @@ impl<P: Port> Stepper<'_, P> {
         self.keep_marker(marker)
     }
 
-    /// The intensity of a channel (from 1), percent of the session's own amplitudes.
+    /// Returns the intensity of a channel, counted from 1, in percent of the session's own
+    /// amplitudes.
     pub fn intensity_percent(&self, channel: u8) -> u16 {
         let index = usize::from(channel.wrapping_sub(1));
         self.intensity.get(index).copied().unwrap_or(0)
     }
 
-    /// Whether stimulation is interrupted by hand.
+    /// Returns whether stimulation is paused by hand.
     pub fn is_paused(&self) -> bool {
         self.paused != Paused::No
     }
 
-    /// Files an edge of trigger input or sync output.
+    /// Records an edge of the trigger input or the sync output.
     pub(super) fn file_line(&mut self, kind: MarkerKind, at_us: u64) -> Result<(), RunError> {
         let marker = Marker {
             t_s: self.since_start_s(at_us),
@@ -153,16 +156,15 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// Asks the observer for what is done at the controls, and does it. Called where no
-    /// message waits, and once a microsecond at most, so that a rerun does it at the same
-    /// moment.
+    /// Asks the observer for actions at the controls, and carries them out. It is called when no
+    /// message waits, and at most once per microsecond, so that a rerun acts at the same moment.
     pub(super) fn take_controls(&mut self) -> Result<(), RunError> {
         let now_us = self.time_us();
         if now_us <= self.controlled_us {
             return Ok(());
         }
         self.controlled_us = now_us;
-        // After one that took time the next waits for its own moment.
+        // An action that took time leaves the next action to a later moment.
         while self.time_us() == now_us
             && let Some(control) = self.attached.observer.control(now_us)
         {
@@ -171,13 +173,14 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// Why it had no effect, if it had none.
+    /// Pauses the session, and returns the reason if that had no effect.
     fn pause(&mut self) -> Result<Option<String>, RunError> {
         if self.is_paused() {
             return Ok(Some("paused already".to_owned()));
         }
         if self.session.is_counted() {
-            // Started again, trains of a fixed number of pulses would all play again.
+            // A new start would play trains with a fixed number of pulses again from the first
+            // pulse.
             self.is_stopped = true;
             return Ok(Some(
                 "trains with `repeats` cannot be resumed: the session ends".to_owned(),
@@ -199,7 +202,8 @@ impl<P: Port> Stepper<'_, P> {
             Ok(_) => {
                 self.paused = Paused::No;
                 self.hear();
-                // Armed again, muscles are at the model levels of the session's begin.
+                // The device was armed again, so its muscles are at the model levels of the
+                // session's start.
                 let now_us = self.time_us();
                 for request in self.session.rungs(0, now_us) {
                     self.connection.request(request)?;
@@ -246,8 +250,8 @@ impl<P: Port> Stepper<'_, P> {
         }
     }
 
-    /// The largest intensity at which every amplitude of a channel (from 1) is within its
-    /// limit, percent; none for a channel whose amplitudes the host does not set.
+    /// Returns the highest intensity at which every amplitude of a channel, counted from 1, is
+    /// within its limit, in percent; `None` for a channel whose amplitudes the host does not set.
     fn highest_intensity(&self, channel: u8) -> Option<u16> {
         let peak = self.session.setpoints.peak(channel.checked_sub(1)?)?;
         let limit = self.session.limit_of(channel)?.get();
@@ -255,7 +259,7 @@ impl<P: Port> Stepper<'_, P> {
         Some(u16::try_from(most).unwrap_or(u16::MAX))
     }
 
-    /// What is sent in place of `setpoint`: its amplitudes at the channels' intensities.
+    /// Returns `setpoint` with its amplitudes scaled to the channels' intensities.
     pub(super) fn at_intensity(&self, setpoint: Setpoint) -> Setpoint {
         let Setpoint::Amplitudes(values) = setpoint else {
             return setpoint;
@@ -264,8 +268,8 @@ impl<P: Port> Stepper<'_, P> {
         Setpoint::Amplitudes(scaled.collect())
     }
 
-    /// An amplitude of a channel on the link (0–9) at its intensity, rounded down to a whole
-    /// thousandth, so that no rounding raises.
+    /// Scales an amplitude of a channel on the link (0–9) to the channel's intensity. The result is
+    /// rounded down to a whole thousandth, so that rounding never raises an amplitude.
     pub(super) fn scaled(&self, (channel, stimulus): (u8, Stimulus)) -> (u8, Stimulus) {
         let percent = self.intensity.get(usize::from(channel)).copied();
         let percent = u64::from(percent.unwrap_or(0));
@@ -283,15 +287,15 @@ fn not_driven(channel: u8) -> String {
     format!("channel {channel} has no intensity: a control law drives it, or nothing does")
 }
 
-/// What a person did at the controls in a record, to be done again.
+/// Actions at the controls in a record, to be repeated.
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
-    /// Each with host time since the start of the trains, µs.
+    /// Actions not yet repeated, each with its host time since the start of the trains, µs.
     left: VecDeque<(u64, Control)>,
 }
 
 impl Keys {
-    /// The keys of a trial's markers.
+    /// Returns the actions that the markers of a trial record.
     #[must_use]
     pub fn of(markers: &[Marker]) -> Self {
         let keys = markers.iter();
@@ -301,14 +305,15 @@ impl Keys {
         }
     }
 
-    /// The next one, if it was pressed by `now_us`, host time since the start of the trains.
+    /// Returns the next action if it happened by `now_us`, host time since the start of the trains,
+    /// µs.
     fn due(&mut self, now_us: u64) -> Option<Control> {
         let (_, control) = self.left.pop_front_if(|(at_us, _)| *at_us <= now_us)?;
         Some(control)
     }
 }
 
-/// An observer at whose run `keys` are pressed again.
+/// Wraps `observer` so that the actions in `keys` are repeated at their times.
 pub fn repeating<O: Observer>(keys: Keys, observer: O) -> impl Observer {
     Repeating { keys, observer }
 }

@@ -1,4 +1,4 @@
-//! Why a run ends that was not to end: the device stopped, or it says nothing any more.
+//! Handles runs that end unexpectedly: the device stopped, or sends nothing any more.
 
 use super::{RunError, SILENCE_US, Stepper, Wish};
 use crate::link::{Error, Port};
@@ -7,14 +7,16 @@ use firmware::link::{Event, Request};
 use firmware::safety::StopCause;
 
 impl<P: Port> Stepper<'_, P> {
-    /// The device has said something now.
+    /// Notes that the device has sent something now.
     pub(super) fn hear(&mut self) {
         self.heard_us = self.connection.port().now_us();
         self.heard_stalled_us = self.connection.stalled_in_sum_us();
     }
 
+    /// Checks how long the device has been silent.
+    ///
     /// # Errors
-    /// The device has been silent for too long, while this computer listened.
+    /// The device has been silent for too long while this computer listened.
     pub(super) fn check_silence(&mut self) -> Result<(), RunError> {
         let silence_us = self
             .connection
@@ -39,7 +41,8 @@ impl<P: Port> Stepper<'_, P> {
         Err(error.into())
     }
 
-    /// The device ended the session `t_s` after its start by `event`, `why` in words.
+    /// Returns the error for a session that the device ended with `event`, `t_s` seconds after the
+    /// start; `why` describes the event in words.
     pub(super) fn ended_by(&mut self, event: &Event, t_s: f64, why: String) -> RunError {
         let (Event::Stopping(StopCause::HostSilent) | Event::Stopped(StopCause::HostSilent)) =
             event
@@ -51,7 +54,7 @@ impl<P: Port> Stepper<'_, P> {
         if let Some((refused_s, refused)) = &self.last_refused
             && (t_s - refused_s) * 1e3 <= timeout_ms as f64
         {
-            // The host spoke until the end.
+            // The host sent requests until the end, and the device refused them.
             let advice = format!(
                 "it heard this program, and refused what it asked for ({refused}): no refused \
                  setpoint counts towards wearer.host_timeout_ms ({timeout_ms} ms); ask for what \
@@ -60,7 +63,7 @@ impl<P: Port> Stepper<'_, P> {
             return RunError::Ended { t_s, why, advice };
         }
         let stalled_ms = self.connection.stalled_us() / 1000;
-        // The time since the last setpoint belongs to the silence, too.
+        // The time since the last setpoint counts towards the silence, too.
         if stalled_ms >= timeout_ms / 2 {
             let then = format!(
                 "after {timeout_ms} ms without it the device ended the session at {t_s:.2} s, as \
@@ -77,7 +80,7 @@ impl<P: Port> Stepper<'_, P> {
         RunError::Ended { t_s, why, advice }
     }
 
-    /// Does what the observer wishes.
+    /// Carries out the observer's wish.
     pub(super) fn poll_observer(&mut self) -> Result<(), RunError> {
         match self.attached.observer.wish() {
             Wish::Nothing => {}

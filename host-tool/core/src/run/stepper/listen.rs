@@ -3,22 +3,24 @@
 use super::{RunError, Stepper};
 use crate::link::{Polled, Port};
 
-/// So many messages are filed at once when a setpoint is due, and the rest after it: a
-/// device that sends without end delays neither setpoints nor the session's end.
+/// Maximum number of messages processed at once when a setpoint is due; the others follow after the
+/// setpoint. A device that sends without end therefore delays neither setpoints nor the session's
+/// end.
 pub(super) const MOST_AT_ONCE: usize = 1000;
 
-/// Why listening is over.
+/// Reason why listening ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Listened {
-    /// Time to post what is due.
+    /// The next setpoint is due.
     Due,
     /// The step is over.
     Paused,
 }
 
 impl<P: Port> Stepper<'_, P> {
-    /// Files what arrives by `until_us`, or has arrived by now if that is over; pauses at the
-    /// first look at the port from `pause_us` on, or with an event.
+    /// Processes messages that arrive by `until_us`; if that time has passed, those that have
+    /// arrived by now. Pauses at the first look at the port from `pause_us` on, or at an event if
+    /// `ends_at_event` is true. Times are the port's, µs.
     pub(super) fn listen(
         &mut self,
         until_us: u64,

@@ -1,31 +1,32 @@
-//! A session whose setpoints the caller gives, and may decide on between steps.
+//! Runs sessions whose setpoints the caller supplies and may decide on between steps.
 
 use super::{RunError, Stepped, Stepper};
 use crate::link::Port;
 use firmware::link::Request;
 use std::time::Duration;
 
-/// Keep-alives in the host silence that the wearer allows.
+/// Number of keep-alives sent within the host silence that the wearer allows.
 const SIGNS_OF_LIFE: u64 = 4;
 
 impl<P: Port> Stepper<'_, P> {
     /// Leaves the setpoints to the caller, who sends them with [`Self::request`] and
-    /// [`Self::post`]; call it before [`Self::configure`].
+    /// [`Self::post`]. Call this before [`Self::configure`].
     ///
-    /// The stepper sends nothing of `[setpoints]` and asks for no telemetry. It sends a
-    /// keep-alive when a quarter of the wearer's `host_timeout_ms` has passed since the latest
-    /// request; where time is real, a thread of its own sends them. The session has no length,
-    /// a step ends exactly at its time, and a refusal ends the session.
+    /// The stepper sends nothing of `[setpoints]` and asks for no telemetry. It sends a keep-alive
+    /// when a quarter of the wearer's `host_timeout_ms` has passed since the latest request; where
+    /// time is real, a separate thread sends them. The session has no length, a step ends exactly
+    /// at its time, and a refusal ends the session.
     #[must_use]
     pub fn live(mut self) -> Self {
         self.keep_alive_us = Some(u64::MAX); // nothing is due before the start
         self
     }
 
-    /// Sends a request and waits for its acknowledgement: the device time of it, µs.
+    /// Sends a request, waits for its acknowledgement, and returns the device time of the
+    /// acknowledgement, µs.
     ///
     /// # Errors
-    /// Refused, not answered, lost.
+    /// The request is refused or not answered, or the device is lost.
     pub fn request(&mut self, request: Request) -> Result<u64, RunError> {
         let at_us = self.connection.request(request)?;
         self.hear();
@@ -33,10 +34,10 @@ impl<P: Port> Stepper<'_, P> {
         Ok(at_us)
     }
 
-    /// Sends a request without waiting: the next steps take its answer.
+    /// Sends a request without waiting; the following steps process its answer.
     ///
     /// # Errors
-    /// Too large for the link, lost.
+    /// The request is too large for the link, or the device is lost.
     pub fn post(&mut self, request: Request) -> Result<(), RunError> {
         self.connection.post(request)?;
         self.delay_keep_alive();
@@ -47,7 +48,7 @@ impl<P: Port> Stepper<'_, P> {
         self.keep_alive_us.is_some()
     }
 
-    /// Trains of a live session start: from now on the device hears of its host.
+    /// Begins to send keep-alives, when the trains of a live session start.
     pub(super) fn begin_keep_alives(&mut self) -> Result<(), RunError> {
         if self.is_live() {
             let period = Duration::from_micros(self.keep_alive_period_us());
@@ -61,7 +62,7 @@ impl<P: Port> Stepper<'_, P> {
         u64::from(self.session.wearer.host_timeout_ms) * 1000 / SIGNS_OF_LIFE
     }
 
-    /// The device has just been sent something.
+    /// Moves the next keep-alive one period on, because something was just sent to the device.
     fn delay_keep_alive(&mut self) {
         if self.is_live() && self.started_us.is_some() && self.connection.keeper().is_none() {
             let now_us = self.connection.port().now_us();
@@ -69,7 +70,7 @@ impl<P: Port> Stepper<'_, P> {
         }
     }
 
-    /// [`Stepper::step`] of a live session, to `to_us` of the port's time.
+    /// Runs [`Stepper::step`] for a live session, until `to_us` in the port's time, µs.
     pub(super) fn step_live(
         &mut self,
         to_us: u64,

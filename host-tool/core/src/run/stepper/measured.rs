@@ -1,4 +1,5 @@
-//! What the host measures of a simulated wearer, or takes for measured, at each setpoint.
+//! Sends the angles that the host measures on a simulated wearer, or takes from the session, at
+//! each setpoint.
 
 use super::{RunError, Stepper};
 use crate::link::{Port, stamp};
@@ -12,7 +13,7 @@ impl<P: Port> Stepper<'_, P> {
         limb.is_some_and(SessionLimb::is_measured)
     }
 
-    /// A measurement of each of the arm's angles now.
+    /// Returns one measurement request for each of the arm's angles, as measured now.
     pub(super) fn posture(&mut self) -> Vec<Request> {
         let at = stamp(self.now());
         let angles = self.connection.port().posture_deg().into_iter().flatten();
@@ -27,7 +28,8 @@ impl<P: Port> Stepper<'_, P> {
         measured.collect()
     }
 
-    /// The modulated joints' angles of `due` µs after the start, measured now.
+    /// Returns measurement requests for the modulated joints: the session's angles for `due` µs
+    /// after the start, stamped as measured now.
     pub(super) fn joint_angles(&mut self, due: u64) -> Vec<Request> {
         let at = stamp(self.now());
         let joints = self.session.modulations.iter();
@@ -43,7 +45,9 @@ impl<P: Port> Stepper<'_, P> {
         self.session.sensor() == Some(SensorSource::Host)
     }
 
-    /// Angles that the host sends, or takes for measured, are there before the first pulse.
+    /// Sends the angles that the host measures or takes from the session, so that the device has
+    /// them before the first pulse. Fails if this device has no simulated arm, or may have a wearer
+    /// while the session's joint angles are a script.
     pub(super) fn check_measured(&mut self) -> Result<(), RunError> {
         if self.measures_posture() {
             if self.connection.port().posture_deg().is_none() {
@@ -65,8 +69,8 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// Asks a simulated trigger input for its edges up to `to`, µs after the start, that it
-    /// was not asked for yet. A board has a real one.
+    /// Schedules the edges of a simulated trigger input up to `to`, µs after the start, that were
+    /// not scheduled yet. A board has a real trigger input.
     pub(super) fn trigger(&mut self, to: u64) {
         let (begin, from) = (self.started_us.unwrap_or(0), self.triggered_us);
         self.triggered_us = to;

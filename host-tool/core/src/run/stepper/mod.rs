@@ -1,9 +1,9 @@
-//! A session on a device, step by step: open, configure, arm, start, step until a device
-//! time or an event, stop, close.
+//! Runs a session on a device step by step: open, configure, arm, start, step until a device time
+//! or an event, stop, close.
 //!
 //! [`run`](super::run()) is its first user. A program of your own drives it the same way; the
-//! result does not depend on where the steps end. A program that decides on setpoints while
-//! the session runs gives them itself ([`Stepper::live`]).
+//! result does not depend on where the steps end. A program that decides on setpoints while the
+//! session runs supplies them itself ([`Stepper::live`]).
 
 mod close;
 mod controls;
@@ -31,20 +31,20 @@ pub use controls::{Control, INTENSITY_STEP, Keys, repeating};
 use listen::Listened;
 use post::Programmed;
 
-/// A device that says nothing for so long is lost, µs. It owes telemetry every
-/// 100 ms at least.
+/// Silence after which a device counts as lost, µs. A device sends telemetry at least every 100 ms.
 const SILENCE_US: u64 = 1_000_000;
 
-/// From one time that a simulated device's outputs are taken to the next, µs.
+/// Time between two transfers of a simulated device's output, µs.
 const TAKE_US: u64 = 1_000_000;
 
-/// What goes with a session while it runs. By default nothing does.
+/// Recorder, receiver of outputs and observer of a running session. By default there are none.
 pub struct Attached<'a> {
-    /// Streams every row to the disk as it comes.
+    /// Recorder that streams every row to disk as it arrives.
     pub recorder: Option<Box<dyn DerefMut<Target = Recorder> + 'a>>,
-    /// Takes the outputs of a simulated device while it runs; else its world keeps them.
+    /// Receiver of a simulated device's output while it runs; without it the simulated world keeps
+    /// the output.
     pub outputs: Option<Box<dyn Outputs + 'a>>,
-    /// Sees the session run, and may end it.
+    /// Observer that sees the session run and may end it.
     pub observer: Box<dyn Observer + 'a>,
 }
 
@@ -58,26 +58,26 @@ impl Default for Attached<'_> {
     }
 }
 
-/// How far a step goes at most.
+/// Latest end of a step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Until {
-    /// To this time, µs after the start of the trains, and at most 2 ms further: to the first
-    /// moment from then on at which the host looks at its device anyway; in a live session
-    /// exactly to it.
+    /// Ends at this time, µs after the start of the trains, or at most 2 ms later: at the first
+    /// moment from then on at which the host looks at its device anyway. In a live session the
+    /// step ends exactly at this time.
     Time(u64),
-    /// To this time at most, or to the first event before it.
+    /// Ends at this time, µs after the start of the trains, or at the first event before it.
     Event(u64),
 }
 
-/// Why a step is over.
+/// Reason why a step ended.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Stepped {
-    /// The time that was given has come.
+    /// The given time was reached.
     Reached,
-    /// The device reported an event, so many seconds after the start of the trains.
+    /// The device reported an event; its time is in s after the start of the trains.
     Event(f64, Event),
-    /// The session's length is over, or every train of a fixed number of pulses has played:
-    /// what is left is to close.
+    /// The session's length is over, or every train with a fixed number of pulses has played; the
+    /// only step left is to close.
     Over,
 }
 
@@ -119,52 +119,54 @@ pub struct Stepper<'a, P> {
     info: HelloInfo,
     trial: Trial,
     attached: Attached<'a>,
-    /// Pulses that were taken, and up to when, in the port's time.
+    /// Number of pulses in the output handed over so far, and the time up to which it was handed
+    /// over, µs of the port's time.
     taken: (u64, u64),
-    /// When the trains started, device time in µs.
+    /// Start of the trains, device time in µs.
     epoch: u64,
-    /// The same in the port's time; none before the start.
+    /// Start of the trains in the port's time, µs; `None` before the start.
     started_us: Option<u64>,
-    /// The setpoint that is next, by its number.
+    /// Number of the next setpoint.
     index: u64,
-    /// Up to when a simulated trigger input has been asked for edges, µs after the start.
+    /// Time up to which edges of a simulated trigger input were scheduled, µs after the start.
     triggered_us: u64,
-    /// A board's count of this run's pulses after the electrode check, where no
-    /// trace tells.
+    /// Pulses of the electrode check as a board counts them, for a device without a trace.
     checked: u32,
-    /// What the device had counted before: nothing if it booted for this.
+    /// Counters of the device before this run; zero if it booted for this run.
     begun: Counters,
     refused: usize,
-    /// The latest of them and when it came, s after the start.
+    /// Latest refusal and its time, s after the start.
     last_refused: Option<(f64, Refused)>,
-    /// Why the device ended it, if it did.
+    /// Reason why the device ended the session, if it did.
     ended: Option<RunError>,
-    /// The latest event, s after the start, until a step has returned it.
+    /// Latest event and its time, s after the start, until a step has returned it.
     event: Option<(f64, Event)>,
-    /// Events that came beyond the most that are kept.
+    /// Number of events beyond the maximum that is kept.
     left_out: u64,
-    /// Every train of a fixed number of pulses has played: the session is over.
+    /// Whether every train with a fixed number of pulses has played, so that the session is over.
     is_finished: bool,
-    /// The latest forces at the hand that were asked for, with their numbers.
+    /// Latest forces at the hand that were asked for, mN, with the numbers of their requests.
     wishes: VecDeque<(u16, [i32; 3])>,
     programmed: Programmed,
-    /// By channel on the link (0–9), percent of the session's own amplitudes.
+    /// Intensity of each channel on the link (0–9), percent of the session's own amplitudes.
     intensity: [u16; CHANNELS],
-    /// Whether stimulation is interrupted by hand.
+    /// State of a pause by hand.
     paused: Paused,
-    /// Somebody at the controls ended the session.
+    /// Whether a person at the controls ended the session.
     is_stopped: bool,
-    /// When the controls were looked at last, µs after the start.
+    /// Time of the last look at the controls, µs after the start.
     controlled_us: u64,
-    /// In a live session, when the device is due a keep-alive, in the port's time.
+    /// Time of the next keep-alive of a live session, in the port's time, µs; `None` in other
+    /// sessions.
     keep_alive_us: Option<u64>,
-    /// When the device last said something, in the port's time.
+    /// Time of the device's last message, in the port's time, µs.
     heard_us: u64,
-    /// How long this computer had stalled in sum by then, µs.
+    /// Total time that this computer had stalled by then, µs.
     heard_stalled_us: u64,
 }
 
-/// What a signal ended, `t_s` after the start, is told as such.
+/// Turns the link's report of a signal into [`RunError::Signal`], `t_s` seconds after the start;
+/// returns other errors unchanged.
 pub(super) fn signalled(error: RunError, t_s: Option<f64>, stopped: Stopped) -> RunError {
     match error {
         RunError::Link(Error::Interrupted(signal)) => RunError::Signal {
@@ -177,19 +179,19 @@ pub(super) fn signalled(error: RunError, t_s: Option<f64>, stopped: Stopped) -> 
 }
 
 impl<'a, P: Port> Stepper<'a, P> {
-    /// Opens the device behind `port` for `file`'s session; nothing is configured yet.
+    /// Opens the device behind `port` for the session of `file`. Nothing is configured yet.
     ///
     /// # Errors
-    /// The device does not answer or another host holds it; a signal came. The port is lost.
+    /// The device does not answer, another host holds it, or a signal arrived. The port is lost.
     pub fn open(file: &'a SessionFile, port: P, attached: Attached<'a>) -> Result<Self, RunError> {
         let trial = trial::begin_trial(file);
         Self::begin(Cow::Borrowed(&file.session), trial, port, attached)
     }
 
-    /// The same, and the session is the stepper's own.
+    /// Does the same as [`Self::open`], and takes ownership of the session.
     ///
     /// # Errors
-    /// As [`Self::open`].
+    /// The errors of [`Self::open`].
     pub fn open_owned(
         file: SessionFile,
         port: P,
@@ -241,27 +243,27 @@ impl<'a, P: Port> Stepper<'a, P> {
         })
     }
 
-    /// The device that answered.
+    /// Returns the device's answer to `Hello`.
     pub const fn info(&self) -> &HelloInfo {
         &self.info
     }
 
-    /// The session that runs.
+    /// Returns the session that runs.
     pub fn session(&self) -> &Session {
         &self.session
     }
 
-    /// Everything recorded so far.
+    /// Returns everything recorded so far.
     pub const fn trial(&self) -> &Trial {
         &self.trial
     }
 
-    /// The port.
+    /// Returns the port, for example to read a simulated world.
     pub fn port(&mut self) -> &mut P {
         self.connection.port()
     }
 
-    /// µs since the trains started, in the port's time; 0 before.
+    /// Returns the time since the trains started, µs of the port's time; 0 before the start.
     pub fn time_us(&mut self) -> u64 {
         let now_us = self.connection.port().now_us();
         now_us.saturating_sub(self.started_us.unwrap_or(now_us))
@@ -270,10 +272,11 @@ impl<'a, P: Port> Stepper<'a, P> {
     /// Sends the setup.
     ///
     /// # Errors
-    /// The session does not fit the device; refused, not answered, lost.
+    /// The session does not fit the device, a request is refused or not answered, or the device is
+    /// lost.
     pub fn configure(&mut self) -> Result<(), RunError> {
         self.identify()?;
-        // It may have played for others, or another trial, since it booted.
+        // The device may have played for others, or another trial, since it booted.
         let is_new = (self.connection.port().world()).is_some_and(|world| !world.is_used());
         if !is_new {
             self.begun = self.connection.status()?.counters;
@@ -295,8 +298,8 @@ impl<'a, P: Port> Stepper<'a, P> {
     /// Checks the electrodes and arms.
     ///
     /// # Errors
-    /// Refused (an electrode, an input), not answered, lost; what the host must measure and
-    /// cannot.
+    /// Arming is refused (an electrode, an input) or not answered, the device is lost, or the host
+    /// cannot measure an angle that the session needs.
     pub fn arm(&mut self) -> Result<(), RunError> {
         let is_seen = self.connection.port().world().is_some();
         let before = match (is_seen, self.started_us) {
@@ -316,13 +319,13 @@ impl<'a, P: Port> Stepper<'a, P> {
     /// Starts the trains.
     ///
     /// # Errors
-    /// Refused, not answered, lost.
+    /// The start is refused or not answered, or the device is lost.
     pub fn start(&mut self) -> Result<(), RunError> {
         self.epoch = self.start_trains()?;
         let now_us = self.connection.port().now_us();
         self.hear();
         let is_simulated = self.connection.port().world().is_some();
-        // In a simulated world, host time and device time are one.
+        // In a simulated world, host time and device time are the same.
         let now = match is_simulated {
             true => now_us,
             false => self.device_time(now_us),
@@ -333,21 +336,21 @@ impl<'a, P: Port> Stepper<'a, P> {
         self.post_programs(0)
     }
 
-    /// Starts the armed trains: the device time then, µs.
+    /// Starts the armed trains, and returns the device time of the start, µs.
     fn start_trains(&mut self) -> Result<u64, RunError> {
-        // The first setpoint is there before the first pulse.
+        // The first setpoint is sent before the first pulse.
         for request in self.first_orders() {
             self.connection.request(request)?;
         }
         Ok(self.connection.start()?)
     }
 
-    /// Streams setpoints and files what arrives, as far as `until` says; nothing before
-    /// [`Self::start`].
+    /// Streams setpoints and processes messages until the end that `until` gives. Does nothing
+    /// before [`Self::start`].
     ///
     /// # Errors
-    /// The device ended the session or is lost, a signal came, the observer ended it, the
-    /// record cannot be written: [`Self::close`] is what is left.
+    /// The device ended the session or is lost, a signal arrived, the observer ended the session,
+    /// or the record cannot be written. Call [`Self::close`] next.
     pub fn step(&mut self, until: Until) -> Result<Stepped, RunError> {
         let Some(begin) = self.started_us else {
             return Ok(Stepped::Reached);
@@ -389,7 +392,7 @@ impl<'a, P: Port> Stepper<'a, P> {
         }
     }
 
-    /// All steps to the session's end.
+    /// Runs all steps to the session's end.
     pub(super) fn run_to_end(&mut self) -> Result<(), RunError> {
         self.configure()?;
         self.arm()?;
@@ -397,18 +400,19 @@ impl<'a, P: Port> Stepper<'a, P> {
         self.step(Until::Time(u64::MAX)).map(drop)
     }
 
-    /// Device time now, µs.
+    /// Returns the device time now, µs.
     fn now(&mut self) -> u64 {
         let now_us = self.connection.port().now_us();
         self.device_time(now_us)
     }
 
-    /// Device time at `port_us` of the port's, µs; the epoch before any answer.
+    /// Returns the device time at `port_us`, µs of the port's time; the epoch before the first
+    /// answer.
     fn device_time(&self, port_us: u64) -> u64 {
         self.connection.device_time(port_us).unwrap_or(self.epoch)
     }
 
-    /// Seconds from the start of the trains to the device time `at_us`.
+    /// Converts the device time `at_us` into seconds since the start of the trains.
     fn since_start_s(&self, at_us: u64) -> f64 {
         trial::since_s(at_us, self.epoch)
     }

@@ -1,5 +1,4 @@
-//! What the host sends while a session runs: setpoints, lists, changes of model level,
-//! measurements.
+//! Sends setpoints, lists, changes of model level and measurements while a session runs.
 
 use super::{RunError, Stepper};
 use crate::link::{Port, stamp};
@@ -8,41 +7,42 @@ use firmware::link::Request;
 use firmware::safety::Stimulus;
 use std::iter;
 
-/// Forces at the hand are sent so long before they are valid, that none is late for its
+/// Time by which forces at the hand are sent before they take effect, so that none is late for its
 /// recruitment, µs.
 const AHEAD_US: u64 = 10_000;
 
-/// Wanted forces at the hand whose answers may be on their way.
+/// Maximum number of requested forces at the hand whose answers may be outstanding.
 const WISHES: usize = 64;
 
-/// From measurement to measurement of an arm's nine angles, µs.
+/// Time between two measurements of an arm's nine angles, µs.
 const POSTURE_US: u64 = 20_000;
 
-/// Orders of programs are sent so long before they are due, so that none is late for a host
-/// or a cable that stalls, µs; by fewer ticks for fast trains, for the device lets 16 wait.
+/// Time by which the amplitudes of programs are sent before they are due, so that a stall of host
+/// or cable does not delay them, µs. Fast trains are sent fewer ticks ahead, because the device
+/// lets only 16 wait.
 const PROGRAM_AHEAD_US: u64 = 100_000;
 
-/// Most ticks of programs that are sent ahead.
+/// Maximum number of program ticks that are sent ahead.
 const MOST_TICKS: u64 = 8;
 
-/// What was sent of a session's programs.
+/// State of the programs' amplitudes sent so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Programmed {
-    /// When the next order may change, µs after the start.
+    /// Time of the next tick at which the amplitudes may change, µs after the start.
     next_us: u64,
-    /// The latest orders.
+    /// Latest amplitudes sent.
     latest: Vec<(u8, Stimulus)>,
 }
 
 impl<P: Port> Stepper<'_, P> {
-    /// Sends what programs order up to `due` µs after the start, and ahead of it, each with
-    /// the device time from which it holds; only what changes.
+    /// Sends the amplitudes that programs order up to `due` µs after the start and a little ahead
+    /// of it. Each carries the device time from which it holds; only changes are sent.
     pub(super) fn post_programs(&mut self, due: u64) -> Result<(), RunError> {
         let Some(tick_us) = self.session.setpoints.programs.tick_us() else {
             return Ok(());
         };
         let ahead_us = PROGRAM_AHEAD_US.min(MOST_TICKS * tick_us);
-        // Nothing begins when the session is over, though the trains play until the stop.
+        // Nothing begins after the session's end, although the trains play until the stop.
         let end_us = (due + ahead_us + 1).min(self.session.duration_us);
         while self.programmed.next_us < end_us {
             let at_us = self.programmed.next_us;
@@ -58,14 +58,15 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// The orders of programs for `at_us` µs after the start, at the channels' intensities.
+    /// Returns the programs' amplitudes for `at_us` µs after the start, at the channels'
+    /// intensities.
     fn programmed_at(&self, at_us: u64) -> Vec<(u8, Stimulus)> {
         let orders = self.session.setpoints.programs.at(at_us);
         let orders = orders.into_iter().map(|order| self.scaled(order));
         orders.collect()
     }
 
-    /// What is sent before `Start`.
+    /// Returns the requests that are sent before `Start`.
     pub(super) fn first_orders(&mut self) -> Vec<Request> {
         if self.is_live() {
             return Vec::new();
@@ -86,8 +87,8 @@ impl<P: Port> Stepper<'_, P> {
         all
     }
 
-    /// Sends what is due `due` µs after the start, and changes of model level since
-    /// `before`.
+    /// Sends the setpoint that is due `due` µs after the start, with measurements and lists, and
+    /// the changes of model level since `before`, µs after the start.
     pub(super) fn post_due(&mut self, before: u64, due: u64) -> Result<(), RunError> {
         if self.is_paused() {
             return Ok(());

@@ -1,4 +1,4 @@
-//! What a run's record is told of what arrives.
+//! Records messages of the device while a session runs.
 
 use super::{Paused, RunError, Stepper, TAKE_US};
 use crate::link::{Error, Incoming, Port, Refused};
@@ -8,14 +8,14 @@ use crate::session::{nearest, newtons};
 use firmware::link::{Code, Event};
 use firmware::safety::StopCause;
 
-/// Most events and refusals that a record keeps: more than a device sends that is not broken.
+/// Maximum number of events and refusals that a record keeps; only a broken device sends more.
 const MOST_EVENTS: usize = 10_000;
 
-/// Most readings of electrodes that it keeps: of ten channels, each several times.
+/// Maximum number of electrode readings that a record keeps: several for each of ten channels.
 const MOST_READINGS: usize = 100;
 
 impl<P: Port> Stepper<'_, P> {
-    /// The record says who answered.
+    /// Records the identity of the device.
     pub(super) fn identify(&mut self) -> Result<(), RunError> {
         let in_process = self.connection.port().world().is_some();
         let identity = identity(&self.info, in_process);
@@ -26,8 +26,7 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// The record of a run that was not started says what the electrode check
-    /// had read.
+    /// Records the readings of the electrode check in a run that was not started.
     pub(super) fn read_electrodes(&mut self) -> Result<(), RunError> {
         let now_us = self.connection.port().now_us();
         while let Ok(Some(incoming)) = self.connection.next(now_us) {
@@ -38,7 +37,7 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// Whether the event was a reading of the electrode check.
+    /// Records the event if it is a reading of the electrode check, and returns whether it is.
     fn file_electrode(&mut self, event: &Event) -> Result<bool, RunError> {
         let &Event::Electrode {
             channel,
@@ -60,7 +59,7 @@ impl<P: Port> Stepper<'_, P> {
         Ok(true)
     }
 
-    /// The record says how the device's clock ran.
+    /// Records the fit of the device's clock.
     pub(super) fn clock(&mut self) {
         let clock = self.connection.clock_fit().map(identity::clock);
         if let Some(recorder) = &mut self.attached.recorder {
@@ -69,8 +68,8 @@ impl<P: Port> Stepper<'_, P> {
         self.trial.clock = clock;
     }
 
-    /// The record says whether anything was played. A device that was lost has
-    /// not told how much.
+    /// Records the number of pulses played, and a likely reason if there were none. A device that
+    /// was lost has not reported its count.
     pub(super) fn count_pulses(&mut self) {
         let counted = |name: &str| {
             let found = self.trial.counters.iter().find(|(n, _)| n == name);
@@ -97,17 +96,17 @@ impl<P: Port> Stepper<'_, P> {
         }
     }
 
-    /// From time to time, what a simulated device has put out goes to who takes it.
+    /// Hands the output of a simulated device to its receiver, once every [`TAKE_US`].
     pub(super) fn take_outputs(&mut self) {
         let now_us = self.connection.port().now_us();
         if now_us >= self.taken.1 + TAKE_US {
             self.taken.1 = now_us;
-            // What came in the latest steps may still change.
+            // The output of the latest steps may still change.
             self.take_until(now_us - TAKE_US / 2);
         }
     }
 
-    /// And in the end all that is left.
+    /// Hands over the rest of the output at the end.
     pub(super) fn take_the_last_outputs(&mut self) {
         self.take_until(u64::MAX);
         let now_us = self.connection.port().now_us();
@@ -126,12 +125,12 @@ impl<P: Port> Stepper<'_, P> {
         }
     }
 
-    /// Time of the latest sample, s.
+    /// Returns the time of the latest sample, s.
     pub(super) fn t_s(&self) -> f64 {
         self.trial.samples.last().map_or(0.0, |sample| sample.t_s)
     }
 
-    /// The record says how far it goes and why it ends there.
+    /// Records how far the session went and why it ended there.
     pub(super) fn cut_short(&mut self, error: &RunError) {
         let t_s = self.t_s();
         self.trial.duration_s = t_s;
@@ -191,7 +190,8 @@ impl<P: Port> Stepper<'_, P> {
                     self.ended = Some(self.ended_by(&event, t_s, text));
                 }
             }
-            // The last setpoints, which a stop has overtaken; its event tells of it.
+            // These are the last setpoints, which a stop has overtaken; the event of the stop is
+            // recorded.
             Incoming::Refused(_, refused) if refused.number == Code::Stopped as u16 => {}
             Incoming::Refused(seq, refused) => {
                 self.refused += 1;
@@ -211,7 +211,7 @@ impl<P: Port> Stepper<'_, P> {
         Ok(())
     }
 
-    /// The nearest to a refused force at the hand that can be made, in words.
+    /// Describes the possible force nearest to a refused force at the hand, in words.
     fn nearest(&self, seq: Option<u16>, refused: &Refused) -> Option<String> {
         let (_, permille) = refused.allowed?;
         if refused.code() != Some(Code::WrenchOutOfReach) {
@@ -227,7 +227,7 @@ impl<P: Port> Stepper<'_, P> {
         ))
     }
 
-    /// The record says how many events it has left out.
+    /// Records how many events were left out.
     pub(super) fn count_left_out(&mut self) {
         if self.left_out == 0 {
             return;

@@ -1,13 +1,13 @@
-//! A session as it is now, to go on with more than once.
+//! Copies a running session, so that it can be continued more than once.
 
 use super::{Attached, Stepper};
 use crate::link::{Port, SimulatedPort};
 use std::borrow::Cow;
 
 impl<P: Port> Stepper<'_, P> {
-    /// The session and the simulated device as they are now, which go on alone; nothing is
-    /// attached. None where the device or its wearer cannot be copied: of the devices only the
-    /// chip simulator can.
+    /// Returns a copy of the session and the simulated device in their present state, which
+    /// continues on its own; no recorder, receiver or observer is attached. Returns `None` if the
+    /// device or its wearer cannot be copied: among the devices only the chip simulator can.
     #[must_use]
     pub fn snapshot(&self) -> Option<Stepper<'static, SimulatedPort>> {
         Some(Stepper {
