@@ -14,7 +14,7 @@ const TURN_DEG: f64 = 0.5;
 /// impact, before the limb leaves.
 const LATE: (f64, f64) = (0.5, 0.75);
 
-/// One visit of the limb to a virtual wall, pre-wall included.
+/// Visit of the limb to a virtual wall, pre-wall included.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Hit {
     /// Start of the hit, s.

@@ -67,7 +67,7 @@ pub(super) fn quantile_of_sorted(sorted: &[f64], part: f64) -> f64 {
 /// Median, and the range from the 5th to the 95th percentile.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Spread {
-    /// Median.
+    /// Median, in the unit of the values.
     pub median: f64,
     /// 5th percentile.
     pub low: f64,
