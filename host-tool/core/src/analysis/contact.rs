@@ -3,40 +3,40 @@
 use crate::record::{Sample, Trial, WallPlace};
 use serde::{Deserialize, Serialize};
 
-/// Away from everything that the wall renders for so long, a hit is over, s:
-/// longer than an arm bounces, shorter than a person takes for the next try.
+/// Time away from everything that the wall renders after which a hit is over, s. It is longer than
+/// an arm bounces and shorter than a person needs for the next try.
 const GAP_S: f64 = 1.0;
-/// The approach's speed is that of the last moments before the hit, s.
+/// Length of the last part of the approach, over which its speed is computed, s.
 const APPROACH_S: f64 = 0.1;
-/// A turn counts if the limb then goes back so far, degrees: well above a
-/// sensor's noise.
+/// Smallest return of the limb that counts as a turn, degrees: well above a sensor's noise.
 const TURN_DEG: f64 = 0.5;
-/// The part of a hit in which it is judged whether the limb still swings: after
-/// the impact, before it leaves.
+/// Part of a hit in which the limb's swing is judged, as shares of the hit's length: after the
+/// impact, before the limb leaves.
 const LATE: (f64, f64) = (0.5, 0.75);
 
-/// One visit of the limb to a virtual wall, pre-wall included.
+/// Visit of the limb to a virtual wall, pre-wall included.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Hit {
-    /// When it began, s.
+    /// Start of the hit, s.
     pub at_s: f64,
-    /// How long it lasted, s.
+    /// Length of the hit, s.
     pub for_s: f64,
     /// Speed of the approach, °/s, positive into the wall.
     pub speed_deg_per_s: f64,
     /// Deepest penetration of the wall itself, degrees; negative if the limb
     /// stayed in the pre-wall.
     pub deepest_deg: f64,
-    /// Turns back and forth of at least half a degree.
+    /// Number of turns back and forth of at least half a degree.
     pub turns: usize,
-    /// Peak to peak within the third quarter of the hit, degrees.
+    /// Peak-to-peak swing within the third quarter of the hit, degrees.
     pub late_swing_deg: f64,
-    /// Mean penetration of the wall there, degrees; negative in front of it.
+    /// Mean penetration of the wall within the third quarter, degrees; negative in front of the
+    /// wall.
     pub late_depth_deg: f64,
 }
 
-/// The hits of a trial, in order of time; none without a wall. The true angle
-/// counts where it is known, else the sensor's.
+/// Returns the hits of a trial in the order of time; none without a wall. The true angle is used
+/// where it is known, otherwise the sensor's angle.
 pub fn hits(trial: &Trial) -> Vec<Hit> {
     let Some(wall) = trial.wall else {
         return Vec::new();
@@ -60,13 +60,13 @@ pub fn hits(trial: &Trial) -> Vec<Hit> {
         .collect()
 }
 
-/// How far the limb is inside the wall, degrees, if any angle is known.
+/// Returns how far the limb is inside the wall, degrees; `None` if no angle is known.
 fn penetration(wall: &WallPlace, sample: &Sample) -> Option<f64> {
     let inside = sample.true_deg.or(sample.measured_deg)? - wall.at_deg;
     Some(if wall.stops_flexion { inside } else { -inside })
 }
 
-/// The hit from sample `first` to sample `last` of the course of penetration.
+/// Computes the hit from sample `first` to sample `last` of the course of penetration.
 fn hit(course: &[(f64, f64)], first: usize, last: usize) -> Hit {
     let visit = &course[first..=last];
     let (at_s, for_s) = (course[first].0, course[last].0 - course[first].0);
@@ -95,7 +95,7 @@ fn hit(course: &[(f64, f64)], first: usize, last: usize) -> Hit {
     }
 }
 
-/// Turning points after each of which the course goes back by [`TURN_DEG`].
+/// Counts turning points after each of which the course goes back by at least [`TURN_DEG`].
 fn turns(depths: &[f64]) -> usize {
     let mut count = 0;
     let (mut is_rising, mut extreme) = (true, f64::MIN);
@@ -141,8 +141,8 @@ mod tests {
 
     #[test]
     fn a_hit_is_measured_as_by_hand() {
-        // In at 20 °/s from 80°, at 90° after 0.5 s, up to 94° and then a swing
-        // of ±1° at 1 Hz about 93° for 4 s, then out.
+        // The limb enters at 20 °/s from 80°, reaches 90° after 0.5 s, goes up to 94°, swings by
+        // ±1° at 1 Hz about 93° for 4 s, and leaves.
         let course = |t: f64| match t {
             t if t < 0.7 => 80.0 + 20.0 * t,
             t if t < 5.0 => 93.0 + (std::f64::consts::TAU * (t - 0.7)).cos(),
@@ -157,7 +157,7 @@ mod tests {
         assert!((hit.speed_deg_per_s - 20.0).abs() < 1e-6, "{hit:?}");
         assert!((hit.deepest_deg - 4.0).abs() < 1e-3, "{hit:?}");
         assert!((hit.late_swing_deg - 2.0).abs() < 0.01, "{hit:?}");
-        // Down and up four times, down for the last third of a period and out.
+        // The limb goes down and up four times, down for the last third of a period, and out.
         assert_eq!(hit.turns, 9, "{hit:?}");
     }
 
@@ -171,7 +171,7 @@ mod tests {
             }
         };
         assert_eq!(hits(&trial(0.0, course)).len(), 4);
-        // Within a pre-wall nothing ends.
+        // Within a pre-wall no hit ends.
         assert_eq!(hits(&trial(9.0, course)).len(), 1);
         assert!(hits(&Trial::default()).is_empty());
     }

@@ -1,20 +1,20 @@
-//! How well predicted forces followed the wanted ones.
+//! Measures how well predicted forces followed the wanted forces.
 
 use super::{Errors, LATE_S, window};
 use crate::record::{Sample, Trial};
 use serde::{Deserialize, Serialize};
 
-/// How well the predicted force of one channel under force control followed
-/// the wanted one. Both are the device's: nothing measures force.
+/// Errors of the predicted force of one channel under force control against the wanted force. Both
+/// are values of the device: no sensor measures force.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ForceMetrics {
-    /// 1-based.
+    /// Channel, counted from 1.
     pub channel: u8,
-    /// First moment judged, s: of the window, or of the prediction in it.
+    /// First moment judged, s: the start of the window, or of the prediction in it.
     pub from_s: f64,
-    /// Last moment judged, s; likewise.
+    /// Last moment judged, s: the end of the window, or of the prediction in it.
     pub to_s: f64,
-    /// Samples judged.
+    /// Number of samples judged.
     pub samples: usize,
     /// Root mean square of predicted − wanted, N.
     pub rmse_n: f64,
@@ -22,25 +22,27 @@ pub struct ForceMetrics {
     pub max_abs_n: f64,
     /// Largest wanted force, N.
     pub peak_n: f64,
-    /// Where forces were wanted that its limits cannot give; none if nowhere.
+    /// Gap between the forces that the channel's limits allow, if wanted forces were in one; `None`
+    /// otherwise.
     pub gap: Option<GapMetrics>,
 }
 
-/// Between two forces there are none that a channel's limits can give: it gave
-/// the nearer of the two.
+/// Gap between two forces in which a channel's limits allow no force. The device gave the nearer of
+/// the two.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct GapMetrics {
-    /// The lower one, N.
+    /// Force at the lower end of the gap, N.
     pub below_n: f64,
-    /// The upper one, N.
+    /// Force at the upper end of the gap, N.
     pub above_n: f64,
-    /// Share of the samples judged in which the wanted force lay between them.
+    /// Share of the samples judged in which the wanted force lay in the gap, 0 to 1.
     pub share: f64,
 }
 
-/// Share of the samples with a wanted force, of any channel, in which the device was
-/// *limiting*: it could not give all that was wanted. The device says so for all its
-/// channels at once. Over the same window; `None` where no force was wanted.
+/// Returns the share of the samples with a wanted force, of any channel, in which the device was
+/// *limiting*: it could not give the whole wanted force. The device reports this for all its
+/// channels at once. The share covers the trial's `measure` window, or the whole trial; it is
+/// `None` where no force was wanted.
 #[must_use]
 pub fn force_limiting_share(trial: &Trial) -> Option<f64> {
     let wanted = || inside(trial).filter(|s| s.wanted_n.iter().any(Option::is_some));
@@ -48,15 +50,15 @@ pub fn force_limiting_share(trial: &Trial) -> Option<f64> {
     (all > 0).then(|| limiting as f64 / all as f64)
 }
 
-/// The samples that are judged: of the trial's `measure` window, or all.
+/// Returns the samples to judge: those in the trial's `measure` window, or all.
 fn inside(trial: &Trial) -> impl Iterator<Item = Sample> {
     let (from_s, to_s) = window(trial).unwrap_or((f64::NAN, f64::NAN)); // none
     let samples = trial.samples.iter();
     samples.filter(move |s| (from_s..=to_s).contains(&s.t_s))
 }
 
-/// The channels of which forces were wanted, but none predicted: no muscle model ran.
-/// Over the same window.
+/// Returns the channels for which forces were wanted but none was predicted, because no muscle
+/// model ran. The trial's `measure` window is searched, or the whole trial.
 #[must_use]
 pub fn unpredicted(trial: &Trial) -> Vec<u8> {
     let numbers = trial.channels.iter().filter(|c| c.force).map(|c| c.number);
@@ -67,8 +69,8 @@ pub fn unpredicted(trial: &Trial) -> Vec<u8> {
     numbers.filter(is_unpredicted).collect()
 }
 
-/// Metrics of every channel under force control, in channel order, over the
-/// trial's `measure` window, or over all of it. Without samples there, none.
+/// Returns the metrics of every channel under force control, in channel order, over the trial's
+/// `measure` window or the whole trial. The list is empty if there are no samples.
 #[must_use]
 pub fn force_metrics(trial: &Trial) -> Vec<ForceMetrics> {
     let Some((from_s, to_s)) = window(trial) else {
@@ -79,7 +81,8 @@ pub fn force_metrics(trial: &Trial) -> Vec<ForceMetrics> {
     judged.collect()
 }
 
-/// Those of one channel over a window; `None` where no force was predicted and wanted.
+/// Returns the metrics of one channel over a window; `None` where no force was both predicted and
+/// wanted.
 fn judge(trial: &Trial, channel: u8, (from_s, to_s): (f64, f64)) -> Option<ForceMetrics> {
     let (mut errors, mut peak_n, mut seen_s) = (Errors::default(), 0.0_f64, None);
     let (mut gap, mut gaps) = (None, 0);
@@ -123,8 +126,8 @@ mod tests {
     use super::*;
     use crate::record::ChannelInfo;
 
-    /// Channel 2 has no muscle, channel 5 only a muscle: forces are those of
-    /// channels 1, 5 and 7, the wanted ones of 1 and 7.
+    /// Checks that forces are assigned to their channels. Channel 2 has no muscle and channel 5
+    /// only a muscle: forces are those of channels 1, 5 and 7, and wanted forces those of 1 and 7.
     #[test]
     fn forces_find_their_channels() {
         let channel = |number, muscle, force| ChannelInfo {
@@ -168,7 +171,7 @@ mod tests {
         };
         assert_eq!(seven.gap, Some(gap));
         assert_eq!((seven.channel, seven.samples), (7, 2));
-        // Errors 1 and -7: (1 + 49) / 2 = 25.
+        // The errors are 1 and -7: (1 + 49) / 2 = 25.
         assert_eq!(
             (seven.rmse_n, seven.max_abs_n, seven.peak_n),
             (5.0, 7.0, 8.0)
@@ -176,8 +179,9 @@ mod tests {
         assert_eq!((seven.from_s, seven.to_s), (1.0, 2.0));
     }
 
-    /// 4 N wanted of channel 1 every 0.1 s from 0 to 10 s and judged from 2 s on; from
-    /// 6 s the device is limiting, from 5 s no model runs, nor ever on channel 2.
+    /// Creates a trial in which 4 N are wanted on channel 1 every 0.1 s from 0 to 10 s and judged
+    /// from 2 s on. From 6 s the device is limiting; from 5 s no model runs, and none ever on
+    /// channel 2.
     fn model_that_ends() -> Trial {
         let channel = |number| ChannelInfo {
             number,
@@ -216,7 +220,7 @@ mod tests {
     #[test]
     fn limiting_counts_where_no_model_ran() {
         let mut trial = model_that_ends();
-        // 6 to 10 s of 2 to 10 s, both ends included.
+        // The device is limiting from 6 to 10 s of 2 to 10 s, both ends included.
         assert_eq!(force_limiting_share(&trial), Some(41.0 / 81.0));
         assert_eq!(unpredicted(&trial), [2]);
         trial.samples.change(|s| s.wanted_n.clear());

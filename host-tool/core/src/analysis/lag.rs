@@ -2,15 +2,14 @@
 
 use std::ops::Range;
 
-/// The longest lag looked for, s, unless a quarter of the record is shorter.
+/// Longest lag searched for, s, unless a quarter of the record is shorter.
 const LONGEST_S: f64 = 2.0;
 
-/// How far `measured` trails `target`, s; negative if it leads. Both are
-/// resampled to the mean step of `t_s` (increasing, s). For each shift the
-/// correlation coefficient of the overlapping parts is computed, and the
-/// largest is refined by a parabola through its neighbours. `None` for fewer
-/// than 16 samples, a constant signal, or no maximum within ±2 s (or a quarter
-/// of the record).
+/// Returns how far `measured` trails `target`, s; negative if it leads. Both are resampled to the
+/// mean step of `t_s` (increasing, s). For each shift the correlation coefficient of the
+/// overlapping parts is computed, and the largest is refined by a parabola through its neighbours.
+/// Returns `None` for fewer than 16 samples, a constant signal, or no maximum within ±2 s (or a
+/// quarter of the record).
 pub fn lag_s(t_s: &[f64], target: &[f64], measured: &[f64]) -> Option<f64> {
     let (first, last) = (*t_s.first()?, *t_s.last()?);
     let n = t_s.len();
@@ -34,7 +33,7 @@ pub fn lag_s(t_s: &[f64], target: &[f64], measured: &[f64]) -> Option<f64> {
     Some((best as f64 - longest as f64 + refined) * step)
 }
 
-/// Linear interpolation of `values` at `first + i·step`, as many points as there are values.
+/// Interpolates `values` linearly at `first + i·step`, at as many points as there are values.
 fn resample(t_s: &[f64], values: &[f64], first: f64, step: f64) -> Vec<f64> {
     let mut right = 1;
     (0..t_s.len())
@@ -57,21 +56,21 @@ fn resample(t_s: &[f64], values: &[f64], first: f64, step: f64) -> Vec<f64> {
 /// Two signals that are shifted against each other.
 struct Pair<'a> {
     signals: [&'a [f64]; 2],
-    /// Most samples that one is shifted by; shift `longest` is none.
+    /// Largest shift in samples; shift number `longest` is no shift.
     longest: usize,
-    /// The signals less their means, and of each the sums of its first values and
-    /// of their squares.
+    /// Signals minus their means, and for each signal the sums of its first values and of their
+    /// squares.
     centred: [Vec<f64>; 2],
     sums: [Vec<(f64, f64)>; 2],
 }
 
-/// Scores from sums are this close to the exact ones. Rounding moves a sum of n
-/// products by n·2⁻⁵³ of the sum of their magnitudes, and that sum, of centred
-/// signals, is at most [`LEAST_SHARE`]⁻¹ of what the score is divided by: below
-/// 1e-6 up to a million samples.
+/// Largest difference between scores from sums and exact scores. Rounding moves a sum of n products
+/// by n·2⁻⁵³ of the sum of their magnitudes. For centred signals, that sum is at most
+/// [`LEAST_SHARE`]⁻¹ of the number by which the score is divided, so the difference is below 1e-6
+/// up to a million samples.
 const MARGIN: f64 = 1e-6;
 
-/// Part of a signal's variation that an overlap must hold for its score to be had
+/// Smallest part of a signal's variation that an overlap must hold for its score to be computed
 /// from sums.
 const LEAST_SHARE: f64 = 1e-3;
 
@@ -100,7 +99,7 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// What overlaps at `shift`, of target and measured.
+    /// Returns the overlapping ranges of target and measured signal at `shift`.
     fn overlap(&self, shift: usize) -> [Range<usize>; 2] {
         let n = self.signals[0].len();
         match shift.checked_sub(self.longest) {
@@ -112,13 +111,14 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Pearson's coefficient at `shift`; `None` if a signal is constant there.
+    /// Returns Pearson's coefficient at `shift`; `None` if a signal is constant there.
     fn score(&self, shift: usize) -> Option<f64> {
         let [target, measured] = self.overlap(shift);
         correlation(&self.signals[0][target], &self.signals[1][measured])
     }
 
-    /// The same within [`MARGIN`], where sums give it.
+    /// Returns Pearson's coefficient at `shift` within [`MARGIN`]; `None` where sums cannot give
+    /// it.
     fn estimate(&self, shift: usize) -> Option<f64> {
         let overlap = self.overlap(shift);
         let n = overlap[0].len() as f64;
@@ -135,9 +135,9 @@ impl<'a> Pair<'a> {
         Some((product - sum_a * sum_b / n) / (varies_a * varies_b).sqrt())
     }
 
-    /// The shift of the largest score, the last of several; `None` if a signal is
-    /// constant at any. Exact: only scores that estimates tell from the largest
-    /// are left out.
+    /// Returns the shift with the largest score, the last if several are equal; `None` if a signal
+    /// is constant at any shift. The result is exact: scores are left out only if their estimates
+    /// are clearly below the largest.
     fn best(&self) -> Option<usize> {
         let shifts = 0..=2 * self.longest;
         let estimates: Vec<f64> = shifts
@@ -155,7 +155,7 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// Sum of products, in eight sums that a processor can add at a time.
+/// Returns the sum of products, computed as eight sums that a processor can add at a time.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
@@ -169,7 +169,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Pearson's coefficient; `None` if a signal is constant.
+/// Returns Pearson's coefficient; `None` if a signal is constant.
 fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
     let n = a.len() as f64;
     let (mean_a, mean_b) = (a.iter().sum::<f64>() / n, b.iter().sum::<f64>() / n);
@@ -189,7 +189,7 @@ mod tests {
     use hal_sim::random::Random;
     use std::f64::consts::TAU;
 
-    /// 0.2 Hz over 20 s at 100 Hz, delayed by `delay` s.
+    /// Creates a sine of 0.2 Hz over 20 s at 100 Hz, delayed by `delay` s.
     fn sine(t_s: &[f64], delay: f64) -> Vec<f64> {
         let angle = |t: &f64| 45.0 + 40.0 * (TAU * 0.2 * (t - delay)).sin();
         t_s.iter().map(angle).collect()
@@ -213,8 +213,8 @@ mod tests {
         assert!((found - 0.2).abs() < 2e-3, "{found}");
     }
 
-    /// Over signals that rest, jump, repeat themselves and are constant in parts,
-    /// sums find the very shift that exact scores alone do.
+    /// Checks that sums find the same shift as exact scores alone, over signals that rest, jump,
+    /// repeat themselves and are constant in parts.
     #[test]
     fn sums_leave_no_larger_score_out() {
         let mut random = Random::new(5);

@@ -1,12 +1,12 @@
-//! Limit cycles that a device found in a joint's loop.
+//! Limit cycles that a device found in a joint's control loop.
 
 use crate::record::Trial;
 
-/// What the event of a limit cycle begins with.
+/// Text with which the event of a limit cycle begins.
 pub const LIMIT_CYCLE: &str = "limit cycle: ";
 
-/// When, s, and what it said of each limit cycle that changed the feedback. One that is
-/// found again ends with the feedback of the one before, and counts no more.
+/// Returns the time, s, and the text of each limit cycle that changed the feedback. A limit cycle
+/// that is found again ends with the same feedback as the one before, and is not counted again.
 pub fn limit_cycles(trial: &Trial) -> impl Iterator<Item = (f64, &str)> {
     let mut latest = None;
     trial.events.iter().filter_map(move |(t_s, what)| {

@@ -1,30 +1,30 @@
 //! Metabolic power from gas exchange.
 
-/// Energy of a litre of oxygen, kJ (Péronnet and Massicotte 1991, as Buatier de Mongeot's
-/// equation 5 has it).
+/// Energy of a litre of oxygen, kJ (Péronnet and Massicotte 1991, as used in Buatier de Mongeot's
+/// equation 5).
 const OXYGEN_KJ_PER_L: f64 = 16.89;
-/// The same of a litre of carbon dioxide given off.
+/// Energy of a litre of carbon dioxide given off, kJ, from the same source.
 const CARBON_DIOXIDE_KJ_PER_L: f64 = 4.84;
 
 /// Gas exchange at the mouth, ml/s.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct GasExchange {
-    /// Oxygen taken up.
+    /// Oxygen taken up, ml/s.
     pub oxygen_ml_per_s: f64,
-    /// Carbon dioxide given off.
+    /// Carbon dioxide given off, ml/s.
     pub carbon_dioxide_ml_per_s: f64,
 }
 
 impl GasExchange {
-    /// Power, W: kJ/l times ml/s are watts.
+    /// Returns the metabolic power, W: kJ/l times ml/s are watts.
     #[must_use]
     pub fn power_w(&self) -> f64 {
         OXYGEN_KJ_PER_L * self.oxygen_ml_per_s
             + CARBON_DIOXIDE_KJ_PER_L * self.carbon_dioxide_ml_per_s
     }
 
-    /// Net power of a body of `mass_kg` (above zero), W/kg: equation 5 less what it is at
-    /// rest.
+    /// Returns the net power of a body of `mass_kg` (above zero), W/kg: equation 5 minus its value
+    /// at rest.
     #[must_use]
     pub fn net_w_per_kg(&self, rest: &Self, mass_kg: f64) -> f64 {
         (self.power_w() - rest.power_w()) / mass_kg
@@ -35,7 +35,8 @@ impl GasExchange {
 mod tests {
     use super::*;
 
-    /// By hand: 10 ml/s and 8 ml/s are 168.9 + 38.72 W; at rest 4 and 3.2, 83.048 W.
+    /// Checks values computed by hand: 10 ml/s and 8 ml/s are 168.9 + 38.72 W; at rest 4 and 3.2
+    /// ml/s are 83.048 W.
     #[test]
     fn equation_5_by_hand() {
         let of = |oxygen_ml_per_s, carbon_dioxide_ml_per_s| GasExchange {

@@ -1,10 +1,10 @@
-//! Numbers computed from a recorded trial: how well did the joint follow?
+//! Metrics computed from a recorded trial, such as how well the joint followed.
 //!
-//! Not here: the data (`record`), its pictures (`report`), fits (`identify`).
-//! In: a [`Trial`]. Out: [`Metrics`] of a joint, [`ForceMetrics`], or the [`Hit`]s of a
-//! virtual wall. Every sample counts alike, as in the papers, so samples are expected at
-//! a steady rate. Of a hand's way: [`Sparc`], [`matching_error`], [`SavitzkyGolay`]; of gas
-//! exchange: [`GasExchange`].
+//! The input is a [`Trial`]. The outputs are the [`Metrics`] of a joint, [`ForceMetrics`], or the
+//! [`Hit`]s of a virtual wall. Every sample counts equally, as in the papers, so samples are
+//! expected at a steady rate. [`Sparc`], [`matching_error`] and [`SavitzkyGolay`] analyse the path
+//! of a hand, and [`GasExchange`] analyses gas exchange. The data themselves are in `record`,
+//! pictures in `report`, and fits in `identify`.
 
 mod contact;
 mod dose;
@@ -29,18 +29,19 @@ pub use smoothness::{Sparc, matching_error};
 use crate::record::{Sample, Trial};
 use serde::{Deserialize, Serialize};
 
-/// How well a trial followed its target within the measured window.
+/// Errors of a trial against its target within the measured window.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Metrics {
     /// First moment judged, s.
     pub from_s: f64,
     /// Last moment judged, s.
     pub to_s: f64,
-    /// Samples judged: those with a target and a measured angle.
+    /// Number of samples judged: those with a target and a measured angle.
     pub samples: usize,
     /// Root mean square of measured − target, degrees.
     pub rmse_deg: f64,
-    /// The same with the simulated body's true angle; `None` if any sample lacks it.
+    /// Root mean square of true angle of the simulated body − target, degrees; `None` if any sample
+    /// lacks the true angle.
     pub rmse_true_deg: Option<f64>,
     /// Largest |measured − target|, degrees.
     pub max_abs_deg: f64,
@@ -48,12 +49,12 @@ pub struct Metrics {
     pub mean_abs_deg: f64,
     /// Share of samples in which an amplitude was clamped, 0–1.
     pub limiting_share: f64,
-    /// How far the measured angle trails the target, s ([`lag_s`]): over the first 2^19
-    /// samples judged, where there are more.
+    /// Delay by which the measured angle trails the target, s ([`lag_s`]), over at most the first
+    /// 2^19 samples judged.
     pub lag_s: Option<f64>,
 }
 
-/// A sample that can be judged.
+/// Sample with both angles, which can be judged.
 struct Judged {
     t_s: f64,
     target: f64,
@@ -62,14 +63,15 @@ struct Judged {
     limiting: bool,
 }
 
-/// Metrics of a trial over its `measure` window, both ends included, or over
-/// all of it. `None` when no sample lies in the window, and without a joint:
-/// nothing then follows the target.
+/// Returns the metrics of a trial over its `measure` window, both ends included, or over the whole
+/// trial. Returns `None` when no sample lies in the window, and without a joint, because nothing
+/// then follows the target.
 pub fn metrics(trial: &Trial) -> Option<Metrics> {
     judge(trial, true)
 }
 
-/// The same but for the lag, whose search costs more than all else: `None`.
+/// Returns the same metrics as [`metrics`] without the lag, whose search costs more than everything
+/// else.
 pub fn metrics_but_lag(trial: &Trial) -> Option<Metrics> {
     judge(trial, false)
 }
@@ -80,7 +82,7 @@ fn judge(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
     }
     let (from_s, to_s) = window(trial)?;
     let inside = |sample: &Sample| (from_s..=to_s).contains(&sample.t_s);
-    // Only what has both angles can be judged.
+    // Only a sample with both angles can be judged.
     let both = |s: Sample| {
         Some(Judged {
             t_s: s.t_s,
@@ -124,13 +126,13 @@ fn judge(trial: &Trial, searches_lag: bool) -> Option<Metrics> {
     })
 }
 
-/// Sums over errors, of which none is kept: a trial may be a day long.
+/// Sums over errors. The errors themselves are not kept, because a trial may be a day long.
 #[derive(Clone, Copy, Default)]
 struct Errors {
     count: usize,
     squares: f64,
     absolute: f64,
-    /// The largest, without its sign.
+    /// Largest absolute error.
     most: f64,
 }
 
@@ -142,17 +144,17 @@ impl Errors {
         self.most = self.most.max(error.abs());
     }
 
-    /// Not a number without errors.
+    /// Returns the root mean square of the errors; NaN if there are none.
     fn root_mean_square(&self) -> f64 {
         (self.squares / self.count as f64).sqrt()
     }
 }
 
-/// The lag is that of so many samples at most, the first of those judged: 87 minutes at
-/// 10 ms. More would not change it, and its search holds them several times.
+/// Maximum number of samples for which the lag is computed, the first of those judged: 87 minutes
+/// at 10 ms. More samples would not change it, and the search holds them several times.
 const LAG_SAMPLES: usize = 1 << 19;
 
-/// The measured window, or first to last sample.
+/// Returns the measured window, or the time from the first to the last sample.
 fn window(trial: &Trial) -> Option<(f64, f64)> {
     let last_s = trial.samples.last()?.t_s;
     match trial.measure {
@@ -162,8 +164,8 @@ fn window(trial: &Trial) -> Option<(f64, f64)> {
     }
 }
 
-/// Samples come at least so often, s: a window that ends later than this after
-/// the last one was not reached.
+/// Longest time between two samples, s: a window that ends later than this after the last sample
+/// was not reached.
 const LATE_S: f64 = 0.25;
 
 #[cfg(test)]
@@ -181,8 +183,8 @@ mod tests {
         }
     }
 
-    /// Errors 1, −2, 2, 0 inside the window: Σe² = 9, Σ|e| = 5; with the true
-    /// angle one degree higher 2, −1, 3, 1: Σe² = 15.
+    /// Creates a trial with the errors 1, −2, 2, 0 inside the window: Σe² = 9, Σ|e| = 5. With the
+    /// true angle one degree higher they are 2, −1, 3, 1: Σe² = 15.
     fn trial() -> Trial {
         Trial {
             joint: true,

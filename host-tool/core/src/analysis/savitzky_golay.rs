@@ -1,28 +1,31 @@
-//! Smoothing by polynomials (Savitzky and Golay 1964), by the frequency it is to end at.
+//! Smoothing by polynomials (Savitzky and Golay 1964), with the window chosen from a cutoff
+//! frequency.
 
 use super::motion_error::MotionError;
 use nalgebra::DMatrix;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// Longest half of a window.
+/// Largest half window, samples.
 const LONGEST: usize = 500;
 
-/// A filter of an order and a window.
+/// Savitzky–Golay filter with a polynomial order and a window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SavitzkyGolay {
     half: usize,
-    /// A row for each place in the window: what of the window makes its smoothed value.
+    /// Weights of the filter: one row for each place in the window, whose products with the
+    /// window's samples sum to the smoothed value.
     rows: DMatrix<f64>,
     cutoff_hz: f64,
 }
 
 impl SavitzkyGolay {
-    /// Of polynomials of this order, with the window of an odd number of samples at whose
-    /// middle half of the power is left nearest to `cutoff_hz`. (A cutoff of such a filter
-    /// is its window's and its order's: Schafer 2011.)
+    /// Creates a filter with polynomials of this order. Of all windows with an odd number of
+    /// samples, it takes the window at whose middle half of the power remains at the frequency
+    /// nearest to `cutoff_hz`. (The cutoff of such a filter depends on its window and its order:
+    /// Schafer 2011.)
     ///
     /// # Errors
-    /// E765: no window does.
+    /// E765: no window has such a cutoff.
     pub fn ending_at(order: usize, cutoff_hz: f64, rate_hz: f64) -> Result<Self, MotionError> {
         let refused = MotionError::Filter {
             order,
@@ -70,19 +73,19 @@ impl SavitzkyGolay {
         })
     }
 
-    /// Where half of the power is left, Hz.
+    /// Returns the frequency at which half of the power remains, Hz.
     #[must_use]
     pub const fn cutoff_hz(&self) -> f64 {
         self.cutoff_hz
     }
 
-    /// Samples that make one.
+    /// Returns the number of samples in the window.
     #[must_use]
     pub const fn window(&self) -> usize {
         2 * self.half + 1
     }
 
-    /// Smoothed; at both ends by the polynomial of the first and the last window.
+    /// Smooths the samples; at both ends it uses the polynomial of the first and the last window.
     ///
     /// # Errors
     /// E764: fewer samples than a window has.
@@ -112,7 +115,8 @@ impl SavitzkyGolay {
 mod tests {
     use super::*;
 
-    /// A cubic is left as it is, ends and all; a sine at the cutoff keeps half its power.
+    /// Checks that a cubic is unchanged, ends included, and that a sine at the cutoff keeps half
+    /// its power.
     #[test]
     fn cubics_stay_and_the_cutoff_is_where_it_says() {
         let filter = SavitzkyGolay::ending_at(3, 10.0, 200.0).unwrap();

@@ -1,36 +1,37 @@
-//! How smoothly and how well a hand was moved: spectral arc length, matching error.
+//! Measures of how smoothly and how accurately a hand was moved: spectral arc length and matching
+//! error.
 
 use super::motion_error::MotionError;
 use std::f64::consts::TAU;
 
-/// What the spectral arc length is taken with (Balasubramanian et al. 2015).
+/// Parameters of the spectral arc length (Balasubramanian et al. 2015).
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sparc {
-    /// The spectrum has 2^(this + the next power of the samples) points.
+    /// Padding exponent: the spectrum has as many points as the next power of two of the samples,
+    /// times 2^padding.
     pub padding: u32,
-    /// Beyond it nothing counts, Hz.
+    /// Highest frequency that counts, Hz.
     pub cutoff_hz: f64,
-    /// Ends of what counts: the first and the last part of the spectrum that reaches this
-    /// part of its largest.
+    /// Threshold that limits the part of the spectrum that counts: from its first to its last value
+    /// that reaches this share of the largest value.
     pub threshold: f64,
 }
 
 impl Sparc {
-    /// As its authors' own program has them.
+    /// Parameters of the authors' own program.
     pub const USUAL: Self = Self {
         padding: 4,
         cutoff_hz: 10.0,
         threshold: 0.05,
     };
 
-    /// The spectral arc length of a speed (not negative, any unit) sampled at `rate_hz`:
-    /// below zero, and the smoother the movement the nearer to it. Of a speed no part of
-    /// the spectrum is larger than that at 0 Hz, so only what lies up to the cutoff is
-    /// computed.
+    /// Returns the spectral arc length of a speed (not negative, any unit) sampled at `rate_hz`.
+    /// The result is below zero; the nearer it is to zero, the smoother is the movement. For a
+    /// speed, no part of the spectrum is larger than that at 0 Hz, so only frequencies up to the
+    /// cutoff are computed.
     ///
     /// # Errors
-    /// E763: fewer than two samples, a speed that is negative, not finite, or nothing but
-    /// zero.
+    /// E763: fewer than two samples, a speed that is negative, not finite, or nothing but zero.
     pub fn of(&self, speed: &[f64], rate_hz: f64) -> Result<f64, MotionError> {
         let sum: f64 = speed.iter().sum();
         if speed.len() < 2
@@ -60,11 +61,12 @@ impl Sparc {
     }
 }
 
-/// Frequencies whose recurrences run side by side: one alone waits for itself.
+/// Number of frequencies whose recurrences are computed side by side, because a single recurrence
+/// would wait for its own results.
 const AT_ONCE: usize = 8;
 
-/// |Σ x·e^(−i·angle·n)| at each angle, by Goertzel's recurrence (1958): for N samples it
-/// loses about N²·ε of the largest, 1e-10 of a lift's.
+/// Returns |Σ x·e^(−i·angle·n)| at each angle, by Goertzel's recurrence (1958). For N samples its
+/// error is about N²·ε of the largest value, 1e-10 for a lift.
 fn magnitudes(samples: &[f64], angles: [f64; AT_ONCE]) -> [f64; AT_ONCE] {
     let cosines = angles.map(f64::cos);
     let (mut last, mut before) = ([0.0; AT_ONCE], [0.0; AT_ONCE]);
@@ -82,8 +84,8 @@ fn magnitudes(samples: &[f64], angles: [f64; AT_ONCE]) -> [f64; AT_ONCE] {
     })
 }
 
-/// Mean distance of where hands were from where they were meant to be, in the points' unit
-/// (Buatier de Mongeot, equation 6). Nothing of nothing.
+/// Returns the mean distance between actual and target positions of the hands, in the points' unit
+/// (Buatier de Mongeot, equation 6); `None` for no points.
 #[must_use]
 pub fn matching_error<const D: usize>(pairs: &[([f64; D], [f64; D])]) -> Option<f64> {
     let apart = |(at, target): &([f64; D], [f64; D])| {
@@ -97,7 +99,7 @@ pub fn matching_error<const D: usize>(pairs: &[([f64; D], [f64; D])]) -> Option<
 mod tests {
     use super::*;
 
-    /// The value that its authors' program prints (`siva82kb/SPARC`).
+    /// Checks the value that the authors' program prints (`siva82kb/SPARC`).
     #[test]
     fn the_authors_example_comes_out() {
         let speed = |n: i32| (-5.0 * (f64::from(n) * 0.01 - 1.0).powi(2)).exp();

@@ -1,4 +1,4 @@
-//! What a rung costs, as docs/charts/cycles.csv had it when this program was built.
+//! Cost of a model level, from docs/charts/cycles.csv as of the build of this program.
 
 use crate::session::rung_name;
 use firmware::muscle::Rung;
@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 const CYCLES_CSV: &str = include_str!("../../../../docs/charts/cycles.csv");
 
-/// Rungs by name, and the algorithm that is a tick of one without a pulse; a rung
+/// Model levels by name, each with the algorithm that computes one tick without a pulse. A level
 /// that no algorithm computes costs nothing.
 const ROWS: [(&str, Option<&str>); 3] = [
     ("none", None),
@@ -14,17 +14,17 @@ const ROWS: [(&str, Option<&str>); 3] = [
     ("calcium-force-fatigue", Some("fatigue_tick")),
 ];
 
-/// Most core clock cycles of a rung on the chip simulator, per call.
+/// Maximum core clock cycles of a model level on the chip simulator, per call.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Cycles {
-    /// A control tick of 1 ms without a pulse.
+    /// Cycles of a control tick of 1 ms without a pulse.
     pub tick: u32,
-    /// One with a pulse inside it.
+    /// Cycles of a control tick of 1 ms with a pulse inside it.
     pub tick_with_pulse: u32,
 }
 
 impl Cycles {
-    /// A second of these pulses.
+    /// Returns the cycles of one second with this pulse rate.
     #[must_use]
     pub fn per_second(&self, pulses_per_s: f64) -> f64 {
         let more = f64::from(self.tick_with_pulse) - f64::from(self.tick);
@@ -32,7 +32,7 @@ impl Cycles {
     }
 }
 
-/// What a rung costs; none if that was not measured.
+/// Returns the cost of a model level; `None` if it was not measured.
 #[must_use]
 pub fn cycles(rung: Rung) -> Option<Cycles> {
     let (_, row) = ROWS.iter().find(|(name, _)| *name == rung_name(rung))?;
@@ -48,13 +48,13 @@ pub fn cycles(rung: Rung) -> Option<Cycles> {
     })
 }
 
-/// The rungs that are chosen from, the fullest last.
+/// Returns the model levels to choose from, the most detailed last.
 pub fn rungs() -> impl Iterator<Item = Rung> {
     let is_known = |rung: &Rung| ROWS.iter().any(|(name, _)| *name == rung_name(*rung));
     Rung::ALL.into_iter().filter(is_known)
 }
 
-/// The most cycles that an algorithm took.
+/// Returns the maximum cycles that an algorithm took; `None` if it was not measured.
 fn most(algorithm: &str) -> Option<u32> {
     static ROWS: LazyLock<Vec<(String, u32)>> = LazyLock::new(|| {
         let mut reader = csv::Reader::from_reader(CYCLES_CSV.as_bytes());

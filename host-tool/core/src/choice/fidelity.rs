@@ -1,5 +1,6 @@
-//! What `[fidelity]` makes coarser beside the models: the law's period, telemetry, the
-//! simulated finger's step. Each is found by playing the session with it.
+//! The settings that `[fidelity]` makes coarser besides the models: the period of the control law,
+//! the period of telemetry, and the simulated finger's step. Each is found by playing the session
+//! with it.
 
 use super::play::{Unplayed, trial};
 use crate::analysis::limit_cycles;
@@ -10,45 +11,46 @@ use rayon::prelude::*;
 
 /// Periods of the control law that are tried, ms.
 const LAW_PERIODS_MS: [u8; 5] = [1, 2, 5, 11, 20];
-/// Periods of telemetry, ms.
+/// Periods of telemetry that are tried, ms.
 const TELEMETRY_MS: [u16; 7] = [1, 2, 5, 10, 20, 50, 100];
-/// Steps of the simulated finger, µs.
+/// Steps of the simulated finger that are tried, µs.
 const STEPS_US: [u32; 4] = [1_000, 2_000, 5_000, 10_000];
 
-/// One of the settings that were tried, and what it changes: a part of the largest
-/// force or of the wanted angle's way.
+/// Effect of a setting that was tried, as a share of the largest force or of the wanted angle's
+/// range.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Effect {
     /// Period or step, µs.
     pub us: u32,
-    /// What it changes against the finest.
+    /// Error of this setting compared with the finest.
     pub error: f64,
 }
 
-/// What was tried beside the models, finest first; empty where the session has no use
-/// for it or says itself.
+/// Effects of the settings besides the models, finest first. A list is empty where the session does
+/// not use the setting or fixes it itself.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Fidelity {
-    /// How far straight lines through telemetry are from what the device reports every
-    /// millisecond: forces, and the measured angle.
+    /// Largest error of straight lines through telemetry against the values that the device reports
+    /// every millisecond: forces and the measured angle.
     pub telemetry: Vec<Effect>,
-    /// By how much a slower law's tracking error rises, root mean square.
+    /// Increase of the root mean square tracking error with a slower control law.
     pub law: Vec<Effect>,
-    /// By how much a coarser finger's differs.
+    /// Difference of the tracking error with a coarser step of the finger.
     pub step: Vec<Effect>,
 }
 
-/// The coarsest up to which all are within `tolerance`; the finest if none is.
+/// Returns the coarsest setting up to which all are within `tolerance`; the finest if none is;
+/// `None` if none was tried.
 #[must_use]
 pub fn coarsest(tried: &[Effect], tolerance: f64) -> Option<Effect> {
     let within = tried.iter().take_while(|effect| effect.error <= tolerance);
     within.last().or(tried.first()).copied()
 }
 
-/// Tries the first `length_us` of `session`.
+/// Tries the settings on the first `length_us` of `session`.
 ///
 /// # Errors
-/// [`Unplayed`].
+/// Returns [`Unplayed`] if the session cannot be played.
 pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fidelity, Unplayed> {
     let mut finest = session.clone();
     finest.duration_us = length_us;
@@ -61,7 +63,7 @@ pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fide
     let off = |sessions: Vec<(u32, Session)>| {
         let errors = sessions.par_iter().map(|(us, session)| {
             let trial = trial(session, seed)?;
-            // A loop that swings by itself is no coarser one: it is none.
+            // A loop that oscillates by itself is not a coarser loop but an unusable one.
             let swings = limit_cycles(&trial).next().is_some();
             let error = if swings {
                 f64::INFINITY
@@ -110,7 +112,7 @@ pub(super) fn tried(session: &Session, length_us: u64, seed: u64) -> Result<Fide
     Ok(fidelity)
 }
 
-/// Each error against the first one's.
+/// Returns the effect of each error relative to the first, which is the finest.
 fn against_finest(tried: &[(u32, f64)], off: impl Fn(f64, f64) -> f64) -> Vec<Effect> {
     let finest = tried.first().map_or(0.0, |pair| pair.1);
     let effect = |&(us, error): &(u32, f64)| Effect {
@@ -120,8 +122,9 @@ fn against_finest(tried: &[(u32, f64)], off: impl Fn(f64, f64) -> f64) -> Vec<Ef
     tried.iter().map(effect).collect()
 }
 
-/// Root mean square of wanted less true angle, as a part of the wanted angle's way,
-/// from a fifth of the session on: before that the joint comes from where it was.
+/// Returns the root mean square of wanted minus true angle, as a share of the wanted angle's range.
+/// The first fifth of the session is left out, because the joint is still leaving its initial
+/// position.
 fn tracking(samples: &Samples) -> f64 {
     let settled = samples.iter().skip(samples.len() / 5);
     let both = settled.filter_map(|sample| Some((sample.target_deg?, sample.true_deg?)));
@@ -137,7 +140,7 @@ fn tracking(samples: &Samples) -> f64 {
     }
 }
 
-/// What each period loses of courses that were told every millisecond.
+/// Returns the error of each telemetry period against values reported every millisecond.
 fn telemetry(dense: &Samples) -> Vec<Effect> {
     let muscles = dense.first().map_or(0, |sample| sample.forces_n.len());
     let force = |n: usize| -> Vec<f64> { dense.iter().map(|sample| told(&sample, n)).collect() };
@@ -163,12 +166,12 @@ fn telemetry(dense: &Samples) -> Vec<Effect> {
     TELEMETRY_MS.map(of).to_vec()
 }
 
-/// A muscle's reported force.
+/// Returns a muscle's reported force, N.
 fn told(sample: &Sample, muscle: usize) -> f64 {
     super::play::told(&sample.forces_n, muscle)
 }
 
-/// The most by which straight lines through every `apart`th point miss the others.
+/// Returns the largest error of straight lines through every `apart`th point.
 fn between(course: &[f64], apart: usize) -> f64 {
     let pieces = (0..course.len().saturating_sub(apart)).step_by(apart);
     let missed = pieces.flat_map(|from| {
@@ -180,7 +183,8 @@ fn between(course: &[f64], apart: usize) -> f64 {
 }
 
 impl Fidelity {
-    /// Makes `session` as coarse as `tolerance` allows; what it then is, for people.
+    /// Makes `session` as coarse as `tolerance` allows, and returns a note for people about the
+    /// result.
     pub(super) fn settle(&self, session: &mut Session, tolerance: f64) -> String {
         let mut note = String::new();
         if let Some(effect) = coarsest(&self.telemetry, tolerance) {

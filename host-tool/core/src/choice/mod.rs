@@ -1,10 +1,11 @@
-//! The cheapest muscle model that will do, found by trying the session.
+//! Chooses the cheapest muscle model that is accurate enough, by trying the session.
 //!
-//! Lives here: `fidelity` (law, telemetry, body), `play` (a session in memory and the true forces of its pulses),
-//! `cost` (cycles), `stream` (a live client's worst), `tried` (errors of what is used), `pulsed` (where pulses decide), and the choice. Not here: the
-//! models (`firmware::muscle`), how a session runs (`run`).
-//! In: a session with `"auto"` models and a tolerance. Out: a [`Choice`]: for each
-//! channel what it uses, each rung's error and cycles, and which was taken.
+//! The submodules are `fidelity` (control law, telemetry, body), `play` (a session in memory and
+//! the true forces of its pulses), `cost` (cycles), `stream` (the worst that a live client may
+//! send), `tried` (errors of the outputs in use) and `pulsed` (sessions where pulses alone decide).
+//! The models are in `firmware::muscle`, and `run` runs sessions. The input is a session with
+//! `"auto"` models and a tolerance. The output is a [`Choice`]: for each channel the outputs in
+//! use, each model level's error and cycles, and the chosen level.
 
 mod cost;
 mod fidelity;
@@ -24,30 +25,32 @@ use crate::session::{BodySpec, Model, Muscle, Session, Share, rung_name};
 use firmware::muscle::Rung;
 use tried::Trials;
 
-/// The seed of the simulated wearer under which sessions are tried.
+/// Seed of the simulated wearer on which sessions are tried.
 pub const SEED: u64 = 1;
 
-/// What a channel's muscle needs, and what it gets.
+/// Model level that a channel's muscle needs, and the level that it gets.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Need {
-    /// Its place in [`Session::channels`].
+    /// Index of the channel in [`Session::channels`].
     pub place: usize,
-    /// What the session uses of it.
+    /// Outputs of the model that the session uses.
     pub uses: Uses,
-    /// The cheapest rung within the tolerance; none if no rung is.
+    /// Cheapest model level within the tolerance; `None` if no level is.
     pub enough: Option<Rung>,
-    /// What it gets: the file's rung, or the one that is enough, or else the best.
+    /// Model level that the muscle gets: the level in the file, or the cheapest level within the
+    /// tolerance, or else the most accurate.
     pub rung: Rung,
-    /// Each rung that the muscle allows, the fullest last.
+    /// Results of each model level that the muscle allows, the most detailed last.
     pub tried: Vec<Tried>,
-    /// The error of what is used with all channels on the rung that they get.
+    /// Error of the outputs in use when all channels have the levels that they get.
     pub together: f64,
-    /// Whether it got more than it needs singly, as all together would not do.
+    /// Whether the muscle got a more detailed level than it needs by itself, because the levels
+    /// together were not accurate enough.
     pub raised: bool,
 }
 
 impl Need {
-    /// The least error that a rung has, and that rung.
+    /// Returns the smallest error of any model level, and that level.
     #[must_use]
     pub fn least(&self) -> (f64, Rung) {
         let all = self.tried.iter().map(|trial| (trial.error(), trial.rung));
@@ -56,42 +59,42 @@ impl Need {
     }
 }
 
-/// What a session needs.
+/// Result of the choice for a session.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Choice {
-    /// What was tolerated.
+    /// Tolerance of the choice.
     pub tolerance: Share,
-    /// How much of the session was tried, µs from its start.
+    /// Part of the session that was tried, µs from its start.
     pub tried_us: u64,
-    /// How many times it was played.
+    /// Number of times that sessions were played.
     pub plays: usize,
-    /// Of how many sessions: the file's own, and those within its bounds.
+    /// Number of sessions that were tried: the file's own, and those within its bounds.
     pub sessions: usize,
-    /// Of each channel with a muscle.
+    /// Need of each channel with a muscle.
     pub needs: Vec<Need>,
-    /// What was tried beside the models, of a session with `[fidelity]`.
+    /// Settings that were tried besides the models, for a session with `[fidelity]`.
     pub fidelity: Fidelity,
 }
 
-/// Why there is no choice.
+/// Reason why no choice was made.
 #[derive(Debug, thiserror::Error)]
 pub enum ChoiceError {
-    /// It could not be played.
+    /// The session could not be played (E552).
     #[error("E552 the session cannot be tried: {0}")]
     Unplayed(Unplayed),
-    /// No rung is as accurate as that.
+    /// No model level is within the tolerance (E553).
     #[error(
         "E553 channel {channel}: no model is within a tolerance of {tolerance}: the least possible here is \
          {least_percent:.2} % ({best}); tolerate that, or set `report = false` where nobody reads the force"
     )]
     NoRung {
-        /// From 1.
+        /// Channel, counted from 1.
         channel: u8,
-        /// What was asked for.
+        /// Tolerance that was requested.
         tolerance: Share,
-        /// The least error, %, rounded up.
+        /// Smallest error of any model level, %, rounded up.
         least_percent: f64,
-        /// Whose it is.
+        /// Name of the model level with the smallest error.
         best: &'static str,
     },
 }
@@ -103,26 +106,26 @@ impl From<Unplayed> for ChoiceError {
 }
 
 impl Share {
-    /// As a part.
+    /// Returns the share as a fraction, 0 to 1.
     #[must_use]
     pub fn part(self) -> f64 {
         f64::from(self.0) * 1e-4
     }
 }
 
-/// Tries `session` with every rung that its muscles allow, natively and in memory, on
-/// a wearer with this seed, and takes for each channel the cheapest in cycles whose
-/// error in what the session uses is within `tolerance`. A channel that is on a rung by
-/// the file's word stays there, and goes where its `changes` say.
+/// Tries `session` with every model level that its muscles allow, natively and in memory, on a
+/// wearer with this seed. For each channel it takes the level that is cheapest in cycles and whose
+/// error in the outputs in use is within `tolerance`. A channel whose level the file fixes stays
+/// there, and changes as its `changes` say.
 ///
-/// A rung is tried on all channels at once: no channel's pulses and report depend on
-/// another's rung. Then what was chosen is played together; while any channel errs by
-/// more than the tolerance, the one that errs most gets its next rung.
+/// A level is tried on all channels at once, because no channel's pulses and report depend on
+/// another's level. Then the chosen levels are played together. While any channel's error exceeds
+/// the tolerance, the channel with the largest error gets its next level.
 ///
-/// A session that declares bounds is tried beside the worst within them: the largest
+/// A session that declares bounds is also tried with the worst courses within them; the largest
 /// error of all counts.
 ///
-/// Of a session longer than [`Session::try_us`] its first part is tried.
+/// For a session longer than [`Session::try_us`], its first part is tried.
 ///
 /// # Errors
 /// [`ChoiceError::Unplayed`].
@@ -188,12 +191,12 @@ pub fn choose(session: &Session, tolerance: Share, seed: u64) -> Result<Choice, 
     })
 }
 
-/// Of each place the model that it gets.
+/// Returns the model level that each channel gets, by index.
 fn models(needs: &[Need]) -> impl Iterator<Item = (usize, Rung)> {
     needs.iter().map(|need| (need.place, need.rung))
 }
 
-/// `session` with the models that its channels get, by place.
+/// Returns `session` with the model levels that its channels get, by index.
 fn with(session: &Session, rungs: impl IntoIterator<Item = (usize, Rung)>) -> Session {
     let mut session = session.clone();
     for (place, rung) in rungs {
@@ -204,10 +207,10 @@ fn with(session: &Session, rungs: impl IntoIterator<Item = (usize, Rung)>) -> Se
     session
 }
 
-/// Gives `"auto"` models their meaning in this session, and says in its notes what
-/// people should know; with `[fidelity]` makes law, telemetry and finger as coarse as
-/// its tolerance allows. A session with neither is left alone. One that cannot be played
-/// keeps the fullest models, and says so.
+/// Resolves the `"auto"` models of this session, and adds notes for people. With `[fidelity]` it
+/// also makes control law, telemetry and finger as coarse as the tolerance allows. A session with
+/// neither is left unchanged. A session that cannot be played keeps the most detailed models, and a
+/// note says so.
 ///
 /// # Errors
 /// [`ChoiceError::NoRung`] if the session has a `[fidelity]` that no model meets.
@@ -256,8 +259,8 @@ pub fn settle(session: &mut Session) -> Result<(), ChoiceError> {
     Ok(())
 }
 
-/// Gives `"auto"` models and `[fidelity]` the meaning that they had in this trial.
-/// Whether it says all of it.
+/// Gives `"auto"` models and `[fidelity]` the values that they had in this trial. Returns whether
+/// the trial records all of them.
 pub fn recall(session: &mut Session, trial: &Trial) -> bool {
     let mut is_known = !session.has_fidelity || trial.fidelity.is_some();
     for channel in &mut session.channels {
@@ -288,8 +291,8 @@ pub fn recall(session: &mut Session, trial: &Trial) -> bool {
 }
 
 impl Choice {
-    /// Of each channel whose model the file gives and which errs by more than is
-    /// tolerated, that it does.
+    /// Returns a note for each channel whose model the file fixes and whose error exceeds the
+    /// tolerance.
     fn coarse(&self, session: &Session) -> Vec<String> {
         let coarse = |need: &&Need| need.together > self.tolerance.part();
         let told = self.needs.iter().filter(coarse).map(|need| {
@@ -304,8 +307,10 @@ impl Choice {
         told.collect()
     }
 
+    /// Checks that every channel has a model level within the tolerance.
+    ///
     /// # Errors
-    /// [`ChoiceError::NoRung`] of the first channel that no rung is enough for.
+    /// [`ChoiceError::NoRung`] for the first channel for which no level is accurate enough.
     pub fn refuse(&self, session: &Session) -> Result<(), ChoiceError> {
         let Some(need) = self.needs.iter().find(|need| need.enough.is_none()) else {
             return Ok(());

@@ -1,5 +1,5 @@
-//! A session played natively in memory: the pulses that left the device, and the
-//! forces that it reported.
+//! Plays a session natively in memory, and returns the pulses that left the device and the forces
+//! that it reported.
 
 use crate::link::Port;
 use crate::record::Trial;
@@ -9,36 +9,37 @@ use firmware::muscle::{CalciumForceSpec, FatigueSpec};
 use hal_sim::body::muscle::Parameters;
 use hal_sim::body::muscle::tiring::{Fatigue, Tiring};
 
-/// Why a session could not be played.
+/// Reason why a session could not be played.
 #[derive(Debug, thiserror::Error)]
 pub enum Unplayed {
-    /// No simulated wearer.
+    /// The simulated wearer could not be created.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// It ended early.
+    /// The session ended early.
     #[error(transparent)]
     Run(#[from] RunError),
 }
 
-/// One pulse: when, µs from the start, and with how much of the muscle.
+/// Pulse: its time, µs from the start, and the recruited share of the muscle, 0 to 1.
 pub type Pulse = (u64, f64);
 
-/// What came out of the device.
+/// Output of the device in a played session.
 pub struct Played {
-    /// By channel of the session, those that reach its muscle; none without one.
+    /// Pulses that reach each channel's muscle, by channel of the session; empty for a channel
+    /// without a muscle.
     pub pulses: Vec<Vec<Pulse>>,
-    /// µs from the start, and the forces by muscle, N.
+    /// Reports of the device: time, µs from the start, and the forces by muscle, N.
     pub reports: Vec<(u64, Vec<Option<f64>>)>,
-    /// How long it was, µs.
+    /// Length of the session, µs.
     pub length_us: u64,
 }
 
-/// What a device says while `session` is played.
+/// Plays `session` and returns its recorded trial.
 pub(super) fn trial(session: &Session, seed: u64) -> Result<Trial, Unplayed> {
     Ok(played(session, seed)?.0.trial)
 }
 
-/// A muscle's force in a list of them, N; 0 where none was told.
+/// Returns a muscle's force in a list of forces, N; 0 if none was reported.
 pub(super) fn told(forces_n: &[Option<f64>], muscle: usize) -> f64 {
     forces_n.get(muscle).copied().flatten().unwrap_or(0.0)
 }
@@ -59,10 +60,10 @@ fn played(session: &Session, seed: u64) -> Result<(Outcome, Option<Box<dyn Port>
 }
 
 impl Played {
-    /// Plays `session`.
+    /// Plays `session` on a wearer with this seed.
     ///
     /// # Errors
-    /// [`Unplayed`].
+    /// Returns [`Unplayed`] if the session cannot be played.
     pub fn of(session: &Session, seed: u64) -> Result<Self, Unplayed> {
         let (outcome, mut port) = played(session, seed)?;
         let world = port.as_mut().and_then(|port| port.world());
@@ -89,14 +90,14 @@ impl Played {
         })
     }
 
-    /// The true force of a channel's muscle at these rising times, N.
+    /// Returns the true force of a channel's muscle at these ascending times, N.
     pub fn truth(&self, muscle: &Muscle, channel: usize, times_us: &[u64]) -> Vec<f64> {
         forces(muscle, &self.pulses[channel], times_us.iter().copied())
     }
 }
 
-/// How much of a channel's muscle a pulse of this code moves; none below its motor
-/// threshold. A code is rounded down: threshold's own lies just below.
+/// Returns the share of a channel's muscle that a pulse of this code recruits; `None` below the
+/// motor threshold. A code is rounded down, so the threshold's own code lies just below it.
 fn gain(channel: &Channel, code: u16) -> Option<f64> {
     let recruits = channel.muscle.as_ref()?.recruitment;
     let step = f64::from(channel.spec.stage.full_scale().get()) / 65_535.0;
@@ -107,8 +108,8 @@ fn gain(channel: &Channel, code: u16) -> Option<f64> {
     (milli > threshold - step).then(|| (slope * (milli - reference)).exp().min(1.0))
 }
 
-/// What these pulses make of a muscle by equations (2) to (4) of Lee 2020 and those of
-/// Ding 2003, in f64, sharing no code with the device: N at these rising times.
+/// Returns the force of a muscle under these pulses at these ascending times, N. It uses equations
+/// (2) to (4) of Lee 2020 and those of Ding 2003, in f64, and shares no code with the device.
 pub fn forces(muscle: &Muscle, pulses: &[Pulse], times_us: impl Iterator<Item = u64>) -> Vec<f64> {
     let tires = muscle.fatigue.as_ref().map_or(Fatigue::NEVER, fatigue);
     let mut truth = Tiring::new(parameters(muscle), tires);
@@ -140,7 +141,8 @@ fn parameters(muscle: &Muscle) -> Parameters {
     }
 }
 
-/// The same fatigue for the f64 muscle. K and τ1 end where the device's ranges do.
+/// Converts the device's fatigue parameters for the f64 muscle. K and τ1 end where the device's
+/// ranges do.
 #[must_use]
 pub fn fatigue(spec: &FatigueSpec) -> Fatigue {
     Fatigue {

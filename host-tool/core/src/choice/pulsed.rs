@@ -1,15 +1,16 @@
-//! Models that need no trial: where a muscle neither tires nor steers, only one model
+//! Chooses models that need no trial. Where a muscle neither tires nor steers, only one model
 //! reports its force, and only a muscle without pulses needs none.
 
 use super::play::{Played, Unplayed};
 use crate::session::{Channel, Model, Session};
 use firmware::muscle::Rung;
 
-/// How much of a session is played until all its muscles have had a pulse, µs.
+/// Lengths of a session that are played, one after the other, until all its muscles have had a
+/// pulse, µs.
 const LOOKS_US: [u64; 3] = [1_000_000, 5_000_000, u64::MAX];
 
-/// Whether pulses alone decide the models of `session`, whatever they err by: the
-/// rungs below report nothing, which is all wrong, and there are none above.
+/// Returns whether pulses alone decide the models of `session`, whatever the models' errors: the
+/// levels below report nothing, which is completely wrong, and there are none above.
 pub(super) fn decide(session: &Session) -> bool {
     let tires = |c: &Channel| {
         c.muscle
@@ -23,11 +24,11 @@ pub(super) fn decide(session: &Session) -> bool {
         && !channels.any(|c| c.force.is_some() || tires(c))
 }
 
-/// The models that [`super::choose`] finds for such a session by trying its first
-/// `length_us`, by place in [`Session::channels`].
+/// Returns the model levels that [`super::choose`] finds for such a session by trying its first
+/// `length_us`, by index in [`Session::channels`].
 ///
 /// # Errors
-/// [`Unplayed`].
+/// Returns [`Unplayed`] if the session cannot be played.
 pub(super) fn rungs(
     session: &Session,
     length_us: u64,

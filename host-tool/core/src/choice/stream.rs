@@ -1,14 +1,14 @@
-//! The worst that a live client may stream within its declared bounds.
+//! The worst courses that a live client may stream within its declared bounds.
 
 use crate::session::{Bounds, Course, ForceCourse, Session};
 
-/// Single bursts come this far apart, µs.
+/// Time between single bursts, µs.
 const APART_US: u64 = 2_000_000;
 
-/// The sessions that a choice is tried on: the file's own and, if it declares
-/// bounds, the worst within them, on all such channels at once: held at the top, which
-/// tires most; swung between the ends as fast as may be; single short bursts; a slow
-/// way up and down; held low, where an error is large against the peak.
+/// Returns the sessions that a choice is tried on: the file's own and, if it declares bounds, the
+/// worst courses within them, on all such channels at once. These are: held at the top, which tires
+/// most; swung between the ends as fast as allowed; single short bursts; a slow way up and down;
+/// and held low, where an error is large compared with the peak.
 pub(super) fn sessions(session: &Session, length_us: u64) -> Vec<Session> {
     let mut all = vec![session.clone()];
     if session.setpoints.bounds.is_empty() {
@@ -20,8 +20,8 @@ pub(super) fn sessions(session: &Session, length_us: u64) -> Vec<Session> {
     all
 }
 
-/// `session` with these courses for those of its channels that a live client streams
-/// to; forces are mN at µs, amplitudes thousandths.
+/// Returns `session` with these courses for the channels to which a live client streams. Forces are
+/// mN at µs, amplitudes are thousandths of their unit at µs.
 pub fn streaming(session: &Session, mut of: impl FnMut(&Bounds) -> Vec<(u64, u32)>) -> Session {
     let mut session = session.clone();
     let setpoints = &mut session.setpoints;
@@ -47,7 +47,7 @@ pub fn streaming(session: &Session, mut of: impl FnMut(&Bounds) -> Vec<(u64, u32
 }
 
 impl Bounds {
-    /// How long the way from one value to another takes at least, µs; 1 for a step.
+    /// Returns the shortest time for the way from one value to another, µs; 1 for a step.
     #[must_use]
     pub fn way_us(&self, from: u32, to: u32) -> u64 {
         let way = u64::from(from.abs_diff(to)) * 1_000_000;
@@ -55,7 +55,8 @@ impl Bounds {
             .map_or(1, |per_s| (way / u64::from(per_s.max(1))).max(1))
     }
 
-    /// A course from rest through these values, each kept so long, until `length_us`.
+    /// Returns a course from rest through these values, each kept for its given time, until
+    /// `length_us`.
     pub fn through(
         &self,
         values: impl IntoIterator<Item = (u32, u64)>,

@@ -1,4 +1,4 @@
-//! What came of a session on each rung: errors of what it uses.
+//! Errors of the outputs in use, for a session on each model level.
 
 use super::cost::{Cycles, cycles, rungs};
 use super::play::{Played, Unplayed, told};
@@ -6,41 +6,44 @@ use crate::session::{Muscle, Session};
 use firmware::muscle::Rung;
 use rayon::prelude::*;
 
-/// A force is reported in whole mN: what differs by less is the report's own, N.
+/// Resolution of a reported force, N: forces are reported in whole mN, so that smaller differences
+/// come from the report itself.
 const RESOLUTION_N: f64 = 1e-3;
 
-/// What a session uses of a channel's model.
+/// Outputs of a channel's model that a session uses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Uses {
-    /// The predicted force is read.
+    /// Whether the predicted force is read.
     pub report: bool,
-    /// It steers the channel's own pulses.
+    /// Whether the model steers the channel's own pulses.
     pub steering: bool,
 }
 
-/// What a rung gives a channel. Errors are parts of the largest true force.
+/// Result of a model level on a channel. Errors are shares of the largest true force.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Tried {
-    /// Which.
+    /// Model level that was tried.
     pub rung: Rung,
-    /// Reported against true force of the same pulses, where it is read.
+    /// Error of the reported against the true force of the same pulses; `None` where the report is
+    /// not read.
     pub report: Option<f64>,
-    /// True force against that under the fullest rung, where it steers.
+    /// Error of the true force against that under the most detailed level; `None` where the model
+    /// does not steer.
     pub steering: Option<f64>,
-    /// What it costs, if that was measured.
+    /// Cost of the level; `None` if it was not measured.
     pub cycles: Option<Cycles>,
-    /// How many pulses it models.
+    /// Rate of the pulses that the model computes, pulses per second.
     pub pulses_per_s: f64,
 }
 
 impl Tried {
-    /// The worst error of what is used; 0 if nothing is.
+    /// Returns the larger error of the outputs in use; 0 if none is used.
     #[must_use]
     pub fn error(&self) -> f64 {
         self.report.unwrap_or(0.0).max(self.steering.unwrap_or(0.0))
     }
 
-    /// The larger errors and costs of two sessions.
+    /// Returns the larger errors and costs of two sessions.
     fn worse(self, other: &Self) -> Self {
         let larger = |a: Option<f64>, b: Option<f64>| a.map(|a| a.max(b.unwrap_or(0.0))).or(b);
         Self {
@@ -51,7 +54,7 @@ impl Tried {
         }
     }
 
-    /// Cycles a second; what was not measured is dearer than all else.
+    /// Returns the cycles per second; infinity for a level that was not measured.
     #[must_use]
     pub fn cost(&self) -> f64 {
         let cost = self
@@ -65,13 +68,13 @@ impl Tried {
 pub(super) struct Trials<'a>(Vec<Trial<'a>>);
 
 impl<'a> Trials<'a> {
-    /// Plays each of `sessions` once for each rung that can make a difference.
+    /// Plays each of `sessions` once for each model level that can make a difference.
     pub(super) fn of(sessions: &'a [Session], seed: u64) -> Result<Self, Unplayed> {
         let all = sessions.par_iter().map(|session| Trial::of(session, seed));
         Ok(Self(all.collect::<Result<_, _>>()?))
     }
 
-    /// What a channel's rungs give, in the worst of the sessions.
+    /// Returns the results of a channel's model levels in the worst of the sessions.
     pub(super) fn tried(&self, place: usize) -> Vec<Tried> {
         let each = self.0.iter().map(|trial| trial.tried[place].clone());
         let worse = |a: Vec<Tried>, b: Vec<Tried>| {
@@ -81,12 +84,12 @@ impl<'a> Trials<'a> {
         each.reduce(worse).unwrap_or_default()
     }
 
-    /// How many plays there were.
+    /// Returns the number of plays so far.
     pub(super) fn plays(&self) -> usize {
         self.0.iter().map(|trial| trial.plays).sum()
     }
 
-    /// What is used of a channel: the same in every session.
+    /// Returns the outputs in use of a channel, which are the same in every session.
     pub(super) fn uses(&self, place: usize) -> Uses {
         let first = self.0.first().map(|trial| trial.uses(place));
         first.unwrap_or(Uses {
@@ -95,8 +98,8 @@ impl<'a> Trials<'a> {
         })
     }
 
-    /// The error of each of these channels in the worst session, with all on these
-    /// rungs at once.
+    /// Returns the error of each of these channels in the worst session, with all of them on these
+    /// levels at once.
     pub(super) fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, Unplayed> {
         let each = self.0.par_iter_mut().map(|trial| trial.together(all));
         let each: Vec<Vec<f64>> = each.collect::<Result<_, _>>()?;
@@ -105,33 +108,34 @@ impl<'a> Trials<'a> {
     }
 }
 
-/// A session as it was tried.
+/// Session that is tried, with its plays.
 struct Trial<'a> {
     session: &'a Session,
     seed: u64,
-    /// By rung: all muscles on it, or on the fullest that they allow below it.
+    /// Plays by model level: all muscles had this level, or the most detailed level that they allow
+    /// below it.
     played: Vec<(Rung, Played)>,
     plays: usize,
-    /// By channel; none without a muscle.
+    /// Results by channel; empty for a channel without a muscle.
     tried: Vec<Vec<Tried>>,
-    /// True force each millisecond under the fullest rungs, of channels that steer.
+    /// True force at each millisecond under the most detailed levels, for channels that steer, N.
     steered: Vec<Vec<f64>>,
 }
 
 impl<'a> Trial<'a> {
-    /// Plays `session` once for each rung that can make a difference.
+    /// Plays `session` once for each model level that can make a difference.
     fn of(session: &'a Session, seed: u64) -> Result<Self, Unplayed> {
         let muscles = || session.channels.iter().filter_map(|c| c.muscle.as_ref());
         let fullest = muscles().map(fullest_of).max();
         let steers = session.channels.iter().any(|c| c.force.is_some());
         let matters = |rung: &Rung| {
-            // A model that does not run reports nothing: that needs no trial.
+            // A model that does not run reports nothing, which needs no trial.
             Some(*rung) <= fullest && (steers || cycles(*rung).is_none_or(|cycles| cycles.tick > 0))
         };
         let all: Vec<Rung> = rungs().filter(matters).collect();
         let played = all.into_par_iter().map(|rung| {
             let mut variant = on_rungs(session, |_, muscle| rung.min(fullest_of(muscle)));
-            // What the file changes to later is not this rung's doing.
+            // Later changes in the file are not an effect of this model level.
             let muscles = variant
                 .channels
                 .iter_mut()
@@ -162,7 +166,8 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Errors of a channel on each rung, and its true force each ms under the fullest.
+    /// Returns the results of a channel on each model level, and its true force at each ms under
+    /// the most detailed.
     fn judge(&self, place: usize) -> (Vec<Tried>, Vec<f64>) {
         let Some(muscle) = &self.session.channels[place].muscle else {
             return Default::default();
@@ -185,7 +190,8 @@ impl<'a> Trial<'a> {
             let played = on(rung);
             let (report, steering) = match played {
                 Some(played) => self.errors(place, muscle, played, &steered),
-                // It never ran: where any force is, its report of none is all wrong.
+                // The model never ran: where there is any force, its report of none is completely
+                // wrong.
                 None => {
                     let is_still = best.pulses[place].is_empty();
                     (Some(f64::from(u8::from(!is_still))), None)
@@ -203,7 +209,7 @@ impl<'a> Trial<'a> {
         (tried.collect(), steered)
     }
 
-    /// Errors of a channel's report and of its steering.
+    /// Returns the errors of a channel's report and of its steering.
     fn errors(
         &self,
         place: usize,
@@ -225,7 +231,7 @@ impl<'a> Trial<'a> {
         (Some(report), steering)
     }
 
-    /// The error of each of these channels, with all on these rungs at once.
+    /// Returns the error of each of these channels, with all of them on these levels at once.
     fn together(&mut self, all: &[(usize, Rung)]) -> Result<Vec<f64>, Unplayed> {
         let of = |place: usize, muscle: &Muscle| {
             let found = all.iter().find(|pair| pair.0 == place);
@@ -262,7 +268,7 @@ impl<'a> Trial<'a> {
     }
 }
 
-/// The fullest rung that a muscle allows.
+/// Returns the most detailed model level that a muscle allows.
 fn fullest_of(muscle: &Muscle) -> Rung {
     match muscle.fatigue {
         Some(_) => Rung::CalciumForceFatigue,
@@ -270,7 +276,7 @@ fn fullest_of(muscle: &Muscle) -> Rung {
     }
 }
 
-/// The part of `session` that is tried, its muscles on the rungs that `of` says.
+/// Returns the part of `session` that is tried, with its muscles on the levels that `of` returns.
 fn on_rungs(session: &Session, of: impl Fn(usize, &Muscle) -> Rung) -> Session {
     let mut variant = session.clone();
     variant.duration_us = session.duration_us.min(session.try_us);
@@ -283,13 +289,13 @@ fn on_rungs(session: &Session, of: impl Fn(usize, &Muscle) -> Rung) -> Session {
     variant
 }
 
-/// Every millisecond of what was played, µs.
+/// Returns every millisecond of the played session, µs.
 fn milliseconds(played: &Played) -> Vec<u64> {
     (0..=played.length_us / 1000).map(|ms| ms * 1000).collect()
 }
 
-/// The largest difference at any moment, beyond what a resolution makes of it, as a
-/// part of the largest true force; 0 without any.
+/// Returns the largest difference at any moment, minus the resolution, as a share of the largest
+/// true force; 0 without any difference.
 fn worst(truth: &[f64], other: impl Iterator<Item = f64>, resolution: f64) -> f64 {
     let peak = truth.iter().copied().fold(0.0, f64::max);
     let off = truth

@@ -1,9 +1,9 @@
-//! Time of the computer that runs the program, given to the modules that need it.
+//! The time of the computer that runs the program, passed to the modules that need it.
 //!
-//! Lives here: [`Clock`], which measures durations, and [`Moment`], a date and time of day.
-//! No module reads a clock by itself, so that sessions on a simulator also run where the
-//! standard library has no clock, as in a browser. With the feature `realtime` the clocks of
-//! the operating system are here too. Not here: device time (`link`).
+//! This module holds [`Clock`], which measures durations, and [`Moment`], a date and time of day.
+//! No module reads a clock by itself, so that sessions on a simulator also run where the standard
+//! library has no clock, as in a browser. With the feature `realtime`, the clocks of the operating
+//! system are here too. Device time is in `link`.
 
 mod moment;
 #[cfg(feature = "realtime")]
@@ -15,9 +15,9 @@ pub use system::{ProcessorClock, SystemClock};
 
 use std::time::Duration;
 
-/// Measures durations.
+/// Clock that measures durations.
 pub trait Clock: Send + Sync {
-    /// Time since a moment that stays the same as long as this clock exists; never less than
-    /// it was before.
+    /// Returns the time since a moment that stays the same as long as this clock exists. The result
+    /// never decreases.
     fn now(&self) -> Duration;
 }

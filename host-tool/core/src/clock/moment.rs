@@ -4,19 +4,19 @@ use std::time::Duration;
 
 const SECONDS_PER_DAY: i64 = 86_400;
 
-/// A moment by the clock of the computer that records. The default is 1970-01-01, for
-/// programs that have no clock.
+/// Moment by the clock of the computer that records. The default is 1970-01-01, for programs that
+/// have no clock.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Moment {
-    /// Since 1970-01-01 00:00:00 UTC, without leap seconds.
+    /// Time since 1970-01-01 00:00:00 UTC, without leap seconds.
     pub since_1970: Duration,
-    /// Local time less UTC at this moment, s.
+    /// Local time minus UTC at this moment, s.
     pub local_offset_s: i32,
 }
 
 impl Moment {
-    /// Coordinated universal time as RFC 3339 has it, to the millisecond (cut, not rounded):
-    /// `2026-11-27T13:47:36.125Z`.
+    /// Returns coordinated universal time in the format of RFC 3339, to the millisecond (cut, not
+    /// rounded): `2026-11-27T13:47:36.125Z`.
     #[must_use]
     pub fn utc(self) -> String {
         let (date, time) = date_and_time(self.seconds());
@@ -25,7 +25,7 @@ impl Moment {
         format!("{date}T{hour:02}:{minute:02}:{second:02}.{millis:03}Z")
     }
 
-    /// Local date and time for the name of a folder: `2026-11-27-134736`.
+    /// Returns local date and time for the name of a folder: `2026-11-27-134736`.
     #[must_use]
     pub fn local_stamp(self) -> String {
         let local_s = self.seconds().saturating_add(self.local_offset_s.into());
@@ -33,13 +33,13 @@ impl Moment {
         format!("{date}-{hour:02}{minute:02}{second:02}")
     }
 
-    /// Whole seconds since 1970.
+    /// Returns the whole seconds since 1970.
     fn seconds(self) -> i64 {
         i64::try_from(self.since_1970.as_secs()).unwrap_or(i64::MAX)
     }
 }
 
-/// `2026-11-27`, and hour, minute and second, of `seconds` since 1970.
+/// Returns the date, such as `2026-11-27`, and hour, minute and second, for `seconds` since 1970.
 fn date_and_time(seconds: i64) -> (String, [i64; 3]) {
     let (year, month, day) = civil(seconds.div_euclid(SECONDS_PER_DAY));
     let second = seconds.rem_euclid(SECONDS_PER_DAY);
@@ -47,10 +47,10 @@ fn date_and_time(seconds: i64) -> (String, [i64; 3]) {
     (format!("{year:04}-{month:02}-{day:02}"), time)
 }
 
-/// Year, month and day of the Gregorian calendar, `days` after 1970-01-01.
+/// Returns year, month and day of the Gregorian calendar, `days` after 1970-01-01.
 ///
-/// H. Hinnant, "chrono-Compatible Low-Level Date Algorithms" (2013), `civil_from_days`: years
-/// begin in March, so that the leap day is a year's last.
+/// The method is `civil_from_days` of H. Hinnant, "chrono-Compatible Low-Level Date Algorithms"
+/// (2013): years begin in March, so that the leap day is a year's last day.
 const fn civil(days: i64) -> (i64, i64, i64) {
     let from_march_0000 = days + 719_468;
     let era = from_march_0000.div_euclid(146_097); // 400 years
@@ -78,7 +78,7 @@ mod tests {
         }
     }
 
-    /// Expected texts are those of `date --utc --date @SECONDS`.
+    /// Checks dates against the output of `date --utc --date @SECONDS`.
     #[test]
     fn dates_are_those_of_the_calendar() {
         for (seconds, date) in [

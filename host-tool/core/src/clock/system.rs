@@ -3,14 +3,14 @@
 use super::Clock;
 use std::time::{Duration, Instant};
 
-/// The monotonic clock; on Linux it stands still while the computer sleeps.
+/// Monotonic clock; on Linux it stands still while the computer sleeps.
 #[derive(Clone, Copy, Debug)]
 pub struct SystemClock {
     begun: Instant,
 }
 
 impl SystemClock {
-    /// Counts from now.
+    /// Creates a clock that counts from now.
     #[must_use]
     pub fn start() -> Self {
         let begun = Instant::now();
@@ -24,8 +24,8 @@ impl Clock for SystemClock {
     }
 }
 
-/// The processor time of all threads of this program, which other programs do not lengthen;
-/// wall-clock time where the system does not report it.
+/// Clock of the processor time of all threads of this program, which other programs do not
+/// lengthen. It measures wall-clock time where the system does not report processor time.
 #[derive(Clone, Copy, Debug)]
 pub struct ProcessorClock {
     wall: SystemClock,
@@ -33,7 +33,7 @@ pub struct ProcessorClock {
 }
 
 impl ProcessorClock {
-    /// Counts from now.
+    /// Creates a clock that counts from now.
     #[must_use]
     pub fn start() -> Self {
         Self {

@@ -1,11 +1,12 @@
-//! The experimenter's filter: a moving average over 40 ms (Lee 2020, §2.3.2; its
-//! -3 dB lie at 11.1 Hz). It is nowhere else.
+//! The experimenter's filter: a moving average over 40 ms (Lee 2020, §2.3.2), whose gain is -3 dB
+//! at 11.1 Hz. No other module implements it.
 
-/// Samples of 1 ms in the window.
+/// Number of samples of 1 ms in the window.
 pub const WINDOW: usize = 40;
 
-/// The mean of every [`WINDOW`] samples in a row: `result[i]` is that of
-/// `samples[i..i + WINDOW]`, so there are 39 fewer. Nothing of fewer samples than one window.
+/// Returns the mean of every [`WINDOW`] consecutive samples: `result[i]` is the mean of
+/// `samples[i..i + WINDOW]`, so the result is 39 shorter. The result is empty for fewer samples
+/// than one window.
 #[must_use]
 pub fn averaged(samples: &[f64]) -> Vec<f64> {
     let part = 1.0 / WINDOW as f64;
@@ -23,8 +24,8 @@ pub fn averaged(samples: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The transpose of [`averaged`] as a matrix: from the averages of `samples` samples back to
-/// as many numbers.
+/// Applies the transpose of [`averaged`] as a matrix: turns the averages of `samples` samples back
+/// into that many numbers.
 pub(super) fn spread(averages: &[f64], samples: usize) -> Vec<f64> {
     let nothing = vec![0.0; WINDOW - 1];
     let padded: Vec<f64> = nothing
@@ -52,7 +53,7 @@ mod tests {
         assert!(averaged(&step[..39]).is_empty());
     }
 
-    /// ⟨W a, b⟩ = ⟨a, Wᵀ b⟩.
+    /// Checks ⟨W a, b⟩ = ⟨a, Wᵀ b⟩.
     #[test]
     fn spreading_is_the_transpose() {
         let a: Vec<f64> = (0..120).map(|i| f64::from(i * i % 17)).collect();

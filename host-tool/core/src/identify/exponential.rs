@@ -1,22 +1,22 @@
-//! Equations 5, 6 and 8 of Lee 2020: peak force over amplitude, and A from it.
+//! Equations 5, 6 and 8 of Lee 2020: peak force as a function of amplitude, and A from it.
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DVector, Dyn, OMatrix, U2, Vector2};
 use serde::{Deserialize, Serialize};
 
-/// F_PK(I) = a·e^(bI).
+/// Exponential relation of peak force and amplitude: F_PK(I) = a·e^(bI).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Exponential {
-    /// N.
+    /// Factor a, N.
     pub a_n: f64,
-    /// Per mA.
+    /// Exponent b, 1/mA.
     pub b_per_ma: f64,
 }
 
 impl Exponential {
-    /// That with the least squares through amplitudes in mA and peaks in N, one above 0 at
-    /// two amplitudes at least.
+    /// Fits the exponential by least squares to amplitudes in mA and peaks in N. Returns `None`
+    /// unless peaks at two or more amplitudes are above 0 and the fit is finite.
     #[must_use]
     pub fn through(points: &[(f64, f64)]) -> Option<Self> {
         let above: Vec<_> = points.iter().filter(|(_, n)| *n > 0.0).collect();
@@ -40,13 +40,13 @@ impl Exponential {
             .then_some(own)
     }
 
-    /// Peak force at `ma`, N.
+    /// Returns the peak force at `ma` milliamperes, N.
     #[must_use]
     pub fn at(&self, ma: f64) -> f64 {
         self.a_n * (self.b_per_ma * ma).exp()
     }
 
-    /// Equation 6: A at `ma` over A at `reference_ma`.
+    /// Returns A at `ma` over A at `reference_ma` (equation 6).
     #[must_use]
     pub fn gain(&self, ma: f64, reference_ma: f64) -> f64 {
         (self.b_per_ma * (ma - reference_ma)).exp()
@@ -55,7 +55,7 @@ impl Exponential {
 
 struct Problem<'a> {
     points: &'a [(f64, f64)],
-    /// ln a and b.
+    /// Present values of ln a and b.
     now: Vector2<f64>,
 }
 
@@ -92,18 +92,18 @@ impl LeastSquaresProblem<f64, Dyn, U2> for Problem<'_> {
     }
 }
 
-/// How well something is estimated, as the paper tells it.
+/// Agreement of an estimate with a measurement, in the paper's measures.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
     /// Coefficient of determination.
     pub r2: f64,
-    /// Root of the mean square error, N.
+    /// Root mean square error, N.
     pub rmse_n: f64,
-    /// The same over the largest measured force, %.
+    /// Root mean square error over the largest measured force, %.
     pub nrmse_percent: f64,
 }
 
-/// Of what was estimated against what was measured, N, as many each.
+/// Returns the agreement of estimated and measured forces, N; both slices have the same length.
 #[must_use]
 pub fn agreement(estimated: &[f64], measured: &[f64]) -> Agreement {
     let n = measured.len().max(1) as f64;

@@ -1,4 +1,4 @@
-//! The five constants from records, each with its 95 % interval.
+//! Fits the five constants of a muscle to records, each with its 95 % interval.
 
 use super::error::IdentifyError;
 use super::information::{inverse, rows, untold};
@@ -9,63 +9,64 @@ use hal_sim::random::Random;
 use levenberg_marquardt::LevenbergMarquardt;
 use serde::{Deserialize, Serialize};
 
-/// Seeds of the starts, tried in this order until [`AGREE`] of them end alike.
+/// Seeds of the starts, tried in this order until [`AGREE`] of them end at the same minimum.
 pub const START_SEEDS: [u64; 6] = [1, 2, 3, 4, 5, 6];
-/// As many starts must end in the same place.
+/// Number of starts that must end at the same minimum.
 const AGREE: usize = 2;
-/// Sums of squares that differ by less, as a part of the smaller, are the same place.
+/// Largest difference of two sums of squares at the same minimum, as a share of the smaller.
 const ALIKE: f64 = 1e-6;
-/// Standard errors to either end of a 95 % interval.
+/// Half width of a 95 % interval, in standard errors.
 const HALF_95: f64 = 1.959_963_984_540_054;
-/// Where starts are drawn, evenly in the logarithm: K, τc, τ1, τ2 (s). Wider than the
-/// subjects of Lee 2020, table 4. A follows from them and the record.
+/// Ranges in which starts are drawn, evenly in the logarithm: K, τc, τ1, τ2 (s). They are wider
+/// than the range of the subjects of Lee 2020, table 4. A follows from the other constants and the
+/// record.
 const STARTS: [[f64; 2]; 4] = [[0.01, 0.6], [8e-3, 40e-3], [4e-3, 100e-3], [20e-3, 300e-3]];
 /// Tolerance of the solver.
 const TOLERANCE: f64 = 1e-10;
 
-/// A constant with its interval, in SI units.
+/// Estimate of a constant with its interval, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// Best.
+    /// Best estimate.
     pub value: f64,
     /// Lower end of the 95 % interval.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of the 95 % interval.
     pub high: f64,
 }
 
 impl Estimate {
-    /// Whether the interval has it.
+    /// Returns whether the interval contains `truth`.
     #[must_use]
     pub fn covers(&self, truth: f64) -> bool {
         (self.low..=self.high).contains(&truth)
     }
 }
 
-/// How constants are looked for.
+/// Method of fitting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fit {
-    /// What is compared.
+    /// Form in which records and model are compared.
     pub weighting: Weighting,
 }
 
-/// What was found.
+/// Result of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
-    /// A in N/s, K, τc, τ1, τ2 in s.
+    /// Fitted constants: A in N/s, K, τc, τ1, τ2 in s.
     pub constants: Constants,
-    /// Of their logarithms.
+    /// Covariance of the logarithms of the constants.
     pub covariance: [[f64; PARAMETERS]; PARAMETERS],
-    /// Standard deviation of the white noise of a sample, N, from what remains.
+    /// Standard deviation of a sample's white noise, N, computed from the residuals.
     pub noise_n: f64,
-    /// Starts that were tried.
+    /// Number of starts that were tried.
     pub starts: usize,
-    /// Names of the constants that these data cannot tell.
+    /// Names of the constants that these data cannot determine.
     pub untold: Vec<String>,
 }
 
 impl Fitted {
-    /// The constants with their intervals, in the order of [`super::NAMES`].
+    /// Returns the constants with their intervals, in the order of [`super::NAMES`].
     #[must_use]
     pub fn estimates(&self) -> [Estimate; PARAMETERS] {
         std::array::from_fn(|i| {
@@ -80,18 +81,18 @@ impl Fitted {
 }
 
 impl Fit {
-    /// The constants that all `records` have in common.
+    /// Fits the constants that all `records` have in common.
     ///
     /// # Errors
-    /// E640, E641, E643 of any record; E644.
+    /// E640, E641, E643 for any record; E644.
     pub fn of(self, records: &[ForceRecord]) -> Result<Fitted, IdentifyError> {
         self.among(records, &START_SEEDS.map(start))
     }
 
-    /// The same from one start, where another fit of these records has ended.
+    /// Fits the constants from one start, at which another fit of these records has ended.
     ///
     /// # Errors
-    /// As [`Self::of`].
+    /// The errors of [`Self::of`].
     pub fn near(self, records: &[ForceRecord], start: Constants) -> Result<Fitted, IdentifyError> {
         self.among(records, &[start])
     }

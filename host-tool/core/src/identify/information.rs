@@ -1,4 +1,4 @@
-//! What data can tell at best: Fisher's information and the bound that follows from it.
+//! The most that data can determine: Fisher's information and the bound that follows from it.
 
 use super::model::{Constants, NAMES, PARAMETERS};
 use super::problem::{Problem, Weighting};
@@ -7,35 +7,36 @@ use nalgebra::SMatrix;
 
 type Square = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
-/// A constant whose 95 % interval reaches further than this part of it to a side is not
-/// told by the data.
+/// Largest half width of a 95 % interval, as a share of the constant, at which the data determine
+/// the constant.
 pub const UNTOLD: f64 = 0.5;
-/// Of the smallest eigenvalue over the largest, of information scaled to a diagonal of 1:
-/// below, some direction is as good as unseen.
+/// Smallest ratio of the smallest to the largest eigenvalue, for information scaled to a diagonal
+/// of 1. Below it, the data practically do not depend on some direction.
 const SINGULAR: f64 = 1e-10;
-/// Standard errors to either end of a 95 % interval.
+/// Half width of a 95 % interval, in standard errors.
 const HALF_95: f64 = 1.959_963_984_540_054;
 
-/// The Cramér-Rao bound.
+/// Cramér-Rao bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bound {
-    /// Least covariance of the logarithms of the constants that an unbiased estimator has.
+    /// Smallest covariance of the logarithms of the constants that an unbiased estimator can have.
     pub covariance: [[f64; PARAMETERS]; PARAMETERS],
-    /// Names of the constants that such data cannot tell.
+    /// Names of the constants that such data cannot determine.
     pub untold: Vec<&'static str>,
 }
 
 impl Bound {
-    /// Least standard deviation of each constant, as a part of it.
+    /// Returns the smallest standard deviation of each constant, as a share of the constant.
     #[must_use]
     pub fn errors(&self) -> [f64; PARAMETERS] {
         std::array::from_fn(|i| self.covariance[i][i].max(0.0).sqrt())
     }
 }
 
-/// The bound for `records` (when pulses came, how many samples; what was read is not
-/// looked at) of a muscle with these constants, under white noise of `noise_n` a sample,
-/// offset and drift of each record unknown. `None`: nothing of it depends on a constant.
+/// Returns the bound for `records` of a muscle with these constants, under white noise of `noise_n`
+/// newtons per sample, with offset and drift of each record unknown. Only the times of the pulses
+/// and the number of samples matter; the readings are ignored. Returns `None` if the force does not
+/// depend on one of the constants.
 #[must_use]
 pub fn bound(constants: Constants, records: &[ForceRecord], noise_n: f64) -> Option<Bound> {
     let problem = Problem::new(records, Weighting::Whitened, constants);
@@ -46,7 +47,7 @@ pub fn bound(constants: Constants, records: &[ForceRecord], noise_n: f64) -> Opt
     })
 }
 
-/// Scaled to a diagonal of 1 before, so that units do not matter.
+/// Inverts the information. It is scaled to a diagonal of 1 first, so that units do not matter.
 pub(super) fn inverse(information: &Square) -> Option<Square> {
     let scale = information.diagonal().map(|value| 1.0 / value.sqrt());
     if !scale.iter().all(|scale| scale.is_finite() && *scale > 0.0) {
@@ -55,7 +56,7 @@ pub(super) fn inverse(information: &Square) -> Option<Square> {
     let scaled = Square::from_fn(|i, j| information[(i, j)] * scale[i] * scale[j]);
     let parts = scaled.symmetric_eigen();
     let largest = parts.eigenvalues.max();
-    // A direction that is not seen keeps a variance that is finite and enormous.
+    // A direction without information keeps a variance that is finite and enormous.
     let least = largest * SINGULAR;
     let inverse = parts
         .eigenvalues
@@ -64,7 +65,8 @@ pub(super) fn inverse(information: &Square) -> Option<Square> {
     Some(Square::from_fn(|i, j| own[(i, j)] * scale[i] * scale[j]))
 }
 
-/// Names of the constants whose logarithms' covariance says that they are not told.
+/// Returns the names of the constants that are not determined, according to the covariance of their
+/// logarithms.
 #[must_use]
 pub fn untold(covariance: &Square) -> Vec<&'static str> {
     let is_untold = |i: &usize| {

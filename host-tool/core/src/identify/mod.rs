@@ -1,12 +1,12 @@
-//! From measured force to a muscle's numbers.
+//! Identifies a muscle's constants from measured force.
 //!
-//! Lives here: the experimenter's filter (`average`), what is wrong with a record
-//! (`record`), the calcium-force model with its sensitivities (`model`), fits and their
-//! intervals (`fit`), what data can tell at best (`information`), peaks and times
-//! (`response`), equations 5 and 6 (`exponential`), the motor threshold (`threshold`). Not
-//! here: who is stimulated and how (studies, calibration), bodies (`hal_sim`), what a
-//! device computes (`firmware`). In: samples at 1 kHz and when pulses came. Out: numbers
-//! with 95 % intervals, the names of those that the data cannot tell, or what is wrong.
+//! The submodules are the experimenter's filter (`average`), checks of a record (`record`), the
+//! calcium-force model with its sensitivities (`model`), fits and their intervals (`fit`), the most
+//! that data can determine (`information`), peaks and times (`response`), equations 5 and 6
+//! (`exponential`), and the motor threshold (`threshold`). The inputs are samples at 1 kHz and the
+//! times of the pulses. The outputs are constants with 95 % intervals, the names of constants that
+//! the data cannot determine, or the mistakes in a record. Studies and calibration decide who is
+//! stimulated and how; bodies are in `hal_sim`, and the device's computations are in `firmware`.
 
 mod average;
 mod error;

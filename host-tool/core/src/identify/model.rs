@@ -1,48 +1,49 @@
-//! The calcium-force model (Lee 2020, equations 2 to 4) with what its force owes to each
+//! The calcium-force model (Lee 2020, equations 2 to 4) with the sensitivity of its force to each
 //! constant.
 //!
 //! ```text
 //! dC/dt = Σ δ(t − tᵢ) − C/τc      x = C/(C + K)      dF/dt = A x − F/(τ1 + τ2 x)
 //! ```
 //!
-//! C and its sensitivity are exact. F and its sensitivities have the same decay, so that one
-//! variation of constants with two Gauss nodes a millisecond serves all of them. It is
-//! written here anew: neither the bodies' nor the device's.
+//! C and its sensitivity are exact. F and its sensitivities decay at the same rate, so one
+//! variation of constants with two Gauss nodes per millisecond serves all of them. This
+//! implementation is independent of those of the bodies and of the device.
 
 use super::record::{ForceRecord, SAMPLE_US};
 
-/// How many constants there are.
+/// Number of constants.
 pub const PARAMETERS: usize = 5;
-/// Their names, in the order of all arrays: as a session's `channel.muscle` has them.
+/// Names of the constants, in the order of all arrays, as in a session's `channel.muscle`.
 pub const NAMES: [&str; PARAMETERS] = ["a_n_per_s", "k", "tau_c_ms", "tau1_ms", "tau2_ms"];
-/// And their units there.
+/// Units of the constants in a session's `channel.muscle`.
 pub const UNITS: [&str; PARAMETERS] = ["N/s", "", "ms", "ms", "ms"];
 
-/// A in N/s, K, τc, τ1 and τ2 in s; all above 0.
+/// Constants of a muscle: A in N/s, K, τc, τ1 and τ2 in s; all above 0.
 pub type Constants = [f64; PARAMETERS];
 
 /// Nodes of the two-point Gauss rule on 0 to 1.
 const NODES: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
-/// From node i to the end, the mean of what is linear between the nodes.
+/// Means from node i to the end of a function that is linear between the nodes.
 const RISE: [f64; 2] = [0.683_012_701_892_219_3, 1.183_012_701_892_219_3];
 
-/// C and F now, and their derivatives by the logarithm of each constant.
+/// State of the model: C and F now, and their derivatives with respect to the logarithm of each
+/// constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensitive {
     constants: Constants,
-    /// dC/d ln τc beside C.
+    /// C, and dC/d ln τc.
     calcium: [f64; 2],
-    /// Force, N.
+    /// Muscle force at the present time, N.
     pub force_n: f64,
-    /// dF/d ln of each constant, N.
+    /// Derivatives of the force with respect to the logarithm of each constant, N.
     pub slopes_n: [f64; PARAMETERS],
 }
 
-/// What a step's length decides.
+/// Values that depend only on the length of a step.
 #[derive(Debug, Clone, Copy)]
 struct Span {
     s: f64,
-    /// What is left of C at the nodes and at the end.
+    /// Share of C that remains at the nodes and at the end of the step.
     left: [f64; 3],
 }
 
@@ -56,8 +57,8 @@ impl Span {
     }
 }
 
-/// At a node: bound part x, rate of decay, and their derivatives by ln K, ln τc; of the
-/// rate also by ln τ1, ln τ2.
+/// Values at a node: bound share x, rate of decay, and their derivatives with respect to ln K and
+/// ln τc; those of the rate also with respect to ln τ1 and ln τ2.
 struct Node {
     bound: f64,
     rate: f64,
@@ -66,7 +67,7 @@ struct Node {
 }
 
 impl Sensitive {
-    /// At rest.
+    /// Creates a muscle at rest.
     #[must_use]
     pub const fn new(constants: Constants) -> Self {
         Self {
@@ -77,7 +78,7 @@ impl Sensitive {
         }
     }
 
-    /// A pulse now.
+    /// Applies a pulse now.
     pub const fn pulse(&mut self) {
         self.calcium[0] += 1.0;
     }
@@ -124,7 +125,7 @@ impl Sensitive {
         let half = 0.5 * h;
         let before = self.force_n;
         let after = before * kept + half * a * (one.bound * kept1 + two.bound * kept2);
-        // Force at the nodes, which the sensitivities' sources need to second order only.
+        // Force at the nodes, which the sources of the sensitivities need only to second order.
         let moved = after - before;
         let (f1, f2) = (before + NODES[0] * moved, before + NODES[1] * moved);
         let of = |bound_by: [f64; 2], rate_by: [f64; 2], old: f64| {
@@ -146,8 +147,8 @@ impl Sensitive {
     }
 }
 
-/// Force at every sample of `record`, N, and its derivatives by the logarithm of each
-/// constant; gain included.
+/// Returns the force at every sample of `record`, N, and its derivatives with respect to the
+/// logarithm of each constant; both include the record's gain.
 #[must_use]
 pub fn simulated(constants: Constants, record: &ForceRecord) -> (Vec<f64>, Vec<[f64; PARAMETERS]>) {
     let whole = Span::new(f64::from(SAMPLE_US) * 1e-6, constants[2]);
@@ -159,7 +160,7 @@ pub fn simulated(constants: Constants, record: &ForceRecord) -> (Vec<f64>, Vec<[
     for sample in 0..count as u32 {
         let from_us = sample.saturating_sub(1) * SAMPLE_US;
         let (to_us, mut now_us) = (sample * SAMPLE_US, from_us);
-        // What comes with a sample acts after it.
+        // A pulse at the time of a sample acts after the sample.
         while let Some(at_us) = pulses.next_if(|at| *at < to_us) {
             muscle.pass(f64::from(at_us.saturating_sub(now_us)) * 1e-6);
             now_us = now_us.max(at_us);
@@ -191,7 +192,7 @@ mod tests {
         }
     }
 
-    /// Against the reference integrator, ten subjects: 2e-6 of the peak.
+    /// Checks the force of ten subjects against the reference integrator: 2e-6 of the peak.
     #[test]
     fn force_is_the_reference_s() {
         for subject in &SUBJECTS {
@@ -205,8 +206,8 @@ mod tests {
         }
     }
 
-    /// Against central differences: 1 % of the largest slope (the force at the nodes is
-    /// taken as linear).
+    /// Checks the slopes against central differences: 1 % of the largest slope, because the force
+    /// at the nodes is taken as linear.
     #[test]
     fn slopes_are_the_differences() {
         for subject in &SUBJECTS {

@@ -1,7 +1,7 @@
-//! Least squares of the model against records, as the crate that solves them wants it.
+//! Least squares of the model against records, in the form that the solver's crate needs.
 //!
-//! Each record has an offset and a drift of its own, which are no muscle's: whatever is
-//! straight in a record is taken out of it and of the model alike.
+//! Each record has an offset and a drift of its own, which do not come from the muscle. The
+//! straight line is therefore removed from each record and from the model alike.
 
 use super::average::{averaged, spread};
 use super::model::{Constants, PARAMETERS, simulated};
@@ -10,19 +10,20 @@ use levenberg_marquardt::LeastSquaresProblem;
 use nalgebra::storage::Owned;
 use nalgebra::{DVector, Dyn, OMatrix, SMatrix, SVector, U5};
 
-/// What is compared.
+/// Form in which records and model are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Weighting {
-    /// The samples themselves. White noise that a moving average made correlated is white
-    /// again when the average is undone: this is generalised least squares of the averaged
-    /// record, and as good as any estimator can be.
+    /// Compares the samples themselves. White noise that a moving average made correlated is white
+    /// again when the average is undone: this is generalised least squares of the averaged record,
+    /// and as good as any estimator can be.
     Whitened,
-    /// Averages against the averaged model, each as heavy as another: the paper's (equation
-    /// 7), but through the filter. Its intervals know of the correlation (a sandwich).
+    /// Compares averages with the averaged model, all with the same weight: the paper's method
+    /// (equation 7), but through the filter. Its intervals take the correlation into account (a
+    /// sandwich estimator).
     Averaged,
 }
 
-/// Straight lines of a record: two directions of length 1, at right angles.
+/// Straight lines of a record: two orthogonal directions of length 1.
 #[derive(Debug, Clone)]
 struct Straight([Vec<f64>; 2]);
 
@@ -41,7 +42,7 @@ impl Straight {
         Self([constant, slope.iter().map(|slope| slope / length).collect()])
     }
 
-    /// Takes them out of `all`.
+    /// Removes the straight part from `all`.
     fn out_of(&self, all: &mut [f64]) {
         for direction in &self.0 {
             let along: f64 = direction
@@ -56,19 +57,19 @@ impl Straight {
     }
 }
 
-/// Records, what is compared, and where the search is.
+/// Records, the form of their comparison, and the present state of the search.
 pub(super) struct Problem<'a> {
     records: &'a [ForceRecord],
     weighting: Weighting,
     straight: Vec<Straight>,
-    /// As compared, one record after the other.
+    /// Measured values as compared, one record after the other.
     measured: Vec<f64>,
     logarithms: [f64; PARAMETERS],
     residuals: Vec<f64>,
     slopes: Vec<[f64; PARAMETERS]>,
 }
 
-/// What the constants are looked for in: A in N/s, K, τc, τ1, τ2 in s.
+/// Range of each constant in the search: A in N/s, K, τc, τ1, τ2 in s.
 const RANGE: [[f64; 2]; PARAMETERS] = [
     [1e-2, 1e5],
     [1e-5, 1e2],
@@ -109,12 +110,12 @@ impl<'a> Problem<'a> {
         problem
     }
 
-    /// The constants where the search is.
+    /// Returns the constants at the present state of the search.
     pub fn constants(&self) -> Constants {
         self.logarithms.map(f64::exp)
     }
 
-    /// Sum of squares, N².
+    /// Returns the sum of squared residuals, N².
     pub fn squares(&self) -> f64 {
         self.residuals
             .iter()
@@ -122,12 +123,12 @@ impl<'a> Problem<'a> {
             .sum()
     }
 
-    /// How many records.
+    /// Returns the number of records.
     pub fn records(&self) -> usize {
         self.records.len()
     }
 
-    /// Numbers that are compared.
+    /// Returns the number of values that are compared.
     pub fn count(&self) -> usize {
         self.measured.len()
     }
@@ -157,9 +158,9 @@ impl<'a> Problem<'a> {
         both.for_each(|(own, measured)| *own -= measured);
     }
 
-    /// The start's A, that fits best with the other constants as they are.
+    /// Sets the start's A to the value that fits best with the other constants unchanged.
     pub fn scale(&mut self) {
-        // dF/d ln A is F.
+        // The derivative dF/d ln A is F.
         let force = self.slopes.iter().map(|slope| slope[0]);
         let both = force.zip(&self.measured);
         let (across, square) = both.fold((0.0, 0.0), |(across, square), (f, m)| {
@@ -172,7 +173,7 @@ impl<'a> Problem<'a> {
         self.place(logarithms);
     }
 
-    /// Fisher's information about the logarithms of the constants, for noise of 1 N.
+    /// Returns Fisher's information about the logarithms of the constants, for noise of 1 N.
     pub fn information(&self) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
         let mut sum = SMatrix::zeros();
         for slopes in &self.slopes {
@@ -182,8 +183,8 @@ impl<'a> Problem<'a> {
         sum
     }
 
-    /// JᵀWWᵀJ, and what trace averaging leaves of the noise: for white noise of 1 N, the
-    /// expectation of the sum of squares is the second less what the constants take.
+    /// Returns JᵀWWᵀJ, and the trace of the noise that averaging leaves. For white noise of 1 N,
+    /// the expected sum of squares is the second value minus the share that the constants take.
     pub fn averaged_noise(&self) -> (SMatrix<f64, PARAMETERS, PARAMETERS>, f64) {
         let (mut meat, mut trace) = (SMatrix::zeros(), 0.0);
         let mut begin = 0;
@@ -215,7 +216,8 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// As it is compared: averaged if so, without what is straight.
+/// Returns values in the form in which they are compared: averaged if `weighting` asks for it, and
+/// without their straight part.
 fn compared(all: &[f64], weighting: Weighting, straight: &Straight) -> Vec<f64> {
     let mut own = match weighting {
         Weighting::Whitened => all.to_vec(),

@@ -1,50 +1,50 @@
-//! A train's force as it was recorded, and what can be wrong with it.
+//! A recorded train's force, and checks for its mistakes.
 
 use super::error::IdentifyError;
 
-/// Between two samples, µs (Lee 2020, §2.3.2: 1 kHz).
+/// Time between two samples, µs (Lee 2020, §2.3.2: 1 kHz).
 pub const SAMPLE_US: u32 = 1_000;
-/// As many equal samples in a row are no measurement: white noise repeats none.
+/// Number of equal consecutive samples that show a stuck sensor; white noise repeats none.
 const STUCK: usize = 8;
-/// Rest before the first pulse, and decay after the last one, µs.
+/// Shortest rest before the first pulse, and shortest decay after the last pulse, µs.
 const REST_US: u32 = 100_000;
 const DECAY_US: u32 = 500_000;
-/// From the first pulse on, µs: force has not come yet everywhere.
+/// Time after the first pulse in which force has not risen everywhere, µs.
 const RISE_US: u32 = 100_000;
-/// In standard errors, by how much a reading must fall to be called upside down.
+/// Fall of the reading, in standard errors, above which the sensor counts as upside down.
 const CLEARLY: f64 = 6.0;
 
 /// Force during a train and its decay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForceRecord {
-    /// When pulses came, µs after the first sample, in order.
+    /// Times of the pulses, µs after the first sample, ascending.
     pub pulses_us: Vec<u32>,
-    /// Force as read, N, each [`SAMPLE_US`] after the last.
+    /// Measured force, N, one sample every [`SAMPLE_US`].
     pub samples_n: Vec<f64>,
-    /// A of this train in parts of the A that is fitted: 1 at the same amplitude.
+    /// Ratio of this train's A to the fitted A: 1 at the same amplitude.
     pub gain: f64,
 }
 
-/// A record that can be used: what [`ForceRecord::sound`] found of it.
+/// Properties of a usable record, as [`ForceRecord::sound`] returns them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sound {
     /// Mean of the rest before the train, N.
     pub rest_n: f64,
-    /// Standard deviation of a sample then, N.
+    /// Standard deviation of a sample during that rest, N.
     pub noise_n: f64,
-    /// Samples of that rest.
+    /// Number of samples of that rest.
     pub rest: usize,
 }
 
 impl ForceRecord {
-    /// Samples before the first pulse.
+    /// Returns the number of samples before the first pulse.
     #[must_use]
     pub fn rest(&self) -> usize {
         let first = self.pulses_us.first().copied().unwrap_or(0);
         ((first / SAMPLE_US) as usize).min(self.samples_n.len())
     }
 
-    /// Its samples less the mean of the rest before the train, N.
+    /// Returns the samples minus the mean of the rest before the train, N.
     #[must_use]
     pub fn from_rest(&self) -> Vec<f64> {
         let rest = self.rest();
@@ -55,11 +55,11 @@ impl ForceRecord {
             .collect()
     }
 
-    /// Whether it can be fitted.
+    /// Checks whether the record can be fitted, and returns its properties at rest.
     ///
     /// # Errors
-    /// E643 too little rest, decay, or not a number; E640 the sensor saturates; E641 it is
-    /// upside down.
+    /// E643: too little rest or decay, or a sample that is not a number. E640: the sensor
+    /// saturates. E641: the sensor is upside down.
     pub fn sound(&self) -> Result<Sound, IdentifyError> {
         let too_short = |what: &str| IdentifyError::TooShort {
             what: what.to_owned(),
@@ -108,7 +108,7 @@ impl ForceRecord {
         let to = ((last_us / SAMPLE_US) as usize).clamp(from, self.samples_n.len());
         let (pulled_n, _) = moments(&self.samples_n[from..to]);
         let moved_n = if to > from { pulled_n - rest_n } else { 0.0 };
-        // A drift of the offset moves it too, but little.
+        // A drift of the offset changes the mean too, but only a little.
         let error_n = (variance / rest.max(1) as f64).sqrt();
         if moved_n < -CLEARLY * error_n - 0.01 {
             return Err(IdentifyError::UpsideDown { moved_n });
@@ -121,7 +121,7 @@ impl ForceRecord {
     }
 }
 
-/// Mean and variance; nothing of nothing.
+/// Returns mean and variance; both are 0 for no values.
 fn moments(all: &[f64]) -> (f64, f64) {
     let n = all.len().max(1) as f64;
     let mean = all.iter().sum::<f64>() / n;
@@ -141,7 +141,7 @@ mod tests {
         }
     }
 
-    /// Two decimals that repeat in no run, and 5 N while pulses come.
+    /// Returns noise with no repetition in a row, and 5 N more while pulses come.
     fn pulled(i: usize) -> f64 {
         let noise = ((i * 7_919) % 101) as f64 * 1e-3;
         noise + if (200..1_200).contains(&i) { 5.0 } else { 0.0 }

@@ -1,37 +1,39 @@
-//! How high a train's force comes, and how fast (Lee 2020, equation 9).
+//! The height and speed of a train's force response (Lee 2020, equation 9).
 
 use super::model::{Constants, Sensitive};
 use serde::{Deserialize, Serialize};
 
-/// Force from which on time counts, N (Lee 2020, §3.3).
+/// Force above which time counts, N (Lee 2020, §3.3).
 pub const BEGINS_N: f64 = 0.015;
-/// Grid of the paper's integration, s (§2.4): its times are whole multiples of it.
+/// Time step of the paper's integration, s (§2.4); the paper's times are whole multiples of it.
 const GRID_S: f64 = 2e-4;
 
-/// Looked at after a train for its peak, s.
+/// Time after a train in which its peak is searched, s.
 const AFTER_S: f64 = 0.1;
 
-/// Times are in s from when force exceeds [`BEGINS_N`].
+/// Peak and rise times of force. Times are in s from the moment at which force exceeds
+/// [`BEGINS_N`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Response {
     /// Largest force, N.
     pub peak_n: f64,
-    /// To 10 % of it.
+    /// Time to 10 % of the peak, s.
     pub t10_s: f64,
-    /// To 50 %.
+    /// Time to 50 % of the peak, s.
     pub t50_s: f64,
-    /// To 90 %.
+    /// Time to 90 % of the peak, s.
     pub t90_s: f64,
 }
 
 impl Response {
-    /// T_RT, s: from 10 to 90 % of the peak.
+    /// Returns T_RT, the rise time from 10 to 90 % of the peak, s.
     #[must_use]
     pub const fn t_rt_s(&self) -> f64 {
         self.t90_s - self.t10_s
     }
 
-    /// Of force at every `step_s`; `None` if it does not exceed [`BEGINS_N`].
+    /// Computes the response of force sampled every `step_s` seconds; `None` if it does not exceed
+    /// [`BEGINS_N`].
     #[must_use]
     pub fn of(force_n: &[f64], step_s: f64) -> Option<Self> {
         let peak_n = force_n.iter().copied().fold(0.0, f64::max);
@@ -47,14 +49,14 @@ impl Response {
     }
 }
 
-/// Of the model's force during `lasts_s` of a train with `period_s` (both above 0), from its
-/// first pulse on, as the paper computes it (§3.3, §4.3).
+/// Returns the response of the model's force during `lasts_s` of a train with `period_s` (both
+/// above 0), from its first pulse on, as the paper computes it (§3.3, §4.3).
 #[must_use]
 pub fn response(constants: Constants, period_s: f64, lasts_s: f64) -> Option<Response> {
     Response::of(&course(constants, period_s, lasts_s), GRID_S)
 }
 
-/// The same at several gains of A, computed once.
+/// Returns the responses at several gains of A, from a single computation of the force.
 #[must_use]
 pub fn responses(
     constants: Constants,
@@ -69,12 +71,14 @@ pub fn responses(
     gains.iter().map(scaled).collect()
 }
 
-/// Force on the grid, N, until the last pulse has acted: the peak may come after the train.
+/// Returns the force on the time grid, N, until the last pulse has acted, because the peak may come
+/// after the train.
 fn course(constants: Constants, period_s: f64, lasts_s: f64) -> Vec<f64> {
     let steps = ((lasts_s + AFTER_S) / GRID_S).round() as u64;
     let mut muscle = Sensitive::new(constants);
     let (mut force, mut next, mut now_s) = (Vec::with_capacity(steps as usize), 0u32, 0.0);
-    // Every multiple of the period before the end; one at the end belongs to no train.
+    // Pulses are at every multiple of the period before the end; a multiple at the end itself is
+    // not part of the train.
     let pulses = (lasts_s / period_s - 1e-9).ceil() as u32;
     for step in 0..=steps {
         let to_s = step as f64 * GRID_S;

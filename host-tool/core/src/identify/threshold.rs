@@ -1,37 +1,38 @@
-//! The motor threshold by force: a search with a bound on false alarms, and the paper's rule.
+//! Finds the motor threshold from force, by a search with a bound on false alarms, and by the
+//! paper's rule.
 //!
-//! Amplitude rises by a step at a time; each is stimulated for a second with a second's rest
-//! after it. The mean force of the train's plateau is held against a straight line through
-//! the rest before and after (an offset that drifts steadily counts for nothing), in units of
-//! its standard error. A step that shows is tried once more, and counts only if it shows
-//! again: two errors would have to come together.
+//! Amplitude rises one step at a time; each amplitude is stimulated for a second, with a second's
+//! rest after it. The mean force of the train's plateau is compared with a straight line through
+//! the rest before and after (an offset that drifts steadily does not count), in units of its
+//! standard error. A step that shows force is tried once more, and counts only if it shows force
+//! again: two errors would have to coincide.
 
 use super::average::averaged;
 use super::error::IdentifyError;
 use serde::{Deserialize, Serialize};
 
-/// The paper's rule: "if the force … exceeds the threshold value (0.015 N)" (Lee 2020, §2.3.3,
-/// step 3).
+/// Force of the paper's rule, N: "if the force … exceeds the threshold value (0.015 N)" (Lee 2020,
+/// §2.3.3, step 3).
 const PAPER_N: f64 = 0.015;
 
-/// Where in a record of a try what is, samples of 1 ms.
+/// Layout of the record of one try, in samples of 1 ms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
     /// Rest before the first pulse.
     pub before: usize,
-    /// From the first pulse on until force is a plateau.
+    /// Time from the first pulse until force has reached its plateau.
     pub rise: usize,
     /// Length of the train.
     pub train: usize,
-    /// From the train's end on until force has gone.
+    /// Time from the train's end until force has decayed.
     pub decay: usize,
-    /// All of it.
+    /// Length of the whole record.
     pub samples: usize,
 }
 
 impl Default for Layout {
-    /// 0.5 s of rest, a second's train that has risen after 0.3 s, 0.5 s of decay, 0.5 s of
-    /// rest.
+    /// Returns the default layout: 0.5 s of rest, a train of one second whose force has risen after
+    /// 0.3 s, 0.5 s of decay, 0.5 s of rest.
     fn default() -> Self {
         Self {
             before: 500,
@@ -43,47 +44,48 @@ impl Default for Layout {
     }
 }
 
-/// How a threshold is looked for.
+/// Parameters of a search for the motor threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detector {
-    /// Step, mA; above 0.
+    /// Step of the amplitude, mA; above 0.
     pub step_ma: f64,
     /// Largest amplitude, mA.
     pub most_ma: f64,
-    /// Probability that any step of a whole search shows without force; 0 to 1, exclusive.
+    /// Probability that any step of a whole search shows force without there being any; between 0
+    /// and 1, exclusive.
     pub false_alarm: f64,
-    /// Of each try.
+    /// Layout of the record of each try.
     pub layout: Layout,
 }
 
-/// What a try showed.
+/// Result of one try.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Shown {
-    /// What was tried, mA.
+    /// Amplitude that was tried, mA.
     pub ma: f64,
-    /// Plateau less the line through the rest, N.
+    /// Force of the plateau minus the line through the rest, N.
     pub force_n: f64,
-    /// Its standard error, N.
+    /// Standard error of that force, N.
     pub error_n: f64,
-    /// Whether it is above what noise does.
+    /// Whether the force is above the level that noise can reach.
     pub shows: bool,
 }
 
-/// A threshold and how it was found.
+/// Motor threshold, and the tries that led to it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Found {
-    /// I_MT, mA.
+    /// Motor threshold I_MT, mA.
     pub threshold_ma: f64,
-    /// Every try, in order.
+    /// Every try, in the order of time.
     pub tries: Vec<Shown>,
 }
 
 impl Detector {
-    /// In standard errors: what a try must show twice in a row.
+    /// Returns the level that a try must exceed twice in a row, in standard errors.
     #[must_use]
     pub fn level(&self) -> f64 {
         let steps = (self.most_ma / self.step_ma).floor().max(1.0);
-        // Both of two: the root of what a step may have.
+        // Both of two tries must exceed it, so each may have the root of a step's probability.
         let each = (self.false_alarm / steps).sqrt();
         let (mut low, mut high) = (0.0, 10.0);
         for _ in 0..60 {
@@ -97,7 +99,7 @@ impl Detector {
         high
     }
 
-    /// What samples of a try at `ma` show.
+    /// Judges the samples of a try at `ma` milliamperes.
     #[must_use]
     pub fn judge(&self, ma: f64, samples_n: &[f64]) -> Shown {
         let Layout {
@@ -131,10 +133,11 @@ impl Detector {
         }
     }
 
-    /// Tries step by step; `attempt` stimulates at an amplitude and gives its samples.
+    /// Searches step by step; `attempt` stimulates at an amplitude, in mA, and returns the samples,
+    /// in N.
     ///
     /// # Errors
-    /// E645 none up to the largest amplitude; whatever `attempt` says.
+    /// E645: no threshold up to the largest amplitude. Errors of `attempt` are returned unchanged.
     pub fn search<E: From<IdentifyError>>(
         &self,
         mut attempt: impl FnMut(f64) -> Result<Vec<f64>, E>,
@@ -164,7 +167,7 @@ impl Detector {
     }
 }
 
-/// A straight line through points, and what scatters about it.
+/// Straight line through points, and the scatter about it.
 struct Line {
     n: f64,
     middle: f64,
@@ -199,7 +202,7 @@ impl Line {
         }
     }
 
-    /// Its value, and the variance of that for noise of 1.
+    /// Returns the line's value at `x`, and the variance of that value for noise of 1.
     fn at(&self, x: f64) -> (f64, f64) {
         let away = x - self.middle;
         let part = 1.0 / self.n + away * away / self.square.max(1e-300);
@@ -207,8 +210,8 @@ impl Line {
     }
 }
 
-/// The paper's bare rule on samples of a try: whether any 40 ms mean from the first pulse
-/// to the train's end exceeds the mean of the rest before by 0.015 N.
+/// Applies the paper's bare rule to the samples of a try: returns whether any 40 ms mean from the
+/// first pulse to the train's end exceeds the mean of the rest before by 0.015 N.
 #[must_use]
 pub fn bare_rule(samples_n: &[f64], layout: &Layout) -> bool {
     let rest = layout.before.min(samples_n.len());
@@ -218,8 +221,10 @@ pub fn bare_rule(samples_n: &[f64], layout: &Layout) -> bool {
     averaged(&train).iter().any(|value| *value > PAPER_N)
 }
 
+/// Checks that amplitudes, lowest first, rise.
+///
 /// # Errors
-/// E642 if amplitudes, lowest first, do not rise.
+/// E642: an amplitude does not exceed the amplitude before it.
 pub fn in_order(amplitudes: &[(&'static str, f64)]) -> Result<(), IdentifyError> {
     for pair in amplitudes.windows(2) {
         let [(lower, low), (upper, high)] = [pair[0], pair[1]];
@@ -249,7 +254,7 @@ mod tests {
         }
     }
 
-    /// Noise of 0.05 N that drifts by 20 mN/s, and `force_n` during the train.
+    /// Returns noise of 0.05 N that drifts by 20 mN/s, plus `force_n` during the train.
     fn tried(seed: u64, force_n: f64) -> Vec<f64> {
         let sample = |i: u64| {
             let pulled = if (500..1_500).contains(&i) {
@@ -273,7 +278,7 @@ mod tests {
         let shown: usize = (0..400)
             .filter(|seed| detector().judge(1.0, &tried(*seed, 0.0)).shows)
             .count();
-        // One try in 110 by chance; both of two must show.
+        // One try in 110 exceeds the level by chance; the search needs both of two.
         assert!(shown <= 12, "{shown}");
         assert!((0..100).all(|seed| detector().judge(1.0, &tried(seed, 0.015)).shows));
     }

@@ -1,13 +1,13 @@
-//! Static optimisation: the least activations that give wanted torques.
+//! Static optimisation: finds the smallest activations that give wanted torques.
 
 use nalgebra::{SMatrix, SVector};
 
-/// Rounds before a torque is taken to be out of reach.
+/// Maximum number of iterations; beyond, a torque counts as out of reach.
 const MOST_ROUNDS: usize = 500;
-/// Torque that may be missed, as a part of the wanted (and of 1 N·m).
+/// Largest error of the torque, as a share of the wanted torque plus 1 N·m.
 const MISSED: f64 = 1e-11;
 
-/// No activations give the wanted torques.
+/// Error for torques that no activations can give (E761).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
     "E761 no activations between their least and 1 give the torques {wanted_nm:?} N·m about these \
@@ -15,26 +15,26 @@ const MISSED: f64 = 1e-11;
      co-contraction"
 )]
 pub struct OutOfReach {
-    /// About each joint.
+    /// Wanted torque about each joint, N·m.
     pub wanted_nm: Vec<f64>,
-    /// Size of what was missed last.
+    /// Magnitude of the torque error after the last iteration, N·m.
     pub missed_nm: f64,
 }
 
-/// Muscles about `J` joints in one posture.
+/// Muscles that act about `J` joints in one posture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Muscles<const J: usize> {
-    /// Torque of each about each joint at full activation, N·m: force by length and speed
-    /// times moment arm.
+    /// Torque of each muscle about each joint at full activation, N·m: force at this length and
+    /// speed times moment arm.
     pub full_nm: Vec<[f64; J]>,
-    /// Least activation of each, 0 to 1.
+    /// Lower bound of each muscle's activation, 0 to 1.
     pub least: Vec<f64>,
 }
 
 impl<const J: usize> Muscles<J> {
-    /// The same with antagonists at work: a muscle that turns a joint against the wanted
-    /// torque has at least `share` (0 to 1) of the activation that all which turn it the
-    /// wanted way would have in common.
+    /// Returns the same muscles with active antagonists. A muscle that turns a joint against the
+    /// wanted torque gets at least `share` (0 to 1) of the common activation that all agonists of
+    /// that joint would need.
     #[must_use]
     pub fn co_contracting(mut self, share: f64, wanted_nm: [f64; J]) -> Self {
         for joint in 0..J {
@@ -48,7 +48,7 @@ impl<const J: usize> Muscles<J> {
                 continue;
             }
             let effort = (wanted_nm[joint].abs() / agonists).min(1.0);
-            // A muscle counts against a joint by how much of its torque is there.
+            // A muscle counts against a joint by the share of its torque that acts there.
             for (of, least) in self.full_nm.iter().zip(&mut self.least) {
                 let size = of.iter().map(|value| value.abs()).sum::<f64>();
                 if along(of) < 0.0 {
@@ -60,15 +60,16 @@ impl<const J: usize> Muscles<J> {
         self
     }
 
-    /// The activations k of least Σ k² with Σ k·`full_nm` = `wanted_nm` and each between its
-    /// least and 1 (Buatier de Mongeot, equations 1 and 2; Crowninshield and Brand 1981).
+    /// Returns the activations k with the smallest Σ k² for which Σ k·`full_nm` = `wanted_nm` and
+    /// each k is between its lower bound and 1 (Buatier de Mongeot, equations 1 and 2;
+    /// Crowninshield and Brand 1981).
     ///
-    /// The dual has `J` unknowns λ and k = clamp(`full_nm`·λ); it is climbed by Newton's
-    /// steps over the muscles between their bounds or, where those do not climb, by steps
-    /// over all, which always do.
+    /// The dual problem has `J` unknowns λ, with k = clamp(`full_nm`·λ). It is maximised by Newton
+    /// steps over the muscles between their bounds or, where those do not increase it, by steps
+    /// over all muscles, which always do.
     ///
     /// # Errors
-    /// [`OutOfReach`].
+    /// [`OutOfReach`] if no activations give the torques.
     pub fn activations(&self, wanted_nm: [f64; J]) -> Result<Vec<f64>, OutOfReach> {
         let rows: Vec<SVector<f64, J>> = self
             .full_nm
@@ -100,7 +101,7 @@ impl<const J: usize> Muscles<J> {
         })
     }
 
-    /// The dual after a step.
+    /// Returns the dual variables after one step; `None` if the step cannot be computed.
     fn climbed(
         &self,
         rows: &[SVector<f64, J>],
@@ -130,7 +131,7 @@ impl<const J: usize> Muscles<J> {
             .sum()
     }
 
-    /// The dual's value.
+    /// Returns the value of the dual objective.
     fn height(
         &self,
         rows: &[SVector<f64, J>],

@@ -1,33 +1,34 @@
-//! Least squares with bounds: a strictly convex quadratic in a box.
+//! Least squares with bounds: minimises a strictly convex quadratic in a box.
 //!
-//! nalgebra's Cholesky does the algebra. The crates that solve the whole were tried on
-//! 200 such problems of ten unknowns: `nnls` 0.5 (upper bounds by its least-distance
-//! form) ends the program where two unknowns meet their bounds at once, `clarabel` 0.11
-//! takes longer than a recruitment may. Tests hold this one against `nnls`.
+//! The algebra uses nalgebra's Cholesky decomposition. Crates that solve the whole problem were
+//! tried on 200 such problems of ten unknowns: `nnls` 0.5 (upper bounds by its least-distance form)
+//! ends the program where two unknowns meet their bounds at once, and `clarabel` 0.11 takes longer
+//! than a recruitment may. Tests compare this implementation with `nnls`.
 
 use super::Trouble;
 use firmware::limb::LINES;
 use nalgebra::{SMatrix, SVector};
 
-/// As many unknowns as lines.
+/// Square matrix with as many unknowns as lines.
 pub(super) type Square = SMatrix<f64, LINES, LINES>;
 type Column = SVector<f64, LINES>;
 
-/// Solved problems need about as many turns as unknowns are between their bounds.
+/// Maximum number of iterations. Solved problems need about as many as there are unknowns between
+/// their bounds.
 const MOST_TURNS: usize = 40 * LINES;
 
-/// Minimise ½·xᵀ·H·x − cᵀ·x with 0 ≤ x ≤ `upper`.
+/// Problem: minimise ½·xᵀ·H·x − cᵀ·x with 0 ≤ x ≤ `upper`.
 #[derive(Clone, Debug)]
 pub struct Bounded {
-    /// H, symmetric and positive definite.
+    /// Matrix H, symmetric and positive definite.
     pub curvature: SMatrix<f64, LINES, LINES>,
-    /// c.
+    /// Vector c.
     pub slope: SVector<f64, LINES>,
-    /// Not below 0; 0 keeps an unknown at 0.
+    /// Upper bounds, at least 0; 0 keeps an unknown at 0.
     pub upper: SVector<f64, LINES>,
 }
 
-/// Where an unknown is.
+/// Position of an unknown relative to its bounds.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Place {
     Lower,
@@ -36,13 +37,13 @@ enum Place {
 }
 
 impl Bounded {
-    /// The one minimum, by freeing the bound that holds the objective up most and
-    /// meeting bounds on the way there (Stark & Parker 1995, "Bounded-variable least
-    /// squares", on the normal equations).
+    /// Returns the unique minimum. Each iteration frees the bound that holds the objective up most,
+    /// and stops at bounds on the way (Stark & Parker 1995, "Bounded-variable least squares", on
+    /// the normal equations).
     ///
     /// # Errors
-    /// [`Trouble::NotConverged`]: the curvature is not positive definite, or what it
-    /// was given is no number.
+    /// [`Trouble::NotConverged`]: the curvature is not positive definite, or an input is not a
+    /// finite number.
     pub fn solve(&self) -> Result<SVector<f64, LINES>, Trouble> {
         let mut numbers = self.curvature.iter().chain(&self.slope).chain(&self.upper);
         if !numbers.all(|number| number.is_finite()) {
@@ -50,7 +51,7 @@ impl Bounded {
         }
         let mut places = [Place::Lower; LINES];
         let mut x = Column::zeros();
-        // Half of what 16 digits resolve of the gradient.
+        // Half of the resolution of the gradient in 16 digits.
         let still = 1e-13 * self.slope.amax();
         for _ in 0..MOST_TURNS {
             let Some(freed) = self.held(&x, &places, still) else {
@@ -62,7 +63,7 @@ impl Bounded {
         Err(Trouble::NotConverged)
     }
 
-    /// The bound that, left, would lower the objective most.
+    /// Returns the unknown whose release from its bound would lower the objective most.
     fn held(&self, x: &Column, places: &[Place; LINES], still: f64) -> Option<usize> {
         let gradient = self.curvature * x - self.slope;
         let gain = |n: usize| {
@@ -106,7 +107,7 @@ impl Bounded {
         Ok(())
     }
 
-    /// The minimum over the free unknowns, the others where they are.
+    /// Returns the minimum over the free unknowns, with the others unchanged.
     fn free_minimum(&self, x: &Column, places: &[Place; LINES]) -> Result<Column, Trouble> {
         let is_free = |n: usize| places[n] == Place::Free;
         let system = Square::from_fn(|i, j| match is_free(i) && is_free(j) {

@@ -1,13 +1,11 @@
-//! The arm on a host: the better recruitment, and the device's geometry in exact
-//! numbers.
+//! The arm on a host: the better recruitment, and the device's geometry in exact numbers.
 //!
-//! Lives here: the device's own `firmware::limb` in double precision ([`Exact`]) and as
+//! This module holds the device's own `firmware::limb` in double precision ([`Exact`]) and as
 //! matrices ([`Posed`]), bounded least squares over all muscles with smooth switching
-//! ([`LeastSquares`]), static optimisation of any muscles about any joints ([`Muscles`]) and
-//! activation by angle ([`Quartic`]), and what is told where something cannot be had
-//! ([`Trouble`]).
-//! Not here: the geometry itself and the nearest neighbour (`firmware::limb`), bodies.
-//! In: a posture's Jacobians and a wanted wrench. Out: a force of each line, amplitudes.
+//! ([`LeastSquares`]), static optimisation of any muscles about any joints ([`Muscles`]),
+//! activation as a function of angle ([`Quartic`]), and the errors ([`Trouble`]). The inputs are a
+//! posture's Jacobians and a wanted wrench; the outputs are a force for each line, and amplitudes.
+//! The geometry itself and the nearest neighbour are in `firmware::limb`, and bodies in `hal_sim`.
 
 mod activation;
 mod bounded;

@@ -1,29 +1,29 @@
-//! The arm at one posture, as matrices.
+//! The arm in one posture, as matrices.
 
 use super::{ToDouble, Trouble};
 use firmware::limb::{AXES, Jacobians, LINES, Number};
 use nalgebra::{SMatrix, SVector};
 
-/// One number an axis.
+/// Torques about the axes, N·m, one per axis.
 pub type Torques = SVector<f64, AXES>;
-/// One number a line, those that are not there 0.
+/// Forces of the lines, N, one per line; 0 for lines that do not exist.
 pub type Forces = SVector<f64, LINES>;
 /// Force and torque at the hand: N, N, N, N·m, N·m, N·m.
 pub type WrenchVector = SVector<f64, 6>;
 
-/// What turns forces of muscles into torques and those into a wrench.
+/// Matrices that turn forces of muscles into torques, and torques into a wrench.
 #[derive(Clone, Debug)]
 pub struct Posed {
-    /// R: torque about each axis per newton of each line, m; a column a line.
+    /// Matrix R: torque about each axis per newton of each line, m; one column per line.
     pub levers: SMatrix<f64, AXES, LINES>,
-    /// J_armᵀ: the torques that a wrench at the hand needs.
+    /// Matrix J_armᵀ: the torques that a wrench at the hand needs.
     pub arm: SMatrix<f64, AXES, 6>,
-    /// (J_arm·J_armᵀ)⁻¹·J_arm: the wrench whose torques are nearest to given ones.
+    /// Matrix (J_arm·J_armᵀ)⁻¹·J_arm: the wrench whose torques are nearest to given torques.
     pub given: SMatrix<f64, 6, AXES>,
 }
 
 impl Posed {
-    /// Of the device's Jacobians, in whatever numbers.
+    /// Computes the matrices from the device's Jacobians, in any type of number.
     ///
     /// # Errors
     /// [`Trouble::Singular`]: at this posture some wrench needs no torque at all.
@@ -42,7 +42,8 @@ impl Posed {
         }
         let square = arm.transpose() * arm;
         let inverse = square.cholesky().ok_or(Trouble::Singular)?.inverse();
-        // Squares of lengths around a metre: this far away nothing is left of them.
+        // The elements are squares of lengths around a metre; this close to singularity no digits
+        // are left.
         if inverse.amax() > 1e9 {
             return Err(Trouble::Singular);
         }
@@ -53,18 +54,18 @@ impl Posed {
         })
     }
 
-    /// The torques that a wrench needs, N·m.
+    /// Returns the torques that a wrench needs, N·m.
     #[must_use]
     pub fn torques(&self, wrench: &WrenchVector) -> Torques {
         self.arm * wrench
     }
 
-    /// The wrench at the hand while lines pull with `forces`, N and N·m.
+    /// Returns the wrench at the hand while lines pull with `forces`, N and N·m.
     ///
-    /// Nine axes and one hand: three ways to move the arm leave the hand where it is,
-    /// and torques that do that are met by whatever holds the arm. Taken here is the
-    /// wrench whose torques are nearest to those of the muscles; a clamped arm with
-    /// stiffnesses of its own would tell another.
+    /// The arm has nine axes and one hand, so three motions of the arm leave the hand in place;
+    /// torques that cause them are met by the support of the arm. This function returns the wrench
+    /// whose torques are nearest to those of the muscles; a clamped arm with its own stiffnesses
+    /// would give another wrench.
     #[must_use]
     pub fn wrench(&self, forces: &Forces) -> WrenchVector {
         self.given * (self.levers * forces)

@@ -1,30 +1,30 @@
-//! An activation as a polynomial of its joint's angle.
+//! Activation as a polynomial of a joint's angle.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Terms of the polynomial.
+/// Number of terms of the polynomial.
 pub const TERMS: usize = 5;
 
-/// A quartic over a range of angles, and how far it is from what it was made of.
+/// Quartic over a range of angles, and its residuals against the points it was fitted to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quartic {
-    /// First and last angle it was made of, degrees.
+    /// Smallest and largest angle of the fitted points, degrees.
     pub range_deg: [f64; 2],
-    /// Of u⁰ to u⁴, u being −1 at the first angle and 1 at the last.
+    /// Coefficients of u⁰ to u⁴, with u = −1 at the smallest angle and 1 at the largest.
     pub coefficients: [f64; TERMS],
-    /// Root mean square of what is left.
+    /// Root mean square of the residuals.
     pub rms: f64,
-    /// The most that is left.
+    /// Largest absolute residual.
     pub most: f64,
 }
 
-/// No quartic goes through these.
+/// Error for points that no quartic can be fitted to (E762); contains their number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("E762 a quartic needs five angles that differ or more, and finite values; there are {0}")]
 pub struct NoQuartic(pub usize);
 
 impl Quartic {
-    /// Nothing at any angle.
+    /// Quartic that is zero at every angle.
     pub const NONE: Self = Self {
         range_deg: [0.0, 1.0],
         coefficients: [0.0; TERMS],
@@ -32,8 +32,8 @@ impl Quartic {
         most: 0.0,
     };
 
-    /// Least squares through `points`, degrees and values (equation 3 of Buatier de Mongeot,
-    /// in a variable that keeps its digits).
+    /// Fits a quartic by least squares to `points`, degrees and values (equation 3 of Buatier de
+    /// Mongeot, in a variable that keeps its digits).
     ///
     /// # Errors
     /// E762.
@@ -72,7 +72,7 @@ impl Quartic {
         Ok(found)
     }
 
-    /// Its value at an angle; beyond its range that at the range's end.
+    /// Returns the value at an angle in degrees; beyond the range, the value at the range's end.
     #[must_use]
     pub fn at(&self, deg: f64) -> f64 {
         let u = scaled(self.range_deg, deg).clamp(-1.0, 1.0);
@@ -82,7 +82,8 @@ impl Quartic {
             .fold(0.0, |sum, a| sum * u + a)
     }
 
-    /// The same as powers of the angle in degrees, a₀ to a₄: equation 3 as it is printed.
+    /// Returns the coefficients of powers of the angle in degrees, a₀ to a₄: equation 3 as it is
+    /// printed.
     #[must_use]
     pub fn per_degree(&self) -> [f64; TERMS] {
         let [low, high] = self.range_deg;

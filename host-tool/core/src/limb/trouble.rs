@@ -1,8 +1,8 @@
-//! What is said where an arm, a posture or a wrench cannot be had.
+//! Errors of the arm, its posture and its wrench.
 
 use firmware::limb::{LimbError, LimbSpec, PostureError};
 
-/// What the nine angles are.
+/// Names of the nine angles.
 const AXIS_NAMES: [&str; 9] = [
     "sternoclavicular protraction",
     "sternoclavicular elevation",
@@ -15,53 +15,53 @@ const AXIS_NAMES: [&str; 9] = [
     "forearm pronation",
 ];
 
-/// Why no recruitment came.
+/// Reason why no recruitment was computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Trouble {
-    /// The specification has mistakes, all of them told.
+    /// The specification has mistakes, which are all listed (E700).
     #[error("E700 the arm has mistakes:\n{}", .0.join("\n"))]
     Spec(Vec<String>),
-    /// An angle outside its range.
+    /// An angle is outside its range (E701).
     #[error(
         "E701 {} is {}°, outside this wearer's {}…{}°: bring the arm back, or set `ranges_mdeg` of axis {} to \
          what the joint can do", axis_name(.0.axis), degrees(.0.mdeg), degrees(.0.low_mdeg), degrees(.0.high_mdeg), .0.axis
     )]
     Posture(PostureError),
-    /// No line helps.
+    /// No line helps towards the wanted force (E702).
     #[error(
         "E702 no muscle under an electrode turns any joint the way that this force needs: want \
          another direction, or place an electrode on a muscle that does"
     )]
     NoMuscleHelps,
-    /// More than can be made.
+    /// The wanted force is larger than the muscles can give (E703).
     #[error(
         "E703 {wanted_n:.1} N cannot be made in this posture: of that direction ({}, {}, {}) N \
          can (backward, right, upward); want that, or raise the limits of the channels",
         one_place(.nearest[0]), one_place(.nearest[1]), one_place(.nearest[2])
     )]
     Beyond {
-        /// How strong the wanted force is, N.
+        /// Magnitude of the wanted force, N.
         wanted_n: f64,
-        /// The most of it that can be made, N.
+        /// Largest possible force in that direction, N.
         nearest: [f64; 3],
     },
-    /// Some wrench needs no torque.
+    /// Some wrench needs no torque in this posture (E704).
     #[error(
         "E704 in this posture the arm holds some wrench without any torque (joints and hand lie \
          in one line): no muscles' forces can be told from it; bend the arm"
     )]
     Singular,
-    /// A weight that leaves more than one answer.
+    /// A weight leaves more than one solution (E705).
     #[error("E705 the weight `{weight}` of the least squares is {value}: it must be {allowed}")]
     Weight {
-        /// Which.
+        /// Name of the weight.
         weight: &'static str,
-        /// What it is.
+        /// Value of the weight.
         value: f64,
-        /// What it may be.
+        /// Description of the allowed values.
         allowed: &'static str,
     },
-    /// The numbers are no numbers.
+    /// An input is not finite or too large, so that the least squares did not converge (E706).
     #[error(
         "E706 the least squares came to no end: a wanted force, a lever or a weight is not finite, \
          or so large that others vanish beside it"
@@ -70,7 +70,7 @@ pub enum Trouble {
 }
 
 impl Trouble {
-    /// All mistakes of a specification at once; nothing if there are none.
+    /// Checks a specification and lists all of its mistakes at once.
     ///
     /// # Errors
     /// [`Trouble::Spec`].
@@ -90,7 +90,7 @@ impl From<PostureError> for Trouble {
     }
 }
 
-/// A mistake with the names that people have for axes and channels.
+/// Describes a mistake with the names of axes and channels that people use.
 fn told(mistake: &LimbError, spec: &LimbSpec) -> String {
     match mistake {
         LimbError::Axis { axis, .. } => format!("  {mistake} ({})", axis_name(*axis)),
@@ -116,7 +116,7 @@ fn degrees(mdeg: i32) -> f64 {
     f64::from(mdeg) / 1000.0
 }
 
-/// One decimal place, never `-0.0`.
+/// Formats a number with one decimal place, never `-0.0`.
 fn one_place(number: f64) -> String {
     let words = format!("{number:.1}");
     match words.as_str() {

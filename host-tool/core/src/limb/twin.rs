@@ -1,14 +1,15 @@
-//! The device's own geometry in other numbers: exact ones to try it by, and single
-//! precision with exact functions to tell micromath's share from rounding's.
+//! The device's own geometry in other types of number: exact numbers to test it, and single
+//! precision with exact functions to separate micromath's errors from rounding.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 use firmware::limb::Number;
 
-/// Double precision.
+/// Number in double precision.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
 pub struct Exact(pub f64);
 
-/// Single precision, as the device's, with sine, cosine and root to the last place.
+/// Number in single precision, like the device's, with sine, cosine and root correct to the last
+/// place.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
 pub struct Single(pub f32);
 
@@ -74,9 +75,9 @@ impl Number for Single {
     }
 }
 
-/// A number of either kind, or the device's, to compare.
+/// Conversion of either type of number, or the device's, to double precision for comparison.
 pub trait ToDouble {
-    /// The same number.
+    /// Returns the same number in double precision.
     fn to_double(self) -> f64;
 }
 

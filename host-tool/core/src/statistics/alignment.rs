@@ -1,31 +1,31 @@
-//! The rotation that lays one set of points best upon another.
+//! Finds the rotation that aligns one set of points best with another.
 
 use super::sample::{StatisticsError, enough, equal, finite};
 use nalgebra::{Matrix3, Matrix4, Quaternion, UnitQuaternion, Vector3};
 
-/// A rigid motion: `to ≈ rotation · from + translation`.
+/// Rigid motion: `to ≈ rotation · from + translation`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Alignment {
-    /// Rows of a proper rotation: its determinant is +1.
+    /// Rows of a proper rotation matrix, whose determinant is +1.
     pub rotation: [[f64; 3]; 3],
-    /// In the points' unit.
+    /// Translation, in the points' unit.
     pub translation: [f64; 3],
-    /// Root mean square of the distances left, in the points' unit.
+    /// Root mean square of the remaining distances, in the points' unit.
     pub rmsd: f64,
 }
 
-/// The least distance of the best rotation's eigenvalue from the next, relative
-/// to it. The rotation's rounding is about 1e-14 over this distance.
+/// Smallest allowed gap between the best rotation's eigenvalue and the next, relative to the best.
+/// The rotation's rounding error is about 1e-14 divided by this gap.
 const LEAST_GAP: f64 = 1e-5;
 
-/// The rigid motion that lays `from` on `to`, point by point, with the least root
-/// mean square distance. Of mirror images it gives the best rotation, never a
-/// reflection (Kabsch 1976 and 1978; found as a quaternion by Horn 1987, eq. 25
-/// and section 4, since nalgebra's singular values are not always good to ten digits).
+/// Returns the rigid motion that aligns `from` with `to`, point by point, with the smallest root
+/// mean square distance. For mirror images it returns the best rotation, never a reflection (Kabsch
+/// 1976 and 1978; found as a quaternion by Horn 1987, eq. 25 and section 4, since nalgebra's
+/// singular values are not always good to ten digits).
 ///
 /// # Errors
-/// Fewer than three points, unequal lengths, values that are not finite, points
-/// on a line or so placed that several rotations do as well.
+/// Fewer than three points, unequal lengths, values that are not finite, points on a line, or
+/// points for which several rotations are equally good.
 pub fn kabsch(from: &[[f64; 3]], to: &[[f64; 3]]) -> Result<Alignment, StatisticsError> {
     enough("points", from.len(), 3)?;
     equal("points laid upon", to.len(), from.len())?;
@@ -49,8 +49,8 @@ pub fn kabsch(from: &[[f64; 3]], to: &[[f64; 3]]) -> Result<Alignment, Statistic
     })
 }
 
-/// The rotation R with the largest tr(R·`products`): the quaternion that is the
-/// eigenvector of the largest eigenvalue of Horn's matrix.
+/// Returns the rotation R with the largest tr(R·`products`): the quaternion that is the eigenvector
+/// of the largest eigenvalue of Horn's matrix.
 fn best_turn(products: &Matrix3<f64>) -> Result<Matrix3<f64>, StatisticsError> {
     let turned = products - products.transpose();
     let axis = Vector3::new(turned[(1, 2)], turned[(2, 0)], turned[(0, 1)]);
@@ -79,7 +79,7 @@ fn best_turn(products: &Matrix3<f64>) -> Result<Matrix3<f64>, StatisticsError> {
     Ok(turn.to_rotation_matrix().into_inner())
 }
 
-/// Mean of at least one point.
+/// Returns the mean of at least one point.
 fn centre(points: &[[f64; 3]]) -> Vector3<f64> {
     let sum: Vector3<f64> = points.iter().map(|point| Vector3::from(*point)).sum();
     sum / points.len() as f64

@@ -1,27 +1,25 @@
-//! Two paired samples, the size of a difference, and many comparisons at once.
+//! Tests of two paired samples, effect sizes, and corrections for multiple comparisons.
 
 use super::distribution::student_t_p;
 use super::sample::{StatisticsError, enough, equal, finite, largest, mean, sum_squares, varies};
 
-/// Student's paired t-test, two-sided.
+/// Result of Student's paired t-test, two-sided.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PairedT {
     /// Mean of first − second, in the samples' unit.
     pub mean_difference: f64,
-    /// Mean over its standard error.
+    /// Test statistic: mean difference over its standard error.
     pub t: f64,
-    /// Pairs − 1.
+    /// Degrees of freedom: number of pairs − 1.
     pub df: usize,
-    /// Two-sided p.
+    /// Two-sided p-value.
     pub p: f64,
 }
 
-/// Student's t-test of the differences of pairs against zero, two-sided (Student
-/// 1908).
+/// Tests the differences of pairs against zero with Student's t-test, two-sided (Student 1908).
 ///
 /// # Errors
-/// Fewer than two pairs, unequal lengths, values that are not finite, differences
-/// that do not vary.
+/// Fewer than two pairs, unequal lengths, values that are not finite, differences that do not vary.
 pub fn paired_t(first: &[f64], second: &[f64]) -> Result<PairedT, StatisticsError> {
     let (mean_difference, deviation, n) = differences(first, second)?;
     let t = mean_difference / (deviation / (n as f64).sqrt());
@@ -33,17 +31,17 @@ pub fn paired_t(first: &[f64], second: &[f64]) -> Result<PairedT, StatisticsErro
     })
 }
 
-/// Cohen's d of pairs, d_z: mean of first − second over the standard deviation of
-/// the differences (Cohen 1988, eq. 2.3.5; Lakens 2013, eq. 6).
+/// Returns Cohen's d of pairs, d_z: mean of first − second over the standard deviation of the
+/// differences (Cohen 1988, eq. 2.3.5; Lakens 2013, eq. 6).
 ///
 /// # Errors
-/// As [`paired_t`].
+/// The errors of [`paired_t`].
 pub fn cohens_d_paired(first: &[f64], second: &[f64]) -> Result<f64, StatisticsError> {
     let (mean, deviation, _) = differences(first, second)?;
     Ok(mean / deviation)
 }
 
-/// Mean and standard deviation of first − second, and how many pairs.
+/// Returns mean and standard deviation of first − second, and the number of pairs.
 fn differences(first: &[f64], second: &[f64]) -> Result<(f64, f64, usize), StatisticsError> {
     enough("pairs", first.len(), 2)?;
     equal("second of the pairs", second.len(), first.len())?;
@@ -60,13 +58,11 @@ fn differences(first: &[f64], second: &[f64]) -> Result<(f64, f64, usize), Stati
     Ok((mean(&differences), (squares / (n - 1) as f64).sqrt(), n))
 }
 
-/// Cohen's d of two independent samples, d_s: mean of first − mean of second over
-/// the pooled standard deviation (Cohen 1988, eq. 2.5.1 and 2.5.2; Lakens 2013,
-/// eq. 1).
+/// Returns Cohen's d of two independent samples, d_s: mean of first − mean of second over the
+/// pooled standard deviation (Cohen 1988, eq. 2.5.1 and 2.5.2; Lakens 2013, eq. 1).
 ///
 /// # Errors
-/// A sample of fewer than two, values that are not finite, samples that do not
-/// vary.
+/// A sample of fewer than two, values that are not finite, samples that do not vary.
 pub fn cohens_d_pooled(first: &[f64], second: &[f64]) -> Result<f64, StatisticsError> {
     enough("first sample", first.len(), 2)?;
     enough("second sample", second.len(), 2)?;
@@ -78,8 +74,8 @@ pub fn cohens_d_pooled(first: &[f64], second: &[f64]) -> Result<f64, StatisticsE
     Ok((mean(first) - mean(second)) / (squares / (n - 2) as f64).sqrt())
 }
 
-/// p-values of one family of comparisons, each times how many there are, at most one
-/// (Bonferroni, as Dunn 1961 has it).
+/// Adjusts the p-values of one family of comparisons by Bonferroni's method: each is multiplied by
+/// their number and is at most one (Bonferroni, as in Dunn 1961).
 ///
 /// # Errors
 /// No p-value, or one outside [0, 1].
@@ -90,8 +86,8 @@ pub fn bonferroni(p: &[f64]) -> Result<Vec<f64>, StatisticsError> {
         .collect())
 }
 
-/// p-values of one family of comparisons, adjusted by Holm's step-down method
-/// (Holm 1979), in the order given: each compares with the family's level.
+/// Adjusts the p-values of one family of comparisons by Holm's step-down method (Holm 1979). The
+/// order is kept, and each result is compared with the family's level.
 ///
 /// # Errors
 /// No p-value, or one outside [0, 1].
@@ -108,7 +104,7 @@ pub fn holm(p: &[f64]) -> Result<Vec<f64>, StatisticsError> {
     Ok(adjusted)
 }
 
-/// One p-value or more, all in [0, 1].
+/// Checks that there is at least one p-value and that all are in [0, 1].
 fn probabilities(p: &[f64]) -> Result<(), StatisticsError> {
     enough("p-values", p.len(), 1)?;
     finite("p-values", p)?;

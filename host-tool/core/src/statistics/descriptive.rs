@@ -1,8 +1,8 @@
-//! Mean, standard deviation and quantiles of a sample. An empty one has none of them: `None`.
+//! Mean, standard deviation and quantiles of a sample. All of them are `None` for an empty sample.
 
 use std::borrow::Borrow;
 
-/// Arithmetic mean Σx/n.
+/// Returns the arithmetic mean Σx/n.
 #[must_use]
 pub fn mean(values: impl IntoIterator<Item = impl Borrow<f64>>) -> Option<f64> {
     let add = |(sum, count): (f64, u64), value: f64| (sum + value, count + 1);
@@ -11,8 +11,8 @@ pub fn mean(values: impl IntoIterator<Item = impl Borrow<f64>>) -> Option<f64> {
     (count > 0).then(|| sum / count as f64)
 }
 
-/// Standard deviation of the population that the sample is of, √(Σ(x − x̄)²/(n − 1)); 0 of
-/// one value.
+/// Returns the standard deviation of the population that the sample is from, √(Σ(x − x̄)²/(n − 1));
+/// 0 for a single value.
 #[must_use]
 pub fn standard_deviation(values: &[f64]) -> Option<f64> {
     let mean = mean(values)?;
@@ -20,26 +20,26 @@ pub fn standard_deviation(values: &[f64]) -> Option<f64> {
     Some((square.sum::<f64>() / (values.len() as f64 - 1.0).max(1.0)).sqrt())
 }
 
-/// The value that `part` (0…1) of all do not exceed, linear between neighbours (Hyndman and
-/// Fan 1996, definition 7).
+/// Returns the value that a share `part` (0…1) of all values does not exceed, interpolated linearly
+/// between neighbours (Hyndman and Fan 1996, definition 7).
 #[must_use]
 pub fn quantile(values: impl IntoIterator<Item = impl Borrow<f64>>, part: f64) -> Option<f64> {
     let sorted = Sorted::of(values)?;
     Some(sorted.quantile(part))
 }
 
-/// The middle value.
+/// Returns the median.
 #[must_use]
 pub fn median(values: impl IntoIterator<Item = impl Borrow<f64>>) -> Option<f64> {
     quantile(values, 0.5)
 }
 
-/// A sample of at least one value, in rising order.
+/// Sample of at least one value, in ascending order.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Sorted(Vec<f64>);
 
 impl Sorted {
-    /// The values in rising order, NaN last.
+    /// Sorts the values in ascending order, NaN last; `None` if there are none.
     #[must_use]
     pub fn of(values: impl IntoIterator<Item = impl Borrow<f64>>) -> Option<Self> {
         let values = values.into_iter().map(|value| *value.borrow());
@@ -48,14 +48,14 @@ impl Sorted {
         (!sorted.is_empty()).then_some(Self(sorted))
     }
 
-    /// As [`quantile`].
+    /// Returns the quantile `part` (0…1) of the sample, as [`quantile`] does.
     #[must_use]
     pub fn quantile(&self, part: f64) -> f64 {
         quantile_of_sorted(&self.0, part)
     }
 }
 
-/// [`quantile`] of at least one value, in rising order.
+/// Returns the [`quantile`] of at least one value, in ascending order.
 pub(super) fn quantile_of_sorted(sorted: &[f64], part: f64) -> f64 {
     let last = sorted.len() - 1;
     let place = part.clamp(0.0, 1.0) * last as f64;
@@ -64,21 +64,21 @@ pub(super) fn quantile_of_sorted(sorted: &[f64], part: f64) -> f64 {
     sorted[below] + (place - below as f64) * (sorted[above] - sorted[below])
 }
 
-/// Median and the range from the 5th to the 95th percentile.
+/// Median, and the range from the 5th to the 95th percentile.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Spread {
-    /// The middle value.
+    /// Median, in the unit of the values.
     pub median: f64,
     /// 5th percentile.
     pub low: f64,
     /// 95th percentile.
     pub high: f64,
-    /// How many values there are.
+    /// Number of values.
     pub n: usize,
 }
 
 impl Spread {
-    /// Of values in any order.
+    /// Computes the spread of values in any order; `None` if there are none.
     #[must_use]
     pub fn of(values: impl IntoIterator<Item = impl Borrow<f64>>) -> Option<Self> {
         let sorted = Sorted::of(values)?;
@@ -90,7 +90,7 @@ impl Spread {
         })
     }
 
-    /// 5th and 95th percentile.
+    /// Returns the 5th and the 95th percentile.
     #[must_use]
     pub const fn range(&self) -> [f64; 2] {
         [self.low, self.high]

@@ -1,38 +1,38 @@
-//! When a movement counts as one, and how often none would.
+//! Detects movements in a sensor's signal, and computes the probability of false alarms.
 
 use libm::erfc;
 use std::f64::consts::SQRT_2;
 
-/// Finds a movement in a sensor's windows: `consecutive` of them in a row, all on one
-/// side, further from the baseline's mean than `k_sigma` of its standard deviations.
+/// Detector of movement in a sensor's windows. A movement is `consecutive` windows in a row, all on
+/// one side, further from the baseline's mean than `k_sigma` of its standard deviations.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Detector {
-    /// Windows of one presentation.
+    /// Number of windows of one presentation.
     pub windows: u32,
-    /// Windows of the rest before it.
+    /// Number of windows of the rest before a presentation.
     pub baseline: u32,
-    /// Distance in standard deviations of the baseline's windows.
+    /// Distance that windows must exceed, in standard deviations of the baseline's windows.
     pub k_sigma: f64,
-    /// Windows in a row that must lie beyond.
+    /// Number of consecutive windows that must lie beyond the distance.
     pub consecutive: u32,
-    /// Least movement that counts whatever the noise, in the sensor's unit.
+    /// Smallest movement that counts whatever the noise, in the sensor's unit.
     pub visible: f64,
-    /// The sensor's step. No baseline is taken to be quieter than rounding makes it,
-    /// step/√12.
+    /// Resolution of the sensor, in its unit. No baseline is taken to be quieter than rounding
+    /// makes it, step/√12.
     pub resolution: f64,
 }
 
-/// What the windows of a presentation say.
+/// Verdict on the windows of a presentation.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Verdict {
-    /// Largest distance from the baseline that lasted long enough, the sensor's unit.
+    /// Largest distance from the baseline that lasted long enough, in the sensor's unit.
     pub deviation: f64,
-    /// What it had to exceed.
+    /// Bound that the distance had to exceed, in the sensor's unit.
     pub bound: f64,
 }
 
 impl Verdict {
-    /// Whether that is a movement.
+    /// Returns whether the distance counts as a movement.
     #[must_use]
     pub fn is_movement(&self) -> bool {
         self.deviation > self.bound
@@ -40,8 +40,8 @@ impl Verdict {
 }
 
 impl Detector {
-    /// Holds `windows` against the `baseline` before them, both means of the sensor
-    /// over a window. Too few windows are no movement.
+    /// Compares `windows` with the `baseline` before them, both means of the sensor over a window.
+    /// Too few windows are no movement.
     #[must_use]
     pub fn judge(&self, baseline: &[f64], windows: &[f64]) -> Verdict {
         let n = baseline.len().max(2) as f64;
@@ -62,31 +62,30 @@ impl Detector {
         }
     }
 
-    /// Probability that a presentation without any movement counts as one, at most:
-    /// window noise normal and independent, [`Self::visible`] and
-    /// [`Self::resolution`] 0.
+    /// Returns an upper bound of the probability that a presentation without any movement counts as
+    /// one. Window noise is assumed normal and independent, and [`Self::visible`] and
+    /// [`Self::resolution`] are assumed 0.
     ///
-    /// Baseline mean and deviation are estimates that all windows of a presentation
-    /// are held against, so that these do not fail independently: of n baseline
-    /// windows the mean is normal with variance σ²/n, (n−1)s²/σ² is χ² of n−1 degrees
-    /// of freedom, and a run of c lies beyond with E\[Q(m + k·s)^c\]. For c = 1 that
-    /// is the upper tail of Student's t of n−1 degrees at k/√(1 + 1/n). Runs and sides
-    /// are added up (Boole).
+    /// All windows of a presentation are compared with the same estimates of the baseline's mean
+    /// and deviation, so they do not fail independently. For n baseline windows the mean is normal
+    /// with variance σ²/n, (n−1)s²/σ² is χ² with n−1 degrees of freedom, and a run of c lies beyond
+    /// with probability E\[Q(m + k·s)^c\]. For c = 1 that is the upper tail of Student's t with n−1
+    /// degrees at k/√(1 + 1/n). Runs and sides are added up (Boole).
     #[must_use]
     pub fn false_alarm(&self) -> f64 {
         let runs = (self.windows + 1).saturating_sub(self.consecutive);
         (2.0 * f64::from(runs) * self.run_beyond()).min(1.0)
     }
 
-    /// E[Q(m + k·s)^c], by the trapezium rule over m and s, whose densities and all
-    /// their derivatives vanish at the ends.
+    /// Returns E[Q(m + k·s)^c], by the trapezium rule over m and s, whose densities and all their
+    /// derivatives vanish at the ends.
     fn run_beyond(&self) -> f64 {
         const POINTS: u32 = 400;
         let (n, c) = (f64::from(self.baseline), self.consecutive as i32);
         let nu = n - 1.0;
         let (mut sum, mut weights) = (0.0, 0.0);
         for i in 1..POINTS {
-            // s of 0 to 1 + 8 of its own deviations, of which 1/√(2ν) is one.
+            // The range of s is 0 to 1 + 8 of its standard deviations, each of them 1/√(2ν).
             let s = (1.0 + 8.0 / (2.0 * nu).sqrt()) * f64::from(i) / f64::from(POINTS);
             let chi = (nu - 1.0) * s.ln() - 0.5 * nu * (s * s - 1.0);
             for j in 0..=POINTS {
@@ -119,8 +118,7 @@ mod tests {
 
     #[test]
     fn a_single_window_fails_as_student_says() {
-        // Upper points of t with 9 degrees of freedom (any table): 1.833, 2.821,
-        // 3.250, 4.297.
+        // Upper points of t with 9 degrees of freedom (any table): 1.833, 2.821, 3.250, 4.297.
         for (t, p) in [(1.833, 0.05), (2.821, 0.01), (3.250, 0.005), (4.297, 0.001)] {
             let beyond = detector(t * 1.1_f64.sqrt(), 1).run_beyond();
             assert!((beyond / p - 1.0).abs() < 2e-3, "{t}: {beyond}");
@@ -165,7 +163,7 @@ mod tests {
             ..detector(4.0, 3)
         };
         assert!(!visible.judge(&baseline, &[2.0; 5]).is_movement());
-        // A sensor that stands still is as quiet as its step says.
+        // A sensor that stands still is as quiet as its resolution allows.
         let coarse = Detector {
             resolution: 0.1,
             ..detector(4.0, 3)

@@ -1,13 +1,13 @@
-//! p-values of the distributions, from statrs' incomplete beta and gamma
-//! functions and libm's erfc, all as tails: none is a difference from one.
+//! p-values of the distributions, from statrs' incomplete beta and gamma functions and libm's erfc.
+//! All are computed as tails, so none is a difference from one.
 
 use super::sample::StatisticsError;
 use statrs::distribution::{ContinuousCDF, Normal};
 use statrs::function::{beta::beta_reg, gamma::gamma_ur};
 use std::f64::consts::SQRT_2;
 
-/// Most degrees of freedom: beyond, statrs' logarithm of the gamma function, of
-/// which two nearly equal ones are subtracted, leaves less than ten digits.
+/// Maximum degrees of freedom. Beyond, two nearly equal logarithms of statrs' gamma function are
+/// subtracted, which leaves less than ten digits.
 const MOST_FREEDOM: f64 = 5000.0;
 
 fn freedom(df: f64) -> Result<(), StatisticsError> {
@@ -20,7 +20,7 @@ fn freedom(df: f64) -> Result<(), StatisticsError> {
     })
 }
 
-/// Two-sided p of Student's t with `df` in (0, 5000] degrees of freedom
+/// Returns the two-sided p-value of Student's t with `df` in (0, 5000] degrees of freedom
 /// (Abramowitz and Stegun 1964, 26.7.1 and 26.5.27).
 ///
 /// # Errors
@@ -29,31 +29,29 @@ pub fn student_t_p(t: f64, df: f64) -> Result<f64, StatisticsError> {
     fisher_f_p(t * t, 1.0, df)
 }
 
-/// Upper tail of Fisher's F with `effect` and `error` degrees of freedom, each in
-/// (0, 5000], not only whole ones (Abramowitz and Stegun 1964, 26.6.2).
+/// Returns the upper tail of Fisher's F with `effect` and `error` degrees of freedom, each in (0,
+/// 5000] and not necessarily whole (Abramowitz and Stegun 1964, 26.6.2).
 ///
 /// # Errors
-/// A statistic that is not finite or below zero, degrees of freedom outside
-/// their range.
+/// A statistic that is not finite or below zero, degrees of freedom outside their range.
 pub fn fisher_f_p(f: f64, effect: f64, error: f64) -> Result<f64, StatisticsError> {
     not_negative(f)?;
     freedom(effect)?;
     freedom(error)?;
     let sum = error + effect * f;
     let p = beta_reg(error / 2.0, effect / 2.0, error / sum);
-    // Near one it is the other tail that is exact: its argument is small.
+    // Near one the other tail is exact, because its argument is small.
     if p <= 0.5 {
         return Ok(p);
     }
     Ok(1.0 - beta_reg(effect / 2.0, error / 2.0, effect * f / sum))
 }
 
-/// Upper tail of χ² with `df` in (0, 5000] degrees of freedom (Abramowitz and
-/// Stegun 1964, 26.4.19).
+/// Returns the upper tail of χ² with `df` in (0, 5000] degrees of freedom (Abramowitz and Stegun
+/// 1964, 26.4.19).
 ///
 /// # Errors
-/// A statistic that is not finite or below zero, degrees of freedom outside
-/// their range.
+/// A statistic that is not finite or below zero, degrees of freedom outside their range.
 pub fn chi_squared_p(chi_squared: f64, df: f64) -> Result<f64, StatisticsError> {
     not_negative(chi_squared)?;
     freedom(df)?;
@@ -74,17 +72,17 @@ fn not_negative(value: f64) -> Result<(), StatisticsError> {
     })
 }
 
-/// P(|Z| > z), z ≥ 0. statrs' erfc has ten digits only.
+/// Returns P(|Z| > z) for z ≥ 0. statrs' erfc has only ten digits.
 pub(super) fn normal_p(z: f64) -> f64 {
     libm::erfc(z / SQRT_2)
 }
 
-/// P(Z ≤ z).
+/// Returns P(Z ≤ z).
 pub(super) fn normal_below(z: f64) -> f64 {
     0.5 * libm::erfc(-z / SQRT_2)
 }
 
-/// The z with P(Z ≤ z) = `p`, in (0, 1).
+/// Returns the z with P(Z ≤ z) = `p`, for `p` in (0, 1).
 pub(super) fn normal_quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
 }

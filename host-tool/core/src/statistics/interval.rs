@@ -1,22 +1,22 @@
-//! Intervals: of a share, and of any statistic by resampling.
+//! Confidence intervals: of a share, and of any statistic by resampling.
 
 use super::descriptive::quantile_of_sorted;
 use super::distribution::{normal_below, normal_quantile};
 use super::sample::{StatisticsError, enough, finite, largest, mean, varies};
 use hal_sim::random::Random;
 
-/// A value with the interval that covers it at the level asked.
+/// Value with the interval that covers it at the requested level.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Interval {
-    /// The statistic of the sample itself.
+    /// Statistic of the sample itself.
     pub value: f64,
-    /// Lower end.
+    /// Lower end of the interval.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of the interval.
     pub high: f64,
 }
 
-/// A share of trials with its Wilson interval.
+/// Share of successful trials with its Wilson interval.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Share {
     /// Successes over trials.
@@ -27,10 +27,10 @@ pub struct Share {
     pub high: f64,
 }
 
-/// The share of `successes` among `trials` and Wilson's score interval (Wilson
-/// 1927; recommended for any share and number of trials by Brown, Cai and
-/// DasGupta 2001, eq. 4). `level` as 0.95. A trial that succeeds in part, as in one
-/// of two cases, counts in part.
+/// Returns the share of `successes` among `trials` with Wilson's score interval (Wilson 1927;
+/// recommended for any share and number of trials by Brown, Cai and DasGupta 2001, eq. 4). `level`
+/// is a probability such as 0.95. A trial that succeeds in part, as in one of two cases, counts in
+/// part.
 ///
 /// # Errors
 /// No trial, successes below 0 or more than trials, a level outside (0, 1).
@@ -54,9 +54,9 @@ pub fn share(successes: f64, trials: u64, level: f64) -> Result<Share, Statistic
     })
 }
 
-/// The largest share of which `successes` or fewer among `trials` are still as likely as
-/// 1 − `level`: the one-sided upper bound of Clopper and Pearson 1934. Of no success it is
-/// 1 − (1 − `level`)^(1/n), near 3/n at 0.95.
+/// Returns the one-sided upper bound of a share (Clopper and Pearson 1934): the largest share at
+/// which `successes` or fewer among `trials` still have the probability 1 − `level`. For no success
+/// it is 1 − (1 − `level`)^(1/n), near 3/n at 0.95.
 ///
 /// # Errors
 /// No trial, more successes than trials, a level outside (0, 1).
@@ -73,7 +73,7 @@ pub fn share_at_most(successes: u64, trials: u64, level: f64) -> Result<f64, Sta
         return Ok(1.0);
     }
     let (mut low, mut high) = (successes as f64 / trials as f64, 1.0);
-    // Half of the interval at each step: to the last bit.
+    // Each step halves the interval, down to the last bit.
     for _ in 0..64 {
         let share = 0.5 * (low + high);
         if at_most(successes, trials, share) > 1.0 - level {
@@ -85,7 +85,7 @@ pub fn share_at_most(successes: u64, trials: u64, level: f64) -> Result<f64, Sta
     Ok(high)
 }
 
-/// How likely `successes` or fewer of `trials` are, at `share` in (0, 1).
+/// Returns the probability of `successes` or fewer among `trials`, at `share` in (0, 1).
 fn at_most(successes: u64, trials: u64, share: f64) -> f64 {
     let odds = share.ln() - (-share).ln_1p();
     let mut term = trials as f64 * (-share).ln_1p();
@@ -97,7 +97,7 @@ fn at_most(successes: u64, trials: u64, share: f64) -> f64 {
     sum
 }
 
-/// The normal quantile that leaves half of what is outside `level` above it.
+/// Returns the normal quantile above which half of the probability outside `level` lies.
 fn quantile(level: f64) -> Result<f64, StatisticsError> {
     if level > 0.0 && level < 1.0 {
         return Ok(-normal_quantile((1.0 - level) / 2.0));
@@ -108,15 +108,15 @@ fn quantile(level: f64) -> Result<f64, StatisticsError> {
     })
 }
 
-/// The bias-corrected and accelerated bootstrap interval of `statistic` (Efron and
-/// Tibshirani 1993, eq. 14.9, 14.10, 14.14 and 14.15), from `resamples` drawn with
-/// replacement from stream `seed`: the same for the same arguments. A pair is one
-/// element. Resamples equal to the statistic count half; quantiles lie linearly
-/// between neighbours. 2,000 resamples or more for 95 %.
+/// Returns the bias-corrected and accelerated bootstrap interval of `statistic` (Efron and
+/// Tibshirani 1993, eq. 14.9, 14.10, 14.14 and 14.15). It uses `resamples` samples drawn with
+/// replacement from stream `seed`, so the result is the same for the same arguments. A pair is one
+/// element. Resamples equal to the statistic count half; quantiles are interpolated linearly
+/// between neighbours. Use 2,000 resamples or more for 95 %.
 ///
 /// # Errors
-/// Fewer than two elements or 100 resamples, a level outside (0, 1), a statistic
-/// that is not finite, that does not vary, or that lies beyond all resamples.
+/// Fewer than two elements or 100 resamples, a level outside (0, 1), a statistic that is not
+/// finite, that does not vary, or that lies beyond all resamples.
 pub fn bootstrap_bca<T: Clone>(
     sample: &[T],
     statistic: impl Fn(&[T]) -> f64,
@@ -160,8 +160,8 @@ pub fn bootstrap_bca<T: Clone>(
     })
 }
 
-/// How fast the standard error changes with the statistic, by leaving one element
-/// out at a time.
+/// Returns how fast the standard error changes with the statistic, from samples that lack one
+/// element each.
 fn acceleration<T: Clone>(
     sample: &[T],
     statistic: impl Fn(&[T]) -> f64,
@@ -188,7 +188,8 @@ fn acceleration<T: Clone>(
 mod tests {
     use super::*;
 
-    /// The sums of exact binomials, halved by Python 3, and by hand for none and all.
+    /// Checks sums of exact binomials, bisected in Python 3, and values by hand for no and for all
+    /// successes.
     #[test]
     fn bounds_are_clopper_and_pearsons() {
         for (k, n, bound) in [

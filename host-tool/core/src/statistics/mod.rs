@@ -1,11 +1,10 @@
-//! The tests, effect sizes and intervals that analyses of experiments share.
+//! Statistical tests, effect sizes and intervals that the analyses of experiments share.
 //!
-//! In: numbers of subjects, conditions and trials, as slices. Out: structs with
-//! statistic, degrees of freedom and p, or a [`StatisticsError`] that names what
-//! is wrong with the sample: never a NaN. Nothing here reads records, knows
-//! units or holds a random state (a bootstrap takes its seed).
-//! `docs/statistics.md` says which method stands where, its source and how it is
-//! checked against SciPy and statsmodels.
+//! The inputs are values of subjects, conditions and trials, as slices. The outputs are structs
+//! with statistic, degrees of freedom and p-value, or a [`StatisticsError`] that names the mistake
+//! in the sample, never a NaN. No function here reads records, knows units or keeps a random state
+//! (a bootstrap takes its seed). `docs/statistics.md` lists each method with its place, its source,
+//! and its check against SciPy and statsmodels.
 
 mod alignment;
 mod comparison;

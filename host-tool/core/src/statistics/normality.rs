@@ -1,25 +1,26 @@
-//! Whether a sample may be normal.
+//! Test of whether a sample may be normally distributed.
 
 use super::distribution::{normal_below, normal_quantile};
 use super::sample::{StatisticsError, enough, finite, largest, sum_squares, varies};
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// Shapiro and Wilk's test.
+/// Result of Shapiro and Wilk's test.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ShapiroWilk {
-    /// W in (0, 1]: one of a sample that lies as normal order statistics do.
+    /// Statistic W in (0, 1]; 1 for a sample that lies like normal order statistics.
     pub w: f64,
-    /// Upper tail of what W is transformed to.
+    /// p-value: upper tail of the transformed W.
     pub p: f64,
 }
 
-/// Most values: beyond, Royston's approximations were not made.
+/// Maximum number of values; Royston's approximations do not hold beyond.
 const MOST: usize = 5000;
-/// Of the largest and the second largest weight, against 1/√n (Royston 1995).
+/// Coefficients of the largest and the second largest weight, as polynomials in 1/√n (Royston
+/// 1995).
 const LARGEST: [f64; 6] = [0.0, 0.221157, -0.147981, -2.071190, 4.434685, -2.706056];
 const SECOND: [f64; 6] = [0.0, 0.042981, -0.293762, -1.752461, 5.682633, -3.582633];
 
-/// Shapiro and Wilk's test of normality, of 3 to 5,000 values, with the weights and the
+/// Tests 3 to 5,000 values for normality with Shapiro and Wilk's test, using the weights and the
 /// transformation of Royston 1995 (algorithm AS R94).
 ///
 /// # Errors
@@ -45,7 +46,7 @@ pub fn shapiro_wilk(sample: &[f64]) -> Result<ShapiroWilk, StatisticsError> {
     Ok(ShapiroWilk { w, p })
 }
 
-/// Weights of the upper half of the order statistics, the largest first.
+/// Returns the weights of the upper half of the order statistics, the largest first.
 fn weights(n: usize) -> Vec<f64> {
     if n == 3 {
         return vec![FRAC_1_SQRT_2];
@@ -66,10 +67,10 @@ fn weights(n: usize) -> Vec<f64> {
     weights
 }
 
-/// P of a W so low or lower.
+/// Returns the probability of a W as low or lower.
 fn upper_tail(w: f64, n: usize) -> f64 {
     if n == 3 {
-        // Exact (Shapiro and Wilk 1965).
+        // This p-value is exact (Shapiro and Wilk 1965).
         let tail = w.sqrt().asin() - 0.75_f64.sqrt().asin();
         return (6.0 / std::f64::consts::PI * tail).clamp(0.0, 1.0);
     }

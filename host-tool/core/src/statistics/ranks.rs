@@ -1,38 +1,38 @@
-//! Tests on ranks: Friedman, Wilcoxon's signed ranks, Mann and Whitney's U.
+//! Tests on ranks: Friedman, Wilcoxon's signed ranks, and Mann and Whitney's U.
 
 use super::distribution::{chi_squared_p, normal_p};
 use super::sample::{StatisticsError, enough, equal, finite, rows};
 
-/// Most values whose exact distribution is counted: the counts, at most 2^50, are
-/// exact in an `f64`.
+/// Maximum number of values for which the exact distribution is counted: the counts, at most 2^50,
+/// are exact in an `f64`.
 const EXACT_TO: usize = 50;
 
-/// Where a p-value comes from.
+/// Method by which a p-value was computed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Method {
-    /// Counted over all assignments of the ranks that there are, ties included.
+    /// Count over all possible assignments of the ranks, ties included.
     Exact,
-    /// The normal distribution, with corrections for ties and continuity.
+    /// Normal distribution, with corrections for ties and continuity.
     Normal,
 }
 
-/// Friedman's test.
+/// Result of Friedman's test.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Friedman {
-    /// χ²_r, corrected for ties.
+    /// Statistic χ²_r, corrected for ties.
     pub chi_squared: f64,
-    /// Conditions − 1.
+    /// Degrees of freedom: number of conditions − 1.
     pub df: usize,
-    /// p by the χ² distribution, which is an approximation for few subjects.
+    /// p-value by the χ² distribution, which is an approximation for few subjects.
     pub p: f64,
 }
 
-/// Friedman's test of three or more conditions (columns) that every subject (row)
-/// has gone through, corrected for ties (Friedman 1937; Conover 1999, eq. 5.8.5).
+/// Tests three or more conditions (columns) that every subject (row) has gone through with
+/// Friedman's test, corrected for ties (Friedman 1937; Conover 1999, eq. 5.8.5).
 ///
 /// # Errors
-/// Fewer than two subjects or three conditions, rows of unequal length, values
-/// that are not finite, conditions tied in every row.
+/// Fewer than two subjects or three conditions, rows of unequal length, values that are not finite,
+/// conditions tied in every row.
 pub fn friedman(subjects: &[Vec<f64>]) -> Result<Friedman, StatisticsError> {
     rows(["subjects", "conditions"], subjects, 3)?;
     let (n, k) = (subjects.len() as f64, subjects[0].len());
@@ -61,27 +61,27 @@ pub fn friedman(subjects: &[Vec<f64>]) -> Result<Friedman, StatisticsError> {
     })
 }
 
-/// Wilcoxon's signed-rank test, two-sided.
+/// Result of Wilcoxon's signed-rank test, two-sided.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Wilcoxon {
-    /// The smaller of the rank sums of positive and negative differences.
+    /// Smaller of the rank sums of positive and negative differences.
     pub statistic: f64,
     /// Rank sum of the differences first − second above zero.
     pub positive: f64,
-    /// Differences other than zero; zeros are dropped.
+    /// Number of differences other than zero; zeros are dropped.
     pub n: usize,
-    /// Two-sided p.
+    /// Two-sided p-value.
     pub p: f64,
-    /// Exact up to 50 differences.
+    /// Method of the p-value: exact up to 50 differences.
     pub method: Method,
 }
 
-/// Wilcoxon's signed-rank test of pairs, two-sided, differences of zero dropped
-/// (Wilcoxon 1945). Exact up to 50 differences, with mid-ranks for ties (Streitberg
-/// and Röhmel 1986), beyond that normal (Conover 1999, eq. 5.7.5, less ½).
+/// Tests pairs with Wilcoxon's signed-rank test, two-sided; differences of zero are dropped
+/// (Wilcoxon 1945). The p-value is exact up to 50 differences, with mid-ranks for ties (Streitberg
+/// and Röhmel 1986), and normal beyond (Conover 1999, eq. 5.7.5, minus ½).
 ///
 /// # Errors
-/// No pair, unequal lengths, values that are not finite, no difference but zero.
+/// No pair, unequal lengths, values that are not finite, no difference other than zero.
 pub fn wilcoxon(first: &[f64], second: &[f64]) -> Result<Wilcoxon, StatisticsError> {
     enough("pairs", first.len(), 1)?;
     equal("second of the pairs", second.len(), first.len())?;
@@ -124,22 +124,21 @@ pub fn wilcoxon(first: &[f64], second: &[f64]) -> Result<Wilcoxon, StatisticsErr
     })
 }
 
-/// Mann and Whitney's U test, two-sided.
+/// Result of Mann and Whitney's U test, two-sided.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct MannWhitney {
-    /// Pairs in which the first sample's value is larger, ties counted half:
-    /// 0…n₁·n₂. Over n₁·n₂ it is the probability of superiority.
+    /// Number of pairs in which the first sample's value is larger, ties counted half: 0…n₁·n₂.
+    /// Divided by n₁·n₂ it is the probability of superiority.
     pub u: f64,
-    /// Two-sided p.
+    /// Two-sided p-value.
     pub p: f64,
-    /// Exact up to 50 values in all.
+    /// Method of the p-value: exact up to 50 values in all.
     pub method: Method,
 }
 
-/// Mann and Whitney's U test of two independent samples, two-sided (Mann and
-/// Whitney 1947). Exact up to 50 values in all, with mid-ranks for ties
-/// (Streitberg and Röhmel 1986; p is twice the smaller tail), beyond that normal
-/// (Conover 1999, eq. 5.1.5, less ½).
+/// Tests two independent samples with Mann and Whitney's U test, two-sided (Mann and Whitney 1947).
+/// The p-value is exact up to 50 values in all, with mid-ranks for ties (Streitberg and Röhmel
+/// 1986; p is twice the smaller tail), and normal beyond (Conover 1999, eq. 5.1.5, minus ½).
 ///
 /// # Errors
 /// An empty sample, values that are not finite, all values equal.
@@ -156,7 +155,7 @@ pub fn mann_whitney(first: &[f64], second: &[f64]) -> Result<MannWhitney, Statis
     let sum: usize = ranks.twice[..n1].iter().sum();
     let twice_u = sum - n1 * (n1 + 1);
     let (p, method) = if n <= EXACT_TO {
-        // Ways to choose so many values with such a sum of doubled ranks.
+        // Counts the ways to choose this many values with this sum of doubled ranks.
         let most = n * (n + 1);
         let mut ways = vec![vec![0.0; most + 1]; n1 + 1];
         ways[0][0] = 1.0;
@@ -183,7 +182,7 @@ pub fn mann_whitney(first: &[f64], second: &[f64]) -> Result<MannWhitney, Statis
     })
 }
 
-/// Twice the smaller tail at `at` of a distribution given as counts, at most one.
+/// Returns twice the smaller tail at `at` of a distribution given as counts, at most one.
 fn two_sided(ways: &[f64], at: usize) -> f64 {
     let all: f64 = ways.iter().sum();
     let below: f64 = ways[..=at].iter().sum();
@@ -191,16 +190,16 @@ fn two_sided(ways: &[f64], at: usize) -> f64 {
     (2.0 * below.min(above) / all).min(1.0)
 }
 
-/// Two-sided normal p of a distance from the mean, less half a rank.
+/// Returns the two-sided normal p-value of a distance from the mean, minus half a rank.
 fn continuous_p(distance: f64, variance: f64) -> f64 {
     normal_p((distance - 0.5).max(0.0) / variance.sqrt())
 }
 
-/// Ranks from one, ties sharing their mean.
+/// Ranks from one, with the mean rank for ties.
 struct Ranks {
-    /// Twice each value's rank, which is whole.
+    /// Twice each value's rank, which is a whole number.
     twice: Vec<usize>,
-    /// Σ(t³ − t) over groups of t equal values.
+    /// Sum Σ(t³ − t) over groups of t equal values.
     ties: f64,
 }
 

@@ -1,57 +1,57 @@
-//! What a sample must be before anything is computed from it.
+//! Requirements that a sample must meet before statistics are computed from it.
 
 use thiserror::Error;
 
-/// Why a sample gives no answer. `what` names the argument.
+/// Reason why a sample has no result. The field `what` names the argument.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Error)]
 pub enum StatisticsError {
-    /// Fewer values, subjects or conditions than the method needs.
+    /// There are fewer values, subjects or conditions than the method needs.
     #[error("{what}: {given} given, at least {least} needed")]
     TooFew {
-        /// What there are too few of.
+        /// Name of the argument with too few elements.
         what: &'static str,
-        /// How many there are.
+        /// Number of elements given.
         given: usize,
-        /// How many there must be.
+        /// Number of elements needed.
         least: usize,
     },
-    /// Lengths that must be equal are not.
+    /// Lengths differ that must be equal.
     #[error("{what}: {given} where {expected} are expected")]
     UnequalLengths {
-        /// What is counted.
+        /// Name of the elements that are counted.
         what: &'static str,
-        /// The length found.
+        /// Length found.
         given: usize,
-        /// The length of the first.
+        /// Length of the first argument or row.
         expected: usize,
     },
     /// A value is infinite, not a number, or so large that its cube may overflow.
     #[error("{what}: value number {index} (from 0) is not finite, or beyond 1e60")]
     NotFinite {
-        /// The argument.
+        /// Name of the argument.
         what: &'static str,
-        /// Which value, in the order given.
+        /// Index of the value, in the order given, counted from 0.
         index: usize,
     },
-    /// All values are equal but for rounding: there is nothing to compare with.
+    /// All values are equal except for rounding, so there is nothing to compare with.
     #[error("{what} do not vary")]
     NoVariance {
-        /// What does not vary.
+        /// Name of the values that do not vary.
         what: &'static str,
     },
     /// A parameter is outside its range.
     #[error("{what} is outside {range}")]
     OutOfRange {
-        /// The parameter.
+        /// Name of the parameter.
         what: &'static str,
-        /// Where it may lie.
+        /// Allowed range.
         range: &'static str,
     },
 }
 
 use StatisticsError::{NoVariance, NotFinite, TooFew, UnequalLengths};
 
-/// At least `least` of `what`.
+/// Checks that there are at least `least` elements of `what`.
 pub(super) fn enough(
     what: &'static str,
     given: usize,
@@ -63,7 +63,7 @@ pub(super) fn enough(
     Ok(())
 }
 
-/// As many of `what` as there are of the first.
+/// Checks that there are as many elements of `what` as of the first argument.
 pub(super) fn equal(
     what: &'static str,
     given: usize,
@@ -79,11 +79,11 @@ pub(super) fn equal(
     Ok(())
 }
 
-/// Values beyond this in magnitude are refused with those that are not finite:
+/// Maximum magnitude of a value. Larger values are refused like values that are not finite, so that
 /// sums of their cubes stay far below the largest number.
 const MOST: f64 = 1e60;
 
-/// Every value finite.
+/// Checks that every value is finite and at most [`MOST`] in magnitude.
 pub(super) fn finite<'a>(
     what: &'static str,
     values: impl IntoIterator<Item = &'a f64>,
@@ -95,7 +95,8 @@ pub(super) fn finite<'a>(
     }
 }
 
-/// At least two rows of equal length of at least `least`, all finite.
+/// Checks that there are at least two rows of equal length, each with at least `least` values, all
+/// finite.
 pub(super) fn rows(
     names: [&'static str; 2],
     rows: &[Vec<f64>],
@@ -109,9 +110,8 @@ pub(super) fn rows(
     finite(names[0], rows.iter().flatten())
 }
 
-/// A sum of squares that is more than what rounding leaves of constant values of
-/// this magnitude, 16 ε of the largest for each of `count`, and more than what
-/// powers of it can be computed from.
+/// Checks that a sum of squares is larger than the rounding of constant values of this magnitude,
+/// 16 ε of the largest for each of `count`, and large enough for powers of it to be computed.
 pub(super) fn varies(
     what: &'static str,
     sum_squares: f64,
@@ -125,17 +125,17 @@ pub(super) fn varies(
     Ok(())
 }
 
-/// The largest magnitude, 0 of nothing.
+/// Returns the largest magnitude; 0 for no values.
 pub(super) fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     values.into_iter().fold(0.0, |most, v| v.abs().max(most))
 }
 
-/// Σx/n of at least one value.
+/// Returns the mean Σx/n of at least one value.
 pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Σ(x − mean)².
+/// Returns the sum of squares Σ(x − mean)².
 pub(super) fn sum_squares(values: &[f64]) -> f64 {
     let mean = mean(values);
     values.iter().map(|value| (value - mean).powi(2)).sum()

@@ -1,87 +1,87 @@
-//! Analysis of variance: repeated measures on one and on two factors, and two
-//! factors between trials with replication.
+//! Analysis of variance: repeated measures on one and on two factors, and two factors between
+//! trials with replication.
 
 use super::distribution::{chi_squared_p, fisher_f_p};
 use super::sample::{StatisticsError, enough, equal, finite, largest, rows, varies};
 
-/// What one source of variation gives.
+/// Result for one source of variation.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Effect {
-    /// Its sum of squares.
+    /// Sum of squares of the effect.
     pub sum_squares: f64,
-    /// Its degrees of freedom.
+    /// Degrees of freedom of the effect.
     pub df: usize,
-    /// Sum of squares of the error it is judged by.
+    /// Sum of squares of the error with which the effect is compared.
     pub error_sum_squares: f64,
     /// Degrees of freedom of that error.
     pub error_df: usize,
     /// Mean square of the effect over mean square of the error.
     pub f: f64,
-    /// Upper tail of F.
+    /// p-value: upper tail of F.
     pub p: f64,
 }
 
-/// p after both degrees of freedom were multiplied by an estimate of sphericity.
+/// p-value after both degrees of freedom were multiplied by an estimate of sphericity.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Corrected {
-    /// The estimate: 1/df of the effect … 1, one where sphericity holds.
+    /// Estimate of sphericity ε, from 1/df of the effect to 1; 1 where sphericity holds.
     pub epsilon: f64,
-    /// Upper tail of F with the corrected degrees of freedom.
+    /// p-value: upper tail of F with the corrected degrees of freedom.
     pub p: f64,
 }
 
-/// Mauchly's test of sphericity.
+/// Result of Mauchly's test of sphericity.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Mauchly {
-    /// W in [0, 1], one where contrasts vary alike and apart.
+    /// Statistic W in [0, 1]; 1 where contrasts have equal variances and no correlation.
     pub w: f64,
-    /// What −ln W is scaled to.
+    /// Scaled −ln W, which is compared with the χ² distribution.
     pub chi_squared: f64,
-    /// Its degrees of freedom.
+    /// Degrees of freedom of the χ² distribution.
     pub df: usize,
-    /// Upper tail, with Anderson's term of second order.
+    /// p-value: upper tail, with Anderson's term of second order.
     pub p: f64,
 }
 
-/// A repeated effect, as it is and corrected for lack of sphericity.
+/// Effect of a repeated factor, uncorrected and corrected for lack of sphericity.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct RepeatedMeasures {
-    /// Uncorrected.
+    /// Effect without correction.
     pub effect: Effect,
-    /// With Box's ε as Greenhouse and Geisser (1959) estimate it.
+    /// Correction with Box's ε as Greenhouse and Geisser (1959) estimate it.
     pub greenhouse_geisser: Corrected,
-    /// With the estimate of Huynh and Feldt (1976), at most one.
+    /// Correction with the estimate of Huynh and Feldt (1976), at most one.
     pub huynh_feldt: Corrected,
 }
 
-/// Repeated measures on two factors.
+/// Result of repeated measures on two factors.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct TwoWayRepeated {
-    /// The first factor.
+    /// Effect of the first factor.
     pub first: RepeatedMeasures,
-    /// The second factor.
+    /// Effect of the second factor.
     pub second: RepeatedMeasures,
-    /// Their interaction.
+    /// Effect of the interaction of both factors.
     pub interaction: RepeatedMeasures,
 }
 
-/// Two fixed factors with replication.
+/// Result for two fixed factors with replication.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct TwoWay {
-    /// The first factor.
+    /// Effect of the first factor.
     pub first: Effect,
-    /// The second factor.
+    /// Effect of the second factor.
     pub second: Effect,
-    /// Their interaction.
+    /// Effect of the interaction of both factors.
     pub interaction: Effect,
 }
 
-/// One-way repeated-measures analysis of variance: subjects are rows, conditions
-/// columns, one value each (Winer 1971, ch. 4).
+/// Computes a one-way repeated-measures analysis of variance: subjects are rows, conditions are
+/// columns, with one value each (Winer 1971, ch. 4).
 ///
 /// # Errors
-/// Fewer than two subjects or conditions, rows of unequal length, values that are
-/// not finite, no variation beside that of subjects and conditions.
+/// Fewer than two subjects or conditions, rows of unequal length, values that are not finite, no
+/// variation besides that of subjects and conditions.
 pub fn repeated_measures(subjects: &[Vec<f64>]) -> Result<RepeatedMeasures, StatisticsError> {
     rows(["subjects", "conditions"], subjects, 2)?;
     let magnitude = largest(subjects.iter().flatten());
@@ -89,19 +89,20 @@ pub fn repeated_measures(subjects: &[Vec<f64>]) -> Result<RepeatedMeasures, Stat
     within(&scores, scores[0].len() - 1, 1, magnitude)
 }
 
-/// Mauchly's test of the sphericity that [`repeated_measures`] asks for (Mauchly 1940;
-/// χ² and its second term: Anderson 1958, 10.7.4, in whose second term R's `mauchly.test`
-/// and others have conditions once where he has contrasts: so it is here). Of two conditions there is none to test.
+/// Tests the sphericity that [`repeated_measures`] requires with Mauchly's test (Mauchly 1940; χ²
+/// and its second term: Anderson 1958, 10.7.4). In the second term, R's `mauchly.test` and others
+/// once have the number of conditions where Anderson has that of contrasts; this function follows
+/// them. Two conditions have no sphericity to test.
 ///
 /// # Errors
-/// As [`repeated_measures`], with three conditions or more and more subjects than
+/// The errors of [`repeated_measures`], fewer than three conditions, or not more subjects than
 /// contrasts.
 pub fn mauchly(subjects: &[Vec<f64>]) -> Result<Mauchly, StatisticsError> {
     rows(["subjects", "conditions"], subjects, 3)?;
     let p = subjects[0].len() - 1;
     enough("subjects", subjects.len(), p + 2)?;
     let magnitude = largest(subjects.iter().flatten());
-    // Helmert's contrasts: each condition against the mean of those before it.
+    // These are Helmert's contrasts: each condition against the mean of those before it.
     let contrast = |row: &Vec<f64>, at: usize| {
         let before = super::sample::mean(&row[..at]);
         (row[at] - before) * (at as f64 / (at as f64 + 1.0)).sqrt()
@@ -142,14 +143,13 @@ pub fn mauchly(subjects: &[Vec<f64>]) -> Result<Mauchly, StatisticsError> {
     })
 }
 
-/// Two-way repeated-measures analysis of variance: `subjects[s][i][j]` is what
-/// subject `s` gave at level `i` of the first and `j` of the second factor, one
-/// value each. Every effect is judged by its own interaction with subjects (Winer
-/// 1971, ch. 7.3).
+/// Computes a two-way repeated-measures analysis of variance. `subjects[s][i][j]` is the value of
+/// subject `s` at level `i` of the first and `j` of the second factor. Every effect is compared
+/// with its own interaction with subjects (Winer 1971, ch. 7.3).
 ///
 /// # Errors
-/// Fewer than two subjects or levels, unequal lengths, values that are not finite,
-/// an effect that is the same for every subject.
+/// Fewer than two subjects or levels, unequal lengths, values that are not finite, an effect that
+/// is the same for every subject.
 pub fn two_way_repeated(subjects: &[Vec<Vec<f64>>]) -> Result<TwoWayRepeated, StatisticsError> {
     enough("subjects", subjects.len(), 2)?;
     for subject in subjects {
@@ -173,13 +173,13 @@ pub fn two_way_repeated(subjects: &[Vec<Vec<f64>>]) -> Result<TwoWayRepeated, St
     })
 }
 
-/// Two-way analysis of variance with replication, balanced: `cells[i][j]` are the
-/// trials at level `i` of the first and `j` of the second factor, both fixed
-/// (Winer 1971, ch. 5). All effects are judged by the variation within cells.
+/// Computes a balanced two-way analysis of variance with replication. `cells[i][j]` are the trials
+/// at level `i` of the first and `j` of the second factor, both fixed (Winer 1971, ch. 5). All
+/// effects are compared with the variation within cells.
 ///
 /// # Errors
-/// Fewer than two levels or trials a cell, unequal lengths, values that are not
-/// finite, no variation within cells.
+/// Fewer than two levels or trials per cell, unequal lengths, values that are not finite, no
+/// variation within cells.
 pub fn two_way(cells: &[Vec<Vec<f64>>]) -> Result<TwoWay, StatisticsError> {
     enough("first factor", cells.len(), 2)?;
     enough("second factor", cells[0].len(), 2)?;
@@ -209,14 +209,14 @@ pub fn two_way(cells: &[Vec<Vec<f64>>]) -> Result<TwoWay, StatisticsError> {
     })
 }
 
-/// Less their mean.
+/// Returns the values minus their mean.
 fn centred(values: &[f64]) -> Vec<f64> {
     let mean = super::sample::mean(values);
     values.iter().map(|value| value - mean).collect()
 }
 
-/// Means of the rows and of the columns less the mean of all, and what is left of
-/// the table when both are taken off.
+/// Returns the means of the rows and of the columns minus the mean of all, and the rest of the
+/// table after both are subtracted.
 fn split(table: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let (a, b) = (table.len(), table[0].len());
     let values = centred(&table.concat());
@@ -229,8 +229,8 @@ fn split(table: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     (first, second, interaction)
 }
 
-/// The effect that `scores` (a row a subject, whose sums are zero) have in common,
-/// judged by how subjects differ in it. Each score is a mean of `each` values.
+/// Returns the effect that `scores` (one row per subject, whose sum is zero) have in common,
+/// compared with how subjects differ in it. Each score is a mean of `each` values.
 fn within(
     scores: &[Vec<f64>],
     df: usize,
@@ -261,9 +261,9 @@ fn within(
     })
 }
 
-/// Greenhouse and Geisser's ε: tr(S)²/(df·tr(S²)) of the covariance S of the
-/// effect's scores. Its trace and that of its square are those of the covariance
-/// of orthonormal contrasts, in which the definition is written.
+/// Returns Greenhouse and Geisser's ε: tr(S)²/(df·tr(S²)) of the covariance S of the effect's
+/// scores. Its trace and that of its square equal those of the covariance of orthonormal contrasts,
+/// which the definition uses.
 fn sphericity(left: &[Vec<f64>], df: usize) -> f64 {
     let k = left[0].len();
     let product = |i: usize, j: usize| left.iter().map(|row| row[i] * row[j]).sum::<f64>();
@@ -273,7 +273,7 @@ fn sphericity(left: &[Vec<f64>], df: usize) -> f64 {
     (1.0 / (df as f64 * square)).clamp(1.0 / df as f64, 1.0)
 }
 
-/// Huynh and Feldt's estimate from Greenhouse and Geisser's.
+/// Returns Huynh and Feldt's estimate from that of Greenhouse and Geisser.
 fn huynh_feldt(epsilon: f64, df: usize, subjects: usize) -> f64 {
     let (scaled, n) = (epsilon * df as f64, subjects as f64);
     let (above, below) = (n * scaled - 2.0, df as f64 * (n - 1.0 - scaled));
@@ -283,7 +283,7 @@ fn huynh_feldt(epsilon: f64, df: usize, subjects: usize) -> f64 {
     (above / below).clamp(epsilon, 1.0)
 }
 
-/// F of two sums of squares with their degrees of freedom; the error's is above
+/// Returns F and p of two sums of squares with their degrees of freedom; the error's sum is above
 /// zero.
 fn judged(effect: (f64, usize), error: (f64, usize)) -> Result<Effect, StatisticsError> {
     let f = (effect.0 / effect.1 as f64) / (error.0 / error.1 as f64);
@@ -297,7 +297,7 @@ fn judged(effect: (f64, usize), error: (f64, usize)) -> Result<Effect, Statistic
     })
 }
 
-/// Σx².
+/// Returns the sum of squares Σx².
 fn squares(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().map(|value| value * value).sum()
 }
