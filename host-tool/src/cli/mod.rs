@@ -57,8 +57,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// An open ten-channel wearable muscle stimulator: run sessions on a simulated
-/// or a real board.
+/// An open ten-channel muscle stimulator: run sessions on a simulator or a board
 #[derive(Parser, Debug)]
 #[command(name = "flexor", version)]
 struct Cli {
