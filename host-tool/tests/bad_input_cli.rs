@@ -178,7 +178,7 @@ fn first_mistakes_are_answered_with_what_was_meant() {
     let edits = [
         ("scale.toml", "width_us = 200", "width_us = 0.0002"),
         ("milli.toml", "width_us = 200", "width_us = 0.2"),
-        ("comma.toml", "limit = 10", "limit = 8,5 #"),
+        ("comma.toml", "limit = 15.0", "limit = 8,5"),
         ("range.toml", "width_us = 200", "width_us = 501"),
         ("shape.toml", "\"biphasic-cathodic-first\"", "\"biphasic\""),
     ];

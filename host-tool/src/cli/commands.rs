@@ -30,7 +30,7 @@ const GROUPS: [(&str, &[Entry]); 7] = [
         ("report", "flexor report out/record", "docs/record.md"),
         ("compare", "flexor compare out/first out/second", "docs/record.md"),
         ("rerun", "flexor rerun out/record", "docs/record.md"),
-        ("edges", "flexor edges ten_channels", "docs/record.md"),
+        ("edges", "flexor edges ten_channels --seconds 0.1 --csv edges.csv", "docs/record.md"),
     ]),
     ("Studies", &[
         ("experiment", "flexor experiment hamana-4", "docs/laboratory.md"),

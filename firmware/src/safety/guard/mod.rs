@@ -1,4 +1,25 @@
 //! The state machine that decides whether pulses are output, and at which amplitude.
+//!
+//! | state | `arm` | `start` | `stop` | `acknowledge` | `fault` | let go | time is up |
+//! |---|---|---|---|---|---|---|---|
+//! | Boot | refused | refused | – | refused | Fault | Idle | Idle |
+//! | Idle | Checking | refused | – | refused | Fault | – | – |
+//! | Checking | refused | refused | Idle | refused | Fault | Idle | Armed |
+//! | Armed | refused | Stimulating | Idle | refused | Fault | Idle | Idle |
+//! | Stimulating | refused | refused | Stopping | refused | Fault | Stopping | Stopping |
+//! | Stopping | refused | refused | – | refused | Fault | Stopping | Idle |
+//! | Fault | refused | refused | – | Grounding | Fault | – | – |
+//! | Grounding | refused | refused | – | refused | Fault | – | Idle |
+//!
+//! "–" means no change. *Let go* means that the hand-held stop opens after it was closed, or the
+//! arm key that was closed at arming opens. `arm` needs one of them closed, and the hand-held stop
+//! if the wearer's limits require it. *Time is up* when the electrode check ends (Idle if a channel
+//! owes its reading), 10 s after arming, after the host's silence, and at the end of the fall and
+//! of the last grounding. In addition, Stimulating ends in Idle once all trains have played, and a
+//! reading may end Checking in Idle or be a fault. Hosts see Checking as Idle and Grounding as
+//! Fault. Tests compare this chart and docs/states.md with the code.
+//!
+//! Time is an argument: `now` is the start of the window that is about to be rendered.
 
 mod allowance;
 mod amplitude;
