@@ -34,7 +34,7 @@ const GROUPS: [(&str, &[Entry]); 7] = [
     ]),
     ("Studies", &[
         ("experiment", "flexor experiment hamana-4", "docs/laboratory.md"),
-        ("sweep", "flexor sweep harris-wall --draws 20", "docs/laboratory.md"),
+        ("sweep", "flexor sweep harris-wall --draws 20 --out out/walls", "docs/laboratory.md"),
         ("two-points", "flexor two-points --draws 10", "docs/two_points.md"),
         ("faults", "flexor faults --class flips --count 100", "docs/faults.md"),
         ("chart", "flexor chart accuracy", "docs/methods.md"),
